@@ -36,9 +36,10 @@ from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, NOISE, Limit
+from kinelast.scene.parsing import parse_toml
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
-from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.text import file_text
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
 from live.answer import quick_answer
@@ -51,7 +52,7 @@ FACTORS = (0.4, 1 - 1e-9, 1 + 1e-9, 3.0)
 
 
 def tables_of(text, positions):
-    tables = toml_tables(text, "")
+    tables = parse_toml(text)
     run = {key: value for key, value in tables.get("run", {}).items() if key not in ("output", "accuracy")}
     tables["run"] = {**run, "positions": positions, "theory": "quasi-static"}
     return {key: value for key, value in tables.items() if key not in ("limits", "optimize", "sweep", "tolerances")}
@@ -326,7 +327,7 @@ SLOW = (  # the steel four-bar at a low speed, so that its quasi-static answer h
 
 def slow_four_bar():
     """Return the tables of the slow four-bar."""
-    return dict(toml_tables(SLOW, ""))
+    return dict(parse_toml(SLOW))
 
 
 def outcome_of(value, error, bound, least):
@@ -395,7 +396,7 @@ def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold
 def test_designs_are_computed_beside_breaks_of_the_laws_too(paths):
     """No position is at a jump of the acceleration, and the report's largest figures are beside one."""
     path = Path(__file__).parent / "data" / "cases" / "acceleration_jump.toml"
-    tables = toml_tables(path.read_text(encoding="utf-8"), "")
+    tables = parse_toml(path.read_text(encoding="utf-8"))
     tables["run"]["positions"] = 61
     told = summary(computed(scene_from_dict(tables), Request(theory="quasi-static")))["figures"]
     names = ["deflection", "stress", "joint_force", "drive_effort"]

@@ -16,8 +16,8 @@ from kinelast.figures.summary import summary
 from kinelast.runs import computed
 from kinelast.scene import build
 from kinelast.scene.document import document_from_dict, document_of, read_document
-from kinelast.scene.parsing import parse_scene
-from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.parsing import parse_scene, parse_toml
+from kinelast.scene.text import file_text
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.request import Request
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
@@ -27,7 +27,7 @@ SPREAD = 3e-3  # relative change of the numbers
 
 
 def shipped(name, positions):
-    tables = toml_tables(file_text(shipped_scenes()[name]), "")
+    tables = parse_toml(file_text(shipped_scenes()[name]))
     tables["run"] = {**tables.get("run", {}), "positions": positions}
     return tables
 
@@ -43,8 +43,8 @@ MECHANISMS = {
         ("run.tolerance", "run.steps", "points.C", "points.A", "points.D", "points.O.x", "sliders"),
     ),
     "wing": (shipped("drs_push_up", 25), ("run.tolerance", "run.steps", "outline", "table", "links.flap.points.T")),
-    "swing": (toml_tables(SWING, ""), ("run.tolerance", "run.steps", "motion[1]")),
-    "wheel": (toml_tables(WHEEL, ""), ("run.tolerance", "run.steps")),
+    "swing": (parse_toml(SWING), ("run.tolerance", "run.steps", "motion[1]")),
+    "wheel": (parse_toml(WHEEL), ("run.tolerance", "run.steps")),
     "rocking": (
         {
             **STEEL,

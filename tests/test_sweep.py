@@ -20,12 +20,13 @@ from kinelast.figures.limits import KEPT, SEVERITY, FullAnswer, Judgement, sever
 from kinelast.figures.summary import summary as summary_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
-from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.parsing import parse_toml
+from kinelast.scene.text import file_text
 from kinelast.sweep.pages import Aim, FullAnswers, Rows, tallied
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
 
-STEEL = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+STEEL = parse_toml(file_text(shipped_scenes()["steel_four_bar"]))
 DEPTH, SPEED, ACROSS = "sections.bar.depth", "drives.crank.speed", "points.D.x"
 PAGE = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
 
@@ -152,7 +153,7 @@ def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, caps
     assert summary["without_figures"] == 6
 
     assert swept(tmp_path, SWEEP, "--design", best[0]) == 0
-    one = toml_tables(file_text(tmp_path / "out" / "bars_design_10.toml"), "")
+    one = parse_toml(file_text(tmp_path / "out" / "bars_design_10.toml"))
     in_full = summary_of(computed(scene_from_dict(one), Request()))
     expected = in_full["figures"]["deflection"]["value"], in_full["peaks"]["rocker"]["w"]
     assert in_full["theory"]["name"] == "elastodynamic"
@@ -273,7 +274,7 @@ def test_the_three_steps_on_the_page_of_designs(tmp_path, capsys, monkeypatch):
         assert main(command.split()) == 0
         assert capsys.readouterr().out.splitlines()[-1] == line
     (example,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
-    assert tomllib.loads(example)["sweep"] == toml_tables(file_text(shipped_scenes()["press_sweep"]), "")["sweep"]
+    assert tomllib.loads(example)["sweep"] == parse_toml(file_text(shipped_scenes()["press_sweep"]))["sweep"]
 
 
 def test_the_python_on_the_page_of_designs_agrees_with_single_runs(capsys):
@@ -292,7 +293,7 @@ def test_the_python_on_the_page_of_designs_agrees_with_single_runs(capsys):
 def test_the_page_of_designs_lists_all_figures():
     listed = re.search(r"\*\*Figures\*\*: (.*?)\n\n", PAGE, re.DOTALL)[1]
     names = re.findall(r"`([\w.]+)`", listed)
-    tables = toml_tables(file_text(shipped_scenes()["press_sweep"]), "")
+    tables = parse_toml(file_text(shipped_scenes()["press_sweep"]))
     tables["run"]["output"] = "B"
     tables["joints"] = {"A": {"friction": 0.1, "radius": "5 mm"}}
     found = evaluate(tables, ["sections.web.depth"], [[0.01]], names)

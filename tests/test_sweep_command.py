@@ -10,7 +10,8 @@ from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
 from kinelast.outputs.sealed import seal
 from kinelast.scene.document import document_from_dict
-from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.parsing import parse_toml
+from kinelast.scene.text import file_text
 from kinelast.sweep.manifest import read_manifest
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import stored_chunks
@@ -85,7 +86,7 @@ def test_another_sweep_is_not_resumed(scene, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_rows_do_not_depend_on_the_chunk_size(scene, tmp_path):
-    tables = toml_tables(file_text(scene), "")
+    tables = parse_toml(file_text(scene))
     evaluation = Evaluation(document_from_dict(tables), plan_of(tables), ("deflection", "mass"))
     found = []
     for chunk in (90, 31):

@@ -169,8 +169,9 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     Examples
     --------
     >>> from kinelast import shipped_scenes
-    >>> from kinelast.scene.text import file_text, toml_tables
-    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+    >>> from kinelast.scene.parsing import parse_toml
+    >>> from kinelast.scene.text import file_text
+    >>> tables = parse_toml(file_text(shipped_scenes()["steel_four_bar"]))
     >>> vary = {"sections.bar.depth": {"from": "3 mm", "to": "6 mm", "count": 4}, "drives.crank.speed": [50, 100]}
     >>> plan = plan_of({**tables, "sweep": {"vary": vary}})
     >>> plan.count, plan.values(5, 6)

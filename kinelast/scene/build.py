@@ -19,7 +19,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
-from kinelast.scene.limits import build_limits, build_output, build_settled, figure_bounds
+from kinelast.scene.limits import build_output, build_settled, figure_bounds, limits_in
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
@@ -132,7 +132,7 @@ def built(
         written=written_units(table),
         parts=built_parts,
     )
-    return replace(scene, limits=build_limits(table, scene))
+    return replace(scene, limits=tuple(limits_in(table, scene)))
 
 
 def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:

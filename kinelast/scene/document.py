@@ -17,7 +17,7 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.mistakes import all_mistakes
-from kinelast.scene.parsing import parse_parts, parse_scene
+from kinelast.scene.parsing import parse_parts, parse_scene, parse_toml
 from kinelast.scene.parts.cams import require_moved
 from kinelast.scene.sections import Read, read_as, with_files
 from kinelast.scene.text import (
@@ -27,7 +27,6 @@ from kinelast.scene.text import (
     file_bytes,
     of_file,
     scene_name,
-    toml_tables,
     with_tables,
     written,
 )
@@ -213,7 +212,7 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: Rea
     """
     read = read or beside(Path(path).parent)
     with of_file(path), _all_mistakes_of(text, read):
-        tables = toml_tables(text, "")
+        tables = parse_toml(text)
         document = document_from_dict(tables, name, path, read)
         alone = text if document.tables is tables else with_tables(text, document.tables)
         return replace(document, source=alone)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from math import inf, pi
 from typing import Any
 
@@ -28,52 +29,27 @@ def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Point
             raise fault(f"slots.{name}", "", "a slider has this name: choose another")
         # names in a file have no spaces, so this name cannot clash
         block = Link(f"{name} block", {slot.point: 0j})
-        sliders[name] = _slot(name, slot, block, links, places)
+        sliders[name] = replace(_slider(name, slot, links, places), link=block.name)
         bodies[block.name] = LinkModel(block, (), True, hidden=True)
     return sliders
 
 
-def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Points) -> Slider:
-    """Return a slider; its line passes through the drawn point and is fixed in its owner."""
-    where = f"sliders.{name}"
-    known_name(where, "link", table.link, links)
-    known_name(where, "on", table.on, links)
-    if table.link == GROUND:
+def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link], places: Points) -> Slider:
+    """Return the slider of a table: its line passes through the drawn point and is fixed in the link `on`.
+
+    The axes of the block of a slot are along the line.
+    """
+    slides = isinstance(table, SliderTable)
+    where, key = (f"sliders.{name}", "through") if slides else (f"slots.{name}", "point")
+    point: str = getattr(table, key)
+    for end in ("link", "on"):
+        known_name(where, end, getattr(table, end), links)
+    if slides and table.link == GROUND:
         raise fault(where, "link", "the ground cannot slide: name the moving link here, and ground under on")
     if table.link == table.on:
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
-    known_point(where, "through", table.through, links[table.link].points, table.link)
-    own = drawn_direction(links[table.link], places)
-    return _line(
-        where, "through", name, table.link, links[table.on], table.through, direction_of(table.direction), own, places
-    )
-
-
-def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], places: Points) -> Slider:
-    """Return the slider between the block of a slot and the slotted link."""
-    where = f"slots.{name}"
-    known_name(where, "link", table.link, links)
-    known_name(where, "on", table.on, links)
-    if table.link == table.on:
-        raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
-    known_point(where, "point", table.point, links[table.link].points, table.link)
-    return _line(
-        where, "point", name, block.name, links[table.on], table.point, direction_of(table.direction), None, places
-    )
-
-
-def _line(
-    where: str,
-    key: str,
-    name: str,
-    link: str,
-    owner: Link,
-    point: str,
-    direction: Complex,
-    drawn: Any,
-    places: Points,
-) -> Slider:
-    """Return a slider along a line through a drawn point; `drawn` is the drawn x axis of the sliding link."""
+    link, owner = links[table.link], links[table.on]
+    known_point(where, key, point, link.points, table.link)
     if point not in places:
         raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)
@@ -83,8 +59,9 @@ def _line(
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
         origin = (origin - places[anchor]) * axes.conjugate() + owner.points[anchor]
+    drawn = drawn_direction(link, places) if slides else None
     turn: Any = 1 + 0j if drawn is None else drawn * axes.conjugate()
-    return Slider(name, link, owner.name, point, origin, direction * axes.conjugate(), turn)
+    return Slider(name, table.link, table.on, point, origin, direction_of(table.direction) * axes.conjugate(), turn)
 
 
 UNITS = {(True, True): "rad/rad", (True, False): "m/rad", (False, True): "rad/m", (False, False): "rad/rad"}
@@ -125,22 +102,26 @@ def _pressure_angle(where: str, table: GearTable) -> float | None:
 FRICTION_KEYS = ("friction", "viscosity", "radius", "length")
 
 
+def _tables_with(scene: SceneTable, mechanism: Mechanism, keys: Iterable[str]) -> Iterator[tuple[str, JointTable, int]]:
+    """Yield the joints with one of the keys: the name, the table, and the number of joints of this name."""
+    shared, sliders = Counter(point for link in mechanism.links for point in link.points), mechanism.slider_points
+    names = [*(point for point, count in shared.items() if count > 1), *sliders]
+    for name, table in scene.joints.items():
+        if any(getattr(table, key) is not None for key in keys):
+            known_name("joints", name, name, names, "joint")
+            yield name, table, max(shared[name] - 1, 0) + (name in sliders)
+
+
 def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointCompliance]:
     """Return the joint compliances by the name of the point, slider or slot."""
-    shared = Counter(point for link in mechanism.links for point in link.points)
-    sliders = list(mechanism.slider_points)
-    pins = [point for point, count in shared.items() if count > 1]
     driven = [drive.joint for drive in mechanism.drives if drive.turns]
     joints = {}
-    for name, table in scene.joints.items():
-        if all(getattr(table, key) is None for key in ("compliance", "rotation", "gap", "turn")):
-            continue
+    for name, table, count in _tables_with(scene, mechanism, ("compliance", "rotation", "gap", "turn")):
         where = f"joints.{name}"
-        known_name("joints", name, name, [*pins, *sliders], "joint")
-        if (count := max(shared[name] - 1, 0) + (name in sliders)) > 1:
+        if count > 1:
             raise fault(where, "", f"{count} joints have this name: expected one for compliance")
         for key in ("rotation", "turn"):
-            if getattr(table, key) is not None and name not in (*sliders, *driven, *scene.welds):
+            if getattr(table, key) is not None and name not in (*mechanism.slider_points, *driven, *scene.welds):
                 raise fault(where, key, "a pin without a drive carries no moment: remove the key")
         joints[name] = JointCompliance(
             real(table.compliance or 0.0),
@@ -153,20 +134,14 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
 
 def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Friction]:
     """Return the joint friction by the name of the point, slider or slot."""
-    shared = Counter(point for link in mechanism.links for point in link.points)
-    sliders = list(mechanism.slider_points)
     friction = {}
-    for name, table in scene.joints.items():
-        if all(getattr(table, key) is None for key in FRICTION_KEYS):
-            continue
-        where, slides = f"joints.{name}", name in sliders
-        known_name("joints", name, name, [*(point for point, count in shared.items() if count > 1), *sliders], "joint")
-        count = max(shared[name] - 1, 0) + slides
+    for name, table, count in _tables_with(scene, mechanism, FRICTION_KEYS):
+        where = f"joints.{name}"
         if name in scene.welds:
             raise fault(where, "friction", "the links are welded here: no friction")
         if count > 1:
             raise fault(where, "friction", f"{count} joints have this name: expected one for friction")
-        friction[name] = _friction(where, table, slides)
+        friction[name] = _friction(where, table, name in mechanism.slider_points)
     return friction
 
 

@@ -85,12 +85,8 @@ class Output:
         return "m" if self.point else "rad"
 
 
-def build_limits(table: SceneTable, scene: Scene) -> tuple[Limit, ...]:
-    """Return all limits of a scene that is otherwise built."""
-    return tuple(_limits(table, scene))
-
-
-def _limits(table: SceneTable, scene: Scene) -> Iterator[Limit]:
+def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
+    """Yield all limits of a scene that is otherwise built."""
     limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
     for part in PARTS:

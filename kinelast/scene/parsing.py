@@ -6,7 +6,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -16,6 +16,7 @@ from kinelast.scene.tables import PER_LENGTH, LengthUnit
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
+Whole = TypeVar("Whole", bound=msgspec.Struct)
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 WORDS = {
@@ -125,8 +126,7 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
     """
     if is_chain(raw):
         raise fault("joints", "", "joints in space have only a structure: use --structure")
-    table: SceneTable = _parsed(raw, SceneTable)
-    return table
+    return _parsed(raw, SceneTable)
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
@@ -137,11 +137,10 @@ def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str])
 
 def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
     """Return the validated tables of a chain of joints in space; errors as in `parse_scene`."""
-    table: ChainTable = _parsed(raw, ChainTable)
-    return table
+    return _parsed(raw, ChainTable)
 
 
-def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
+def _parsed(raw: Mapping[str, Any], whole: type[Whole]) -> Whole:
     fields = _fields(whole)
     for key in raw:
         if key not in fields:
@@ -235,7 +234,7 @@ def _message(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         hint = f"; {ELSEWHERE[match[1]]}" if match[1] in ELSEWHERE else likely(match[1], known)
         return inner + match[1], f"there is no such key{hint}"
     if match := re.fullmatch(r"Object missing required field `(.*)`", what):
-        missing = "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
+        missing = "the key is missing" + (f": one of {', '.join(_tags(kind))}" if match[1] == "shape" else "")
         near = likely(match[1], [key for key in _found(value, path) if key not in _keys(kind, path, value)])
         return inner + match[1], missing + (f"; is it {near[len(DID) : -1]}?" if near.startswith(DID) else "")
     if match := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
@@ -260,10 +259,6 @@ def _near(word: str, choices: list[str]) -> str:
 
 def _tags(kind: Any) -> list[str]:
     return [option.__struct_config__.tag for option in get_args(kind)]
-
-
-def _choices(kind: Any) -> str:
-    return ": one of " + ", ".join(_tags(kind))
 
 
 def _keys(kind: Any, path: str, value: Any) -> list[str]:

@@ -14,7 +14,6 @@ from msgspec import Struct
 
 from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.parsing import parse_toml
 from kinelast.scene.quantities import Direction
 from kinelast.scene.sections import Read
 from kinelast.scene.units import FORM, TYPESET, written_like
@@ -113,12 +112,6 @@ def beside(folder: Path | None) -> Read:
 def scene_name(path: Path) -> str:
     """Return the name of a scene: its file name without the suffix, in valid UTF-8."""
     return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
-
-
-def toml_tables(text: str, path: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; raise SceneError if it is invalid."""
-    with of_file(path):
-        return parse_toml(text)
 
 
 @contextmanager

@@ -93,7 +93,8 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
         if value.unit not in ("", variable.unit) or bare_speed:
             raise fault("", variable.path, f"expected {value.expected}, in {variable.unit}, got {text}")
         return float(value.within(variable.unit))
-    require_bounds(table, place, value)
+    if not within_bounds(table, place, np.array([value]))[0]:
+        raise fault("", variable.path, f"expected a number within its bounds, got {value:g}")
     return float(value)
 
 
@@ -267,12 +268,6 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
         turns = parents[2].turns if isinstance(parents[2], AgainstTable) else parents[2].at is not None
     turning = [unit for unit in units if "rad" in unit or unit == "N m"]
     return next(unit for unit in units if (unit in turning) == turns)
-
-
-def require_bounds(table: SceneTable, place: Place, value: float) -> None:
-    """Raise if a number without a unit is outside the bounds of the format."""
-    if not within_bounds(table, place, np.array([value]))[0]:
-        raise fault("", place.variable.path, f"expected a number within its bounds, got {value:g}")
 
 
 def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:

@@ -18,9 +18,9 @@ from kinelast.scene.build import build_mechanism
 from kinelast.scene.document import files_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable
-from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
+from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene, parse_toml
 from kinelast.scene.sections import with_files
-from kinelast.scene.text import beside, file_text, of_file, scene_name, toml_tables
+from kinelast.scene.text import beside, file_text, of_file, scene_name
 from kinelast.scene.units import shown
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
@@ -73,7 +73,9 @@ def read_structure(path: str | Path) -> StructureScene:
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
     """Read the structure from a TOML text; `path` names the file in messages."""
-    return structure_from_dict(toml_tables(text, path), name, path)
+    with of_file(path):
+        raw = parse_toml(text)
+    return structure_from_dict(raw, name, path)
 
 
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
