@@ -318,7 +318,7 @@ def whole_picture(results: Results) -> tuple[Answer, bytes]:
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
-    drawing, data = picture(scene, results.deflection, results.efforts, columns_of(results), FRAMES)
+    drawing, data = picture(scene, results.deflection, results.cycle.efforts, columns_of(results), FRAMES)
     rows = figure_rows(scene, chosen, values)
     for row in rows:
         error = peaks[row["key"]][row.pop("item")].error

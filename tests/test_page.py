@@ -291,7 +291,7 @@ def test_curves_are_handed_out(steel):
     assert kind == "text/csv"
     assert rows[0] == '"angle of crank [°]","crank [N m]"'
     results = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request())
-    np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows[1:]], results.efforts[0])
+    np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows[1:]], results.cycle.efforts[0])
     kind, size, text = steel.driver.execute_async_script(script, "SVG")
     assert kind == "image/svg+xml"
     assert text.startswith("<svg")

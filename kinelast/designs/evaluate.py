@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
+from kinelast.designs.plan import Plan
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import BROKEN, VERDICTS
 from kinelast.figures.results import Results, at_breaks
@@ -280,21 +281,6 @@ def _opening_joint(cycle: Cycle) -> Words:
     return name
 
 
-class DesignPlan(Protocol):
-    """Values of a scene's numbers as a function of the design's index."""
-
-    @property
-    def count(self) -> int:
-        """Number of designs."""
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Paths of the numbers that differ."""
-
-    def values(self, first: int, last: int) -> Reals:
-        """Values of designs first to last - 1 in SI units, shape (last - first, paths)."""
-
-
 @dataclass(frozen=True)
 class Evaluation:
     """Evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
@@ -303,7 +289,7 @@ class Evaluation:
     """
 
     document: Document
-    plan: DesignPlan
+    plan: Plan
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -27,19 +27,6 @@ from rigid import Reals
 MAX_DESIGNS = 10**18
 MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # the first is drawn as a whole, the second has 30 bits
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
-
-
-class Factor(Protocol):
-    """Values of one number, or of several together; a sweep contains all combinations of its factors."""
-
-    @property
-    def count(self) -> int:
-        """Number of values."""
-        ...
-
-    def values(self, number: Any) -> Reals:
-        """Values by index, shape (n, numbers)."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +106,10 @@ class Sample:
         from scipy.stats import qmc
 
         return np.asarray(qmc.LatinHypercube(len(self.low), rng=self.seed).random(self.count))
+
+
+Factor = ListedValues | EvenValues | Sample
+"""Values of one number, or of several together; a sweep contains all combinations of its factors."""
 
 
 @dataclass(frozen=True, eq=False)

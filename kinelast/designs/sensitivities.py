@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from kinelast.designs.evaluate import Designs
 from rigid.arrays import Flags, Reals
 
 RATIO = 2.0  # of successive steps
@@ -106,19 +106,7 @@ KINK_ERRORS = 3.0  # at a kink, one-sided slopes differ by more than this multip
 MIN_KINK = 1e-6  # smallest difference of one-sided slopes at a kink, relative to the slope
 
 
-class FigureColumns(Protocol):
-    """Figures of many designs by name."""
-
-    @property
-    def columns(self) -> Mapping[str, np.ndarray]:
-        """Values of each figure, shape (designs,); nan if unknown."""
-
-    @property
-    def place(self) -> Mapping[str, np.ndarray]:
-        """Location of the largest value of some figures, as an integer, shape (designs,)."""
-
-
-FiguresOf = Callable[[np.ndarray], FigureColumns]
+FiguresOf = Callable[[np.ndarray], Designs]
 
 
 @dataclass(frozen=True)

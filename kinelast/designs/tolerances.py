@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -14,7 +14,7 @@ from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 from elastic import displacement_of
 from elastic.assessment import angle_error
 from kinelast.designs.full_sample import FullColumn, kept_by
-from kinelast.designs.sensitivities import FigureColumns, FiguresOf, Sensitivities
+from kinelast.designs.sensitivities import FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
 from kinelast.figures.ranges import STRENGTH
@@ -221,7 +221,7 @@ def kept_share(
 
 
 def variance_shares(
-    figures_of: Callable[[np.ndarray], FigureColumns], tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
+    figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
     """Sobol indices: share of each number in the variance, alone and including interactions.
 

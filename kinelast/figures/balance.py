@@ -30,7 +30,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
     spring at the pin of one link. Each gives peaks before and after, and the remaining share of the root mean square.
     """
     motion, pins = results.motion, drives.pivoted_links(results.motion)
-    if not pins or not results.counted.all():
+    if not pins or not results.cycle.counted.all():
         why = "no link turns about a pin of the ground" if not pins else "some positions do not count"
         return {"words": [f"nothing to balance it with: {why}"]}
     weight = results.cycle.weights
@@ -47,7 +47,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
         )
         proposals["weight"] = _told(held, units[0], _counterweights(results, pins, held))
     if len(set(units)) == 1:
-        rows = zip(results.efforts, results.drive_words, strict=True)
+        rows = zip(results.cycle.efforts, results.drive_words, strict=True)
         efforts = np.array([results.figures.rounded(effort, unit) for effort, (*_, unit) in rows])
         swings = [at for at in pins if not _goes_round(motion, at)]
         springs = {at: balanced(efforts, drives.spring_influences(motion, at), weight) for at in swings}

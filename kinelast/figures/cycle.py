@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from elastic import FIELDS, Deflection, Extreme, Largest, extremes, largest, sam
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.figure import RowSearch, points_of
+from kinelast.scene.figure import Figure, RowSearch, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
 from machine.joints import JointCourse, joint_course
@@ -27,18 +27,6 @@ WELL = 1e6  # largest condition number of a position that counts in largest valu
 STATIONS = 21  # stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
-
-
-class LargestSearch(Protocol):
-    """Search for the largest values in a cycle."""
-
-    @property
-    def find(self) -> Callable[[Cycle], Largest]:
-        """Function from a cycle to the largest values of the items."""
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Keys of the fields that the figure needs."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +99,7 @@ class Cycle:
         result: Result = self._known[key]
         return result
 
-    def of(self, figure: LargestSearch) -> Largest:
+    def of(self, figure: Figure) -> Largest:
         """Return the largest values of the items of a figure."""
         return self._found(figure.find, bool(figure.fields))
 
@@ -123,7 +111,7 @@ class Cycle:
         result: Largest = self._known[key]
         return result
 
-    def search(self, figures: Iterable[LargestSearch]) -> None:
+    def search(self, figures: Iterable[Figure]) -> None:
         """Search several figures at once and cache them for `of`."""
         searched: dict[Any, Numbers] = {}
         for figure in figures:

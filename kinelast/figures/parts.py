@@ -166,7 +166,7 @@ def _over_cycle(reader: Reader, omega: Any) -> dict[str, Reading]:
 def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
     """Return the fastest strong harmonic of the load; None if there is no cycle."""
     few = len(results.motion.time) <= FEW
-    if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
+    if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.cycle.counted.all():
         return None
     spectrum = harmonics(results.deflection, results.period)
     strong = spectrum.strong()
@@ -272,7 +272,7 @@ def resting(results: Results) -> Flags:
     """Return True if no joint with friction slides, even if a drive holds it, shape (positions,)."""
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
-    return still & ~results.singular
+    return still & ~results.cycle.singular
 
 
 RESERVES = {  # figure of each mode of failure, and its exponent in the reserve

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import Deflection, Extreme, marked
-from elastic.assessment import LIMITS, Exceedance, PathDeviation, exceedances, period_of, slenderness
+from elastic.assessment import LIMITS, Exceedance, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.checks import NonlinearCheck, NotMade
 from kinelast.figures.cycle import Cycle, too_many_beams
@@ -25,7 +25,6 @@ from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
-from rigid.arrays import Flags
 
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
@@ -237,30 +236,15 @@ class Results:
         """Names of the joints and their links, see `kinelast.figures.cycle.joint_words`."""
         return joint_words(self.mechanism)
 
-    @property
-    def extremes(self) -> dict[str, Extreme]:
-        """Value of largest magnitude along each beam, by field and stress, shape (beams, positions)."""
-        return self.cycle.extremes
-
-    @property
-    def euler_ratio(self) -> Reals:
-        """Compression relative to Euler's load, shape (beams, positions)."""
-        return self.cycle.euler_ratio
-
     @cached_property
     def slenderness(self) -> list[float]:
         """Length over radius of gyration of each beam; nan for rigid beams."""
         return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
 
-    @property
-    def deviations(self) -> dict[str, PathDeviation]:
-        """Deviation from the rigid path of each moving point, shape (positions,)."""
-        return self.cycle.deviations
-
     @cached_property
     def displacements(self) -> dict[str, Any]:
         """Displacement of each moving point [m], complex, shape (positions,)."""
-        return {point: deviation.displacement for point, deviation in self.deviations.items()}
+        return {point: deviation.displacement for point, deviation in self.cycle.deviations.items()}
 
     @cached_property
     @one_thread()
@@ -298,21 +282,6 @@ class Results:
             return placed
         words, bound = "buckling: the load at which the mechanism buckles cannot be found", LIMITS["axial force"].watch
         return [*placed, (Exceedance("axial force", None, None, math.nan, bound, False, words), None)]
-
-    @property
-    def efforts(self) -> Reals:
-        """Moment [N m] or force [N] of each drive, shape (drives, positions)."""
-        return self.cycle.efforts
-
-    @property
-    def singular(self) -> Flags:
-        """Whether a position is nearly singular or may be locked by friction, shape (positions,)."""
-        return self.cycle.singular
-
-    @property
-    def counted(self) -> Flags:
-        """Whether a position counts for the largest values, shape (positions,)."""
-        return self.cycle.counted
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:

@@ -212,7 +212,9 @@ class SceneAnswer:
     def drives(self) -> ByName[AnsweredDrive]:
         """Drives by name."""
         course = self.results.motion
-        columns = zip(course.drive, course.drive_rate, course.drive_acceleration, self.results.efforts, strict=True)
+        columns = zip(
+            course.drive, course.drive_rate, course.drive_acceleration, self.results.cycle.efforts, strict=True
+        )
         names = (name for name, *_ in self.results.drive_words)
         wide = {
             name: [np.broadcast_to(each, course.columns) for each in column]

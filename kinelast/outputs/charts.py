@@ -240,7 +240,7 @@ def _with_gaps(results: Results, values: Any) -> Reals:
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
-    spread[..., numbers] = np.where(results.counted | results.singular, values, np.nan)
+    spread[..., numbers] = np.where(results.cycle.counted | results.cycle.singular, values, np.nan)
     return spread
 
 
@@ -249,13 +249,13 @@ def cycle_charts(results: Results) -> list[Chart]:
     forces, labels = results.deflection.forces, results.scene.labels
     charts = []
     for field in ("w", "mises", "M"):
-        sizes = np.abs(results.extremes[field].value)
+        sizes = np.abs(results.cycle.extremes[field].value)
         if np.isfinite(sizes).any():
             entries = zip(_places(results), labels, sizes, strict=True)
             curves = [Curve(label, size, *place) for place, label, size in entries]
             charts.append(Chart(f"Largest {FIELDS[field].name} along each link", FIELDS[field].unit, curves))
     efforts: dict[str, list[Curve]] = {}
-    for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.efforts, strict=True):
+    for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.cycle.efforts, strict=True):
         efforts.setdefault(unit, []).append(Curve(name, effort, len(efforts.get(unit, []))))
     charts += [Chart("Drive moment" if unit == "N m" else "Drive force", unit, own) for unit, own in efforts.items()]
     joints = zip(results.joint_words, forces.force, strict=True)
@@ -323,8 +323,8 @@ def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
-    if field.key in results.extremes:  # between the stations
-        exact = results.extremes[field.key].value[: len(values), results.counted]
+    if field.key in results.cycle.extremes:  # between the stations
+        exact = results.cycle.extremes[field.key].value[: len(values), results.cycle.counted]
         sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
     sign = "±" if field.signed else "≤ "
     ranges = [f"{sign}{quantity(size, field.unit, 3)}" if size else "0" for size in sizes]

@@ -32,10 +32,10 @@ def position_table(results: Results) -> Table:
     for (name, coordinate, unit, _), values in zip(results.drive_words, motion.drive, strict=True):
         columns[f"{name}.{coordinate}"] = values, unit
     for beam, label in enumerate(results.scene.labels):
-        for field, extreme in results.extremes.items():
+        for field, extreme in results.cycle.extremes.items():
             columns[f"{label}.{field}_max"] = extreme.value[beam], FIELDS[field].unit
-        columns[f"{label}.euler_ratio"] = results.euler_ratio[beam], "1"
-    for point, moved in results.deviations.items():
+        columns[f"{label}.euler_ratio"] = results.cycle.euler_ratio[beam], "1"
+    for point, moved in results.cycle.deviations.items():
         columns |= _vector(f"{point}.d{{}}", moved.displacement, "m")
         columns[f"{point}.off_path"] = moved.normal, "m"
     forces = deflection.forces
@@ -43,7 +43,7 @@ def position_table(results: Results) -> Table:
         columns |= _vector(f"{joint}.F{{}}_on_{link}", force, "N")
         if np.ndim(moment):
             columns[f"{joint}.M_on_{link}"] = moment, "N m"
-    for (name, *_, unit), values in zip(results.drive_words, results.efforts, strict=True):
+    for (name, *_, unit), values in zip(results.drive_words, results.cycle.efforts, strict=True):
         columns[f"{name}.effort"] = values, unit
     for part in PARTS:
         columns |= part.columns(results.cycle)
@@ -128,7 +128,7 @@ def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
 def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
     """Return effort and power of each drive."""
     columns: dict[str, tuple[Any, str]] = {}
-    words = zip(results.drive_words, results.efforts, results.motion.drive_rate, strict=True)
+    words = zip(results.drive_words, results.cycle.efforts, results.motion.drive_rate, strict=True)
     for (name, *_, unit), effort, rate in words:
         columns[f"{name}.effort"], columns[f"{name}.power"] = (effort, unit), (effort * rate, "W")
     return columns

@@ -132,7 +132,7 @@ class Reader:
 
     def marks(self, there: Flags) -> list[dict[str, Any]]:
         """Return counted positions with a property; of many the first, the last and some between."""
-        at = np.flatnonzero(there & self.results.counted)
+        at = np.flatnonzero(there & self.results.cycle.counted)
         some = at if len(at) <= MAX_MARKS else at[np.linspace(0, len(at) - 1, MAX_MARKS).astype(int)]
         return [self.at_position(int(position)) for position in some]
 

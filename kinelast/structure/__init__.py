@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigid import Mechanism, MechanismError, assur_groups, topology
-from rigid.decomposition import AssurGroup
 from rigid.topology import Graph, Mobility
 
 if TYPE_CHECKING:
@@ -83,41 +81,8 @@ def redundancy_lines(names: Sequence[str]) -> list[str]:
 MAX_NAMED = 3  # contacts named in a message
 
 
-@dataclass(frozen=True, eq=False)
-class StructureReport:
-    """Structure of a planar mechanism.
-
-    Attributes
-    ----------
-    title
-        Title of the scene; may be empty.
-    mechanism, joints
-        The mechanism; its kinematic pairs in the order of the branches of `links`.
-    links, bars
-        Graph of links and joints; graph of joints and bars.
-    ranks
-        Mobility and hyperstaticity at the drawn position, or an error message if it cannot be assembled.
-    redundant
-        Joints with statically indeterminate forces.
-    triangles
-        Triples of links pinned to one another on one line.
-    groups
-        Groups in the order of solution, or an error message if the drives do not determine the mechanism.
-    """
-
-    title: str
-    mechanism: Mechanism
-    joints: tuple[topology.Pair, ...]
-    links: Graph
-    bars: Graph
-    ranks: Mobility | str
-    redundant: tuple[topology.Pair, ...]
-    triangles: tuple[tuple[str, str, str], ...]
-    groups: tuple[AssurGroup, ...] | str
-
-
-def structure_report(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = ()) -> StructureReport:
-    """Analyse the structure of a mechanism; `contacts` are cams and slipping gears as drawn.
+def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = (), title: str = "") -> str:
+    """Structure of a mechanism or scene as text; `contacts` are cams and slipping gears as drawn.
 
     Raises
     ------
@@ -125,28 +90,26 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[topology.Con
         If the wheels of a gear do not touch.
     """
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
-    title = "" if isinstance(subject, Mechanism) else subject.title or subject.name
+    title = title if isinstance(subject, Mechanism) else subject.title or subject.name
     given = tuple(contacts)
     contacts = (*topology.gear_contacts(mechanism), *given)
-    joints = topology.pairs(mechanism, contacts)
-    ranks: Mobility | str
-    groups: tuple[AssurGroup, ...] | str
-    redundant: tuple[topology.Pair, ...] = ()
-    triangles: tuple[tuple[str, str, str], ...] = ()
-    try:
-        here = topology.assembled(mechanism)
-        chain = topology.planar_chain(here, contacts)
-        ranks = topology.mobility(chain)
-        redundant = tuple(joints[number] for number in topology.stressed_joints(chain))
-        triangles = topology.flat_triangles(here)
-    except MechanismError as error:
-        ranks = str(error)
-    try:
-        groups = assur_groups(mechanism)
-    except MechanismError as error:
-        groups = _no_groups_reason(given) if given else str(error)
-    graphs = topology.link_graph(mechanism, contacts), topology.bar_graph(mechanism)
-    return StructureReport(title, mechanism, joints, *graphs, ranks, redundant, triangles, groups)
+    joints, bars = topology.pairs(mechanism, contacts), topology.bar_graph(mechanism)
+    links = [(link.name, ", ".join(link.points)) for link in mechanism.links]
+    sections = [
+        (f"Links ({len(links)})", table_lines(links)),
+        (f"Joints ({len(joints)})", _joints(joints)),
+        ("Independent loops", loop_lines(topology.link_graph(mechanism, contacts))),
+        ("Mobility", _mobility(mechanism, joints, contacts)),
+        ("Groups in the order of solution", _groups(mechanism, given)),
+        (f"Bars ({len(bars.branches)}) and nodes ({len(bars.nodes)})", _bars(bars)),
+    ]
+    return titled(title, sections)
+
+
+def titled(title: str, sections: Iterable[tuple[str, Iterable[str]]]) -> str:
+    """Format sections under their title, which may be empty."""
+    head = [title, "=" * len(title), ""] if title else []
+    return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
 
 
 def _no_groups_reason(contacts: Sequence[topology.Contact]) -> str:
@@ -158,53 +121,33 @@ def _no_groups_reason(contacts: Sequence[topology.Contact]) -> str:
     return f"groups are made of pins, sliders, welds and gears, and {who} none of them"
 
 
-def structure_text(subject: Mechanism | Scene | StructureReport, contacts: Iterable[topology.Contact] = ()) -> str:
-    """Structure of a mechanism as text for a terminal."""
-    report = subject if isinstance(subject, StructureReport) else structure_report(subject, contacts)
-    sections = [
-        (f"Links ({len(report.mechanism.links)})", _links(report)),
-        (f"Joints ({len(report.joints)})", _joints(report)),
-        ("Independent loops", loop_lines(report.links)),
-        ("Mobility", _mobility(report)),
-        ("Groups in the order of solution", _groups(report)),
-        (f"Bars ({len(report.bars.branches)}) and nodes ({len(report.bars.nodes)})", _bars(report.bars)),
-    ]
-    head = [report.title, "=" * len(report.title), ""] if report.title else []
-    return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
+def _joints(joints: Iterable[topology.Pair]) -> list[str]:
+    rows = []
+    for pair in joints:
+        drive = "" if pair.drive is None else f"drive {pair.drive + 1}"
+        rows.append((pair.name, pair.kind, f"{pair.start} - {pair.end}", drive))
+    return table_lines(rows)
 
 
-def _links(report: StructureReport) -> list[str]:
-    return table_lines([(link.name, ", ".join(link.points)) for link in report.mechanism.links])
-
-
-def _joints(report: StructureReport) -> list[str]:
-    return table_lines(
-        [
-            (
-                pair.name,
-                pair.kind,
-                f"{pair.start} - {pair.end}",
-                "" if pair.drive is None else f"drive {pair.drive + 1}",
-            )
-            for pair in report.joints
-        ]
-    )
-
-
-def _mobility(report: StructureReport) -> list[str]:
-    welds, single, slipping = (sum(pair.freedoms == freedoms for pair in report.joints) for freedoms in (0, 1, 2))
-    links = len(report.mechanism.links)
+def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: Sequence[topology.Contact]) -> list[str]:
+    welds, single, slipping = (sum(pair.freedoms == freedoms for pair in joints) for freedoms in (0, 1, 2))
+    links = len(mechanism.links)
     count = topology.kutzbach(links, single, slipping, welds)
     fixed = f" - 3 * {welds}" if welds else ""
     lines = [f"Kutzbach count: 3 ({links} - 1) - 2 * {single} - {slipping}{fixed} = {count}"]
-    if isinstance(report.ranks, str):
-        return [*lines, *wrapped_lines(f"m and h are not known: {report.ranks}")]
-    drives = len(report.mechanism.drives)
-    m = int(report.ranks.mobility)
-    lines += rank_lines(report.ranks)
+    try:
+        here = topology.assembled(mechanism)
+        chain = topology.planar_chain(here, contacts)
+        ranks = topology.mobility(chain)
+        redundant = [joints[number] for number in topology.stressed_joints(chain)]
+        triangles = topology.flat_triangles(here)
+    except MechanismError as error:
+        return [*lines, *wrapped_lines(f"m and h are not known: {error}")]
+    drives, m = len(mechanism.drives), int(ranks.mobility)
+    lines += rank_lines(ranks)
     lines.append(f"drives: {drives}" + (", as many as m" if drives == m else f", but m = {m}"))
-    lines += redundancy_lines([f"{pair.name} ({pair.start} - {pair.end})" for pair in report.redundant])
-    for trio in report.triangles:
+    lines += redundancy_lines([f"{pair.name} ({pair.start} - {pair.end})" for pair in redundant])
+    for trio in triangles:
         lines += wrapped_lines(
             f"{', '.join(trio)} are pinned to one another in one line, which is singular in every position: "
             "make them one link with three points"
@@ -212,19 +155,17 @@ def _mobility(report: StructureReport) -> list[str]:
     return lines
 
 
-def _groups(report: StructureReport) -> list[str]:
-    if isinstance(report.groups, str):
-        return wrapped_lines(f"none: {report.groups}")
-    return table_lines(
-        [
-            (f"{number}", group.name, ", ".join(group.links), _drive_text(group.drives))
-            for number, group in enumerate(report.groups, 1)
-        ]
-    )
-
-
-def _drive_text(drives: Sequence[int]) -> str:
-    return "drive " + ", ".join(str(drive + 1) for drive in drives) if drives else ""
+def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[str]:
+    """Groups in the order of solution, or the reason why there are none; a contact is no lower pair."""
+    try:
+        groups = assur_groups(mechanism)
+    except MechanismError as error:
+        return wrapped_lines(f"none: {_no_groups_reason(contacts) if contacts else error}")
+    rows = []
+    for number, group in enumerate(groups, 1):
+        drives = ", ".join(str(drive + 1) for drive in group.drives)
+        rows.append((f"{number}", group.name, ", ".join(group.links), f"drive {drives}" if drives else ""))
+    return table_lines(rows)
 
 
 def _bars(graph: Graph) -> list[str]:
@@ -277,8 +218,7 @@ def spatial_text(joints: Sequence[topology.SpatialJoint], title: str = "", fixed
         ("Mobility", [*rank_lines(ranks), *redundancy_lines(stressed)]),
         ("Input-output laws", _input_output_laws(chain.freedoms, chain.graph, topology.joint_rates(chain))),
     ]
-    head = [title, "=" * len(title), ""] if title else []
-    return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
+    return titled(title, sections)
 
 
 def _freedom_text(joint: topology.SpatialJoint) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -165,9 +165,9 @@ def scene_text(scene: StructureScene) -> str:
         from kinelast.structure import spatial_text
 
         return spatial_text(scene.joints, scene.title, scene.fixed)
-    from kinelast.structure import structure_report, structure_text
+    from kinelast.structure import structure_text
 
-    return structure_text(replace(structure_report(scene.mechanism, scene.contacts), title=scene.title))
+    return structure_text(scene.mechanism, scene.contacts, scene.title)
 
 
 def skeleton_svg(subject: Mechanism | Scene) -> str:

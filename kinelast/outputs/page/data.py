@@ -83,7 +83,7 @@ def kept_positions(results: Results) -> Integers:
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
     doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
-    each = 8 * doubles + 4 * ((len(results.extremes) + 1) * beams + links)
+    each = 8 * doubles + 4 * ((len(results.cycle.extremes) + 1) * beams + links)
     step = -(-count * each // BUDGET)
     if step <= 1:
         return np.arange(count)
@@ -107,7 +107,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     store.add("time", taken(motion.time))
     for name in ("drive", "drive_rate"):
         store.add(name, taken(getattr(motion, name)))
-    store.add("effort", taken(results.efforts))
+    store.add("effort", taken(results.cycle.efforts))
     for name, of in (("motor_speed", motor_speed), ("motor_torque", motor_torque)):
         rows = of_drives("motors", of)(results.cycle)
         store.add(name, np.array([taken(values) for values in rows]).reshape(-1, len(kept)))
@@ -124,13 +124,13 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     for name, values in (("force", forces.force), ("ground_force", [forces.ground_force])):
         store.add(name, np.array([taken(np.asarray(value, complex)) for value in values]).reshape(-1, len(kept)))
     store.add("ground_moment", taken(np.asarray(forces.ground_moment, float))[None])
-    store.add("counted", taken(results.counted.astype(float)), "f")
+    store.add("counted", taken(results.cycle.counted.astype(float)), "f")
     if results.scene.labels:
         add_fields(store, results, taken)
         if not bent.division.whole:
             store.add("piece.start", taken(bent.division.start))
             store.add("piece.width", taken(bent.division.width))
-        for field, extreme in results.extremes.items():
+        for field, extreme in results.cycle.extremes.items():
             store.add(f"extreme.{field}", taken(extreme.value), "f")
     return store
 

@@ -166,7 +166,7 @@ def cam_row(reader: Reader, name: str) -> dict[str, Any]:
 
     `cut` is the depth to which the follower cuts into the profile from another position: the cam cannot be made.
     """
-    scene, counted = reader.scene, reader.results.counted
+    scene, counted = reader.scene, reader.results.cycle.counted
     cam, faults = scene.cams[name], {"undercut": _undercut(reader.cycle, name), "contact_lost": _lost(reader, name)}
     return {
         "follower": scene.mechanism.links[cam.link].name,
@@ -194,7 +194,7 @@ def _lost(reader: Reader, name: str) -> Flags:
 
 def cam_findings(reader: Reader) -> Iterator[Finding]:
     """Yield findings on cams that cannot be made or lose their followers."""
-    counted = reader.results.counted
+    counted = reader.results.cycle.counted
 
     def size(found: Reading | None, sign: float = 1.0) -> str:
         if found is None or found.value is None:
