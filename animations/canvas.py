@@ -1,7 +1,5 @@
 """Off-screen VTK canvas for meshes of moving points and text."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Diagrams that can be drawn, and the format of numbers in drawings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

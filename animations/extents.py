@@ -1,7 +1,5 @@
 """Extents of solid links at every position, for the choice of layers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """Moving labels: names of points and links, and the peak value."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

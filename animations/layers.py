@@ -1,7 +1,5 @@
 """Layers of solid links, so that overlapping links never share one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

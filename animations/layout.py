@@ -1,7 +1,5 @@
 """Scales and view of a picture, fixed for all positions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations

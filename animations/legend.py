@@ -1,7 +1,5 @@
 """Title, scales, colour legend and drive coordinates around a mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Named colours for light and dark backgrounds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 Colour = tuple[float, float, float]  # red, green, blue from 0 to 1

@@ -1,7 +1,5 @@
 """Paths of the moving points."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from animations.shapes import Complexes, FlatShape

@@ -1,7 +1,5 @@
 """Picture of a mechanism, built once and then updated for each position."""
 
-from __future__ import annotations
-
 from types import TracebackType
 from typing import Any, Self
 

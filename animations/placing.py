@@ -1,7 +1,5 @@
 """Placement of moving labels: cost of hidden parts, and overlaps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

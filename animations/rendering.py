@@ -3,8 +3,6 @@
 Without OpenGL, VTK ends the process instead of raising an error.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

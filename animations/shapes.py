@@ -3,8 +3,6 @@
 Each shape computes its points in the plane of motion at a position [m].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

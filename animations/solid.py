@@ -3,8 +3,6 @@
 Coordinates are the plane of motion and z towards the viewer [m].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A mechanism as solid bodies: links in layers on axles, the ground behind."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from functools import partial
 

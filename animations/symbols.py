@@ -1,7 +1,5 @@
 """Symbols of the display list as flat shapes, at displaced places."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

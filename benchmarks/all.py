@@ -1,7 +1,5 @@
 """Run the benchmarks behind docs/performance.md and put their tables into the docs: `python benchmarks/all.py`."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

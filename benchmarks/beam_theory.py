@@ -1,7 +1,5 @@
 """Error of beam theory: the estimate compared with plane-stress bodies; docs/validity.md has the tables."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

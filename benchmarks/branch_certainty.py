@@ -7,8 +7,6 @@ steps of 1/20,000 of a turn. Linkages that pass change points have closed forms.
 more than 1e-6 and is not marked as unreliable.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -6,8 +6,6 @@ The reference is `branch_tracker`, which shares no code with the program. An unm
 by more than 1e-6, or if the drive cannot reach it. A marked position is missed if the tracker reaches it.
 """
 
-from __future__ import annotations
-
 import csv
 import sys
 import time

@@ -11,8 +11,6 @@ By the Newton-Kantorovich theorem, h < 1 / (z + sqrt(k m)) suffices. Each step i
 get short near a singular position, and arbitrarily short at the end of the branch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ The mechanics of a scene are its motion and the quasi-static deflection of all f
     python benchmarks/default_report.py [NAME]
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable, Iterator

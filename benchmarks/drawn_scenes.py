@@ -4,8 +4,6 @@ The keys come from the tables of the format and the options from the requests, s
 number determine a case.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import re

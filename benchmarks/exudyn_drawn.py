@@ -13,8 +13,6 @@ five stations, in percent of the maximum of that beam or joint, or of a tenth of
 The worst beam or joint counts.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time

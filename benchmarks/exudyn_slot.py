@@ -8,8 +8,6 @@ The step size matters more than the mesh: at 1,200 steps a turn exudyn is 0.2 % 
     python benchmarks/exudyn_slot.py
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

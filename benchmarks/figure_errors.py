@@ -12,8 +12,6 @@ changes the reference by more than `KNOWN` of the error. For some mechanisms `fe
 that check shares neither motion nor loads nor theory. docs/validity.md lists the results.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 import warnings

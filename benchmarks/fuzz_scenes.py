@@ -7,8 +7,6 @@ a process are limited. `--note` adds a row for every hundred cases to results/fu
 `--only 17` repeats case 17 of the seed. tests/test_fuzz.py runs some hundred of the cases.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import csv

@@ -3,8 +3,6 @@
 The program computes in chunks of its own width. "At once" is one batch for comparison, as far as memory allows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Mechanisms that the benchmarks move: a steel four-bar, many four-bars at once, a chain of dyads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Limit speeds and peaks found from ten speeds, compared with a dense grid: shipped and random scenes."""
 
-from __future__ import annotations
-
 import math
 import sys
 import time

@@ -3,8 +3,6 @@
 Import this before numpy: it limits the linear algebra to one thread.
 """
 
-from __future__ import annotations
-
 import csv
 import gc
 import json

@@ -7,8 +7,6 @@ although the reference agrees; a false pass agrees although the reference differ
 seeds, and those of this seed before scene FIRST. docs/validity.md lists the results.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 import sys

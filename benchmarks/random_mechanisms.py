@@ -1,7 +1,5 @@
 """Random mechanisms with a crank at constant speed: four-bars, slider-cranks, six-bars, some with ternary links."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Random scenes: linkages and arms, at constant speed or by laws, with springs, masses, gears and loads."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Iterator

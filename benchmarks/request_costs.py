@@ -1,7 +1,5 @@
 """Time of each request on its own: motion, reactions, fields, extremes, stresses, check."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -8,8 +8,6 @@ process, which has loaded all modules; every tenth starts a new interpreter. The
 runs.
 """
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import json

@@ -9,8 +9,6 @@ elements; the geometrically exact time includes the linear answer that starts th
     python benchmarks/rungs.py
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -5,8 +5,6 @@
 Each design has 72 positions. The sweep finds the largest value of every field over the links and the cycle.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import resource

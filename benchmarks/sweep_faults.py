@@ -6,8 +6,6 @@ The sweep is killed, runs on a full disk, loses workers, and gets damaged files.
 system; the script skips it without permission to mount one.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

@@ -4,8 +4,6 @@
 A result with only a CSV file has one table, named `all`.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

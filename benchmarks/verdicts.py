@@ -12,8 +12,6 @@ one. For a geometrically exact answer it asks for an accuracy of 0.5 %. It contr
 with its own error, is "not acceptable". Beside the file of rows, FILE-summary.csv has the counts.
 """
 
-from __future__ import annotations
-
 import cmath
 import csv
 import math

@@ -1,7 +1,5 @@
 """Columns of CSV files of other programs: headings, cells, and the line number of every row."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """DXF drawings: lines read as links, and links with holes at their joints written."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Mechanisms of Linkage, version 2 and 3 (.linkage2): XML of connectors, links and ratios."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Mechanisms written for Linkage, version 3."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from xml.etree import ElementTree
 

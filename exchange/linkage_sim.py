@@ -1,7 +1,5 @@
 """Mechanisms of linkage_sim: JSON of bodies, joints and drivers in SI units, each body in its own axes."""
 
-from __future__ import annotations
-
 import cmath
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Models of mec2, as JSON of nodes and constraints, alone or within the <mec-2> element of a page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

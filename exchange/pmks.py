@@ -1,7 +1,5 @@
 """Mechanisms of PMKS+: its links and the files it saves, which hold the same text."""
 
-from __future__ import annotations
-
 import cmath
 from collections.abc import Mapping
 from urllib.parse import parse_qs, urlsplit

@@ -1,7 +1,5 @@
 """The text in which PMKS+ saves a mechanism: base 64 numbers and records between dots, as plain records and back."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Mechanisms written for PMKS+."""
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Mechanisms of pylinkage (its `mechanism` package), as JSON of joints and links."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

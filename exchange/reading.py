@@ -1,7 +1,5 @@
 """Files of other programs, recognised by their content."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Mapping

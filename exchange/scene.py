@@ -1,7 +1,5 @@
 """The scene of a drawing: every assumption in its text has a comment."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from math import isfinite, sqrt

@@ -1,7 +1,5 @@
 """SVG drawings of a scene at true size: links with holes at their joints, and paths of points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from xml.sax.saxutils import escape, quoteattr

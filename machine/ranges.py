@@ -1,7 +1,5 @@
 """Ranges of sizing formulas: quantity, bounds, source, and consequence outside."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

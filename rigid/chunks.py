@@ -1,7 +1,5 @@
 """Motions of any number of positions and designs, in chunks that fit the cache."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Constants of all links and beams as arrays, for vectorised operations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -1,7 +1,5 @@
 """Drawing of a mechanism: point positions that select the assembly branch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

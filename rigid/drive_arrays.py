@@ -1,7 +1,5 @@
 """Drive coordinates and rates as arrays over the positions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid.arrays import ArrayLike, Columns, Reals

@@ -1,7 +1,5 @@
 """Joints of placed links, with the tooth contacts of gears."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid.joints import Joint, JointPlace, Placed, point_of

@@ -1,7 +1,5 @@
 """Motion of a mechanism at many positions at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce

@@ -4,8 +4,6 @@ The cam curves are normalised to a rise of 1 in a time of 1: R. L. Norton, Cam D
 2nd ed., Industrial Press 2009, chapters 2 and 3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

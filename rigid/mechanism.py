@@ -1,7 +1,5 @@
 """Definition of a planar mechanism."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Check of the names and values in a mechanism."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol

@@ -4,8 +4,6 @@ Vectors in the plane are complex numbers. A quantity may be an array of shape (d
 mechanism are computed together.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol

@@ -1,7 +1,5 @@
 """Peak speed, acceleration and jerk of motion laws, and jumps of the acceleration."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Positions, velocities and accelerations of points of moving links."""
 
-from __future__ import annotations
-
 from rigid.arrays import Complex, Complexes
 from rigid.kinematics import Motion
 

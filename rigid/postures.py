@@ -1,7 +1,5 @@
 """Positions of all links, without velocities."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reach of a mechanism: positions that close, and stops."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

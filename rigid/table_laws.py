@@ -1,18 +1,13 @@
 """Motion laws by table entries, and repeated laws."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from rigid.laws import Triple
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
 
 INSTANT_TOLERANCE = 1e-12  # largest deviation of an instant from the end of a period, relative to its duration
 CLOSING_TOLERANCE = 1e-12  # largest rise of a period that returns to its start, relative to the rise
@@ -58,7 +53,7 @@ class TableLaw:
         return float(self([self.duration])[1][0])
 
     @cached_property
-    def _spline(self) -> tuple[CubicSpline, float]:
+    def _spline(self) -> tuple[Any, float]:
         from scipy.interpolate import CubicSpline
 
         time, value = np.array(self.times), np.array(self.coordinates)

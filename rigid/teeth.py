@@ -1,7 +1,5 @@
 """Tooth forces of gears: pitch points and lines of action, theory.md, "Gears"."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Transmission angles of dyads: how effectively one link drives the other."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

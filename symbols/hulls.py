@@ -1,7 +1,5 @@
 """Convex outlines of links without beams."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

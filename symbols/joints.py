@@ -1,7 +1,5 @@
 """Symbols of joints and supports. No other file defines such symbols."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -5,8 +5,6 @@ Renderers know the links' positions; they scale each mark and draw it at its anc
 So a list of marks stays valid while the mechanism moves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Display list of a mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import count
 from typing import Any

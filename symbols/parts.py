@@ -1,7 +1,5 @@
 """Symbols of drives, springs, wheels, loads, masses and cylinders."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

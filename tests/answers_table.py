@@ -3,8 +3,6 @@
 `python tests/answers_table.py` writes the table.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

@@ -1,7 +1,5 @@
 """Energy and momentum of a moving mechanism, summed over mass points without the program's mechanics."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid import LineLoad, PointLoad, acceleration_of, position_of, velocity_of

@@ -1,7 +1,5 @@
 """Open pages in a headless Chromium."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import time

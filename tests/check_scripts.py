@@ -4,8 +4,6 @@
 type. `--write` formats the scripts instead. The scripts of a page share one scope: they are checked as one file.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -6,8 +6,6 @@ joint forces as multipliers. There are no loops, dyads, trees or clamped beams, 
 program.
 """
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import dataclass
 

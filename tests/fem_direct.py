@@ -4,8 +4,6 @@ Plain scikit-fem in metres and newtons; joints are rows of a constraint matrix. 
 deflection and rotation, of degree four and three. The block of a slider is a node of its beam.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP2, ElementLinePp, LinearForm, MeshLine
 from skfem.helpers import dd, ddot, dot, grad

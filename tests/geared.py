@@ -4,8 +4,6 @@ These references do not use the program. Positions and accelerations are closed 
 of pins, guides, teeth and drives solve one system with three equations per body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

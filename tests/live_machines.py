@@ -1,7 +1,5 @@
 """Four machines drawn in the live editor from the empty sheet; presses and letters are counted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from live_page import Hand

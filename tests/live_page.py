@@ -1,7 +1,5 @@
 """Serve the live editor in a thread, and operate its page in a browser."""
 
-from __future__ import annotations
-
 import threading
 import time
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ Close to a singular position, iterations in floats fail. These closed forms by m
 the program.
 """
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 from exact import WORKED, exact

@@ -1,7 +1,5 @@
 """A small sweep in closed form that can be slow, fail or be killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

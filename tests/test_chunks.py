@@ -4,8 +4,6 @@ References are geometry (links of a parallelogram stay parallel, gears keep thei
 which the other tests compare with independent references.
 """
 
-from __future__ import annotations
-
 import tracemalloc
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Gere: Gere, Goodno, Mechanics of Materials, 8th ed., appendix H. Roark: Young, B
 Stress and Strain, 8th ed., Table 8.1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mechanisms import (

@@ -4,8 +4,6 @@ Roark is Young, Budynas, Sadegh, Roark's Formulas for Stress and Strain, 8th edi
 Materials, 6th edition; Timoshenko is Timoshenko, Strength of Materials, Part I, 3rd edition.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

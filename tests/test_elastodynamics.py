@@ -1,7 +1,5 @@
 """Vibration of links agrees with independent solutions, and with the quasi-static answer in slow motion."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

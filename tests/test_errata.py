@@ -6,8 +6,6 @@ program: quadrature of section forces from equilibrium, and closure of joints. T
 numbers, by closed forms and by Hermite finite elements.
 """
 
-from __future__ import annotations
-
 from cmath import phase
 from math import atan2, cos, sin, tau
 

@@ -1,7 +1,5 @@
 """The stated error of a figure bounds its true error."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from dataclasses import replace

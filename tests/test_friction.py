@@ -1,7 +1,5 @@
 """Friction in joints acts against the motion, in proportion to joint forces, and drives supply the heat."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Friction acts on vibrating links by their own joint forces and rates, in slip and stick."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

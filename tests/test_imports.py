@@ -1,7 +1,5 @@
 """Only required packages are imported, and packages import each other in one direction."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

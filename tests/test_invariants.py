@@ -3,8 +3,6 @@
 Energy, virtual work, change of frame, units and time reversal are tested with every kind of load.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import balance

@@ -1,7 +1,5 @@
 """motion.csv lists the kinematics and forces of each drive, link, point and joint."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

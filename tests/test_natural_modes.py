@@ -1,7 +1,5 @@
 """Natural modes have the shapes and damping of closed forms; in mechanisms they are compatible and orthogonal."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The nonlinear check accepts or rejects each feature as documented in docs/validity.md."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -3,8 +3,6 @@
 References are the drawing, closed forms, and derivatives of Fourier series of the positions.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures at few positions and at sixteen times as many differ by less than their stated errors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ The references are a table of exact fields of a steel four-bar, Simeon's slider-
 mechanism by another method in 50 digits (exact.py).
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A block passes from beam to beam along its slot as along one beam."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -7,8 +7,6 @@ motion of the elastic rod; here it is linear about the rigid rod. The difference
 displacement, 6e-4 of the length.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

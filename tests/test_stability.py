@@ -5,8 +5,6 @@ The error of a position is measured against 50-digit arithmetic, in units of eps
 rotation of the position.
 """
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -3,8 +3,6 @@
 References are one dense equilibrium system of all links, Newton's laws summed over mass points, and closed forms.
 """
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import replace
 

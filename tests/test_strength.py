@@ -3,8 +3,6 @@
 Gere is Gere, Mechanics of Materials, 6th edition.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The program selects the cheapest theory that meets the accuracy, and states the error of its answer."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -1,7 +1,5 @@
 """Units are factors on every number: powers of two change no digit, other factors only the last digits."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

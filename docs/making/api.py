@@ -3,8 +3,6 @@
 The `__init__.py` files define the public names; for `kinelast`, only the file of the package itself does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

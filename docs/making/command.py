@@ -1,7 +1,5 @@
 """Reference of the command: option, value, default, meaning and files, from the request classes."""
 
-from __future__ import annotations
-
 from rows import row
 
 from kinelast.cli.terminal import EPILOG

@@ -1,7 +1,5 @@
 """Reference of the figures, from their registry, and of the fields along a beam."""
 
-from __future__ import annotations
-
 from rows import row
 
 from elastic import FIELDS

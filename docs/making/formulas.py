@@ -1,7 +1,5 @@
 """Formulas of the pages as MathML: drawn by the browser itself, no script and no network."""
 
-from __future__ import annotations
-
 import re
 from html import unescape
 

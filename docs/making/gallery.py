@@ -3,8 +3,6 @@
 The report moves in the browser; a film would take ten more seconds per scene.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterator

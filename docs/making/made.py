@@ -1,7 +1,5 @@
 """Generated page or file of the site."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

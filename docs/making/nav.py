@@ -1,7 +1,5 @@
 """Replace folder patterns in the navigation of mkdocs.yml by the pages of the folder."""
 
-from __future__ import annotations
-
 import re
 from fnmatch import fnmatchcase
 from pathlib import PurePosixPath

@@ -1,7 +1,5 @@
 """Make the site work without a network: replace fetched files of the theme, reject any other host."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path, PurePosixPath
 

@@ -1,7 +1,5 @@
 """Pages of reference, made from the code."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """List all files of the packages by folder, with the first paragraph of each docstring."""
 
-from __future__ import annotations
-
 import ast
 from itertools import groupby
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs of the command for the site, cached in build/ until the program or the scene changes."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 from collections.abc import Sequence

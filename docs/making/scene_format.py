@@ -4,8 +4,6 @@ A page has the table of a struct between `<!-- keys: MaterialTable -->` and `<!-
 with all their keys. `python docs/making/scene_format.py` writes the tables into docs/scenes.md; a test compares them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Hooks of the site: pages made from the code, navigation by folder, formulas as MathML, files of the repository."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path, PurePosixPath
 from typing import Any

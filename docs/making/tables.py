@@ -3,8 +3,6 @@
 A key or column without description, unless it is a figure of the registry or a field, stops the build.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -17,31 +17,3 @@ from elastic.beams.cross_sections import (
 from elastic.beams.outline import CrossSectionError, outline
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
 from elastic.beams.shaped_sections import section_of, tapered
-
-__all__ = [
-    "POISSON",
-    "RIGID",
-    "SHAPES",
-    "CrossSectionError",
-    "JointCompliance",
-    "Section",
-    "Shape",
-    "Taper",
-    "angle",
-    "box",
-    "channel",
-    "circle",
-    "designs_of",
-    "i_section",
-    "outline",
-    "rectangle",
-    "section_of",
-    "t_section",
-    "tapered",
-    "tube",
-    "with_rotary_inertia",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -1,7 +1,5 @@
 """Force and moment of a sliding block on a beam, and their effect on the fields beyond it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from elastic.beams.compliance import BeamCompliance

@@ -1,7 +1,5 @@
 """Cross-sections by dimensions: area, second moment, shear coefficient."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

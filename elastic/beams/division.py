@@ -4,8 +4,6 @@ Usually a beam is one piece. Sliding blocks divide it at their positions. A tape
 flexibility is a polynomial to round-off.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise

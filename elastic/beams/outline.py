@@ -1,7 +1,5 @@
 """Cross-sections of any outline, by finite elements (sectionproperties)."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

@@ -5,8 +5,6 @@ derivative. So all zeros follow recursively, starting from the straight line. Be
 recursion: the number of zeros in (0, 1) is the number of their sign changes, or less by an even number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from math import comb

@@ -1,7 +1,5 @@
 """Rigidities of a beam, their taper, and the compliance of joints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

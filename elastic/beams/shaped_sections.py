@@ -1,7 +1,5 @@
 """Sections of one shape and one material, uniform or tapered."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

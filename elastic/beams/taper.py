@@ -1,7 +1,5 @@
 """Tapered beams: functions that replace powers of xi, and pieces on which they are polynomials to round-off."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Thin walls and fillets of cross-sections: area, second moment, shear flow."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

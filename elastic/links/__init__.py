@@ -3,19 +3,3 @@
 from elastic.links.added_loads import AddedLoads, map_loads
 from elastic.links.beam_trees import acting_points, in_line, lined_up
 from elastic.links.members import BeamRun, BeamRuns, members_of, spans_of
-
-__all__ = [
-    "AddedLoads",
-    "BeamRun",
-    "BeamRuns",
-    "acting_points",
-    "in_line",
-    "lined_up",
-    "map_loads",
-    "members_of",
-    "spans_of",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -1,7 +1,5 @@
 """Additional loads on the links, from vibration or displaced links."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

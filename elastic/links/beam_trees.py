@@ -1,7 +1,5 @@
 """Beams of each link as a tree, to sum loads and pass on displacements; cuts of its rings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Section forces and displacements of links under load, each clamped at the root of its beams."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

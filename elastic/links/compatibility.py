@@ -5,8 +5,6 @@ Utenov et al., equations (8) to (16): (8) to (11) carry the displacement of a jo
 Rigid-body motion of the links then closes the joints, see `rigid.closures.displacements`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Free bodies: load on each beam's end, by balance of the tree beyond it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

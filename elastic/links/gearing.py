@@ -1,7 +1,5 @@
 """Gears on bent links: loads on their links, and displacement of the followers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from elastic.links.configuration import NodeDisplacements

@@ -4,8 +4,6 @@ A load, a mass, a joint or a new section ends a beam, not a member. So does a co
 can buckle between its joints.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -1,7 +1,5 @@
 """Checks that sections and joints determine the links' statics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from elastic.beams.compliance import BeamCompliance

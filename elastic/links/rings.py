@@ -1,7 +1,5 @@
 """Rings of beams, cut open and closed again by redundants (force method)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Positions of sliding blocks on beams, and the joint forces there as loads on the beams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

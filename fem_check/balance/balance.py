@@ -6,8 +6,6 @@ given loads and the ground forces require. From `rigid` it reads only the mechan
 forces. Derivation: docs/validity.md, "Momentum".
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Rate of the momentum of displaced masses, minus the moments of the displaced forces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Resultant forces and moments on a whole mechanism, and gaps of the joints."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
 from typing import Any

@@ -1,7 +1,5 @@
 """Moving masses as points: positions, velocities and elastic displacements."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rates of the positions of masses by central differences in time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

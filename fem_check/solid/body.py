@@ -1,7 +1,5 @@
 """Link as a body of quadratic quadrilaterals: stiffness, loads and supports."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Error of beam theory: closed forms compared with plane-stress bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Weak forms of a body in plane stress for scikit-fem."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from skfem import BilinearForm, LinearForm

@@ -4,8 +4,6 @@ Each beam is a strip along its axis with the depth of the rectangle of the same 
 mitres; a beam that ends alone extends beyond its pin by half its depth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Responses of a link to unit loads, reused for all positions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

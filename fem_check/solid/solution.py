@@ -1,7 +1,5 @@
 """All links as plane-stress bodies at all positions, by superposition of unit responses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Hertzian pressure of a line contact between cylinders."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ follower is a roller or a flat face of any link. Tangents and curvatures follow 
 without numerical differentiation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """Contact forces of cams on their followers, which replace the efforts of the driven coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

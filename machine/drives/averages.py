@@ -1,7 +1,5 @@
 """Averages over the time of a run: mean, root mean square, mean positive part."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ of gravity are linear in that moment. The effort of a torsion spring at the pin 
 moment. Derivation: docs/machine.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Cylinders as drives: pressure by bore, flow, and buckling of the rod."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

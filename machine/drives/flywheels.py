@@ -1,7 +1,5 @@
 """Flywheels: energy fluctuation of a cycle, and inertia for an allowed speed fluctuation."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motors with gearboxes: torque, speed and inertia at the motor shaft, and the gear ratio of least torque."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -19,30 +19,3 @@ from machine.joints.bearings import (
 )
 from machine.joints.clearance import clearance_effects, contact_losses, knocks
 from machine.joints.courses import JointCourse, joint_course
-
-__all__ = [
-    "EDGE_RANGE",
-    "EYE_RANGE",
-    "HOLE_RANGE",
-    "LIFE_FACTORS",
-    "LOAD_RANGE",
-    "OVERLAP_RANGE",
-    "PIN_RANGE",
-    "SLIP_RANGE",
-    "STATIC_RANGE",
-    "Eye",
-    "Guide",
-    "JointCourse",
-    "JointParts",
-    "Pin",
-    "Plain",
-    "Rolling",
-    "clearance_effects",
-    "contact_losses",
-    "joint_course",
-    "knocks",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

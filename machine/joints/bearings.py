@@ -1,7 +1,5 @@
 """Rolling and plain bearings, pins and eyes: load, life and stresses from the joint force."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Clearance of joints: loss of contact, and displacement of a point or an angle of the mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Force and motion of a joint over the cycle: mean force for life, swing, sense of rotation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -17,28 +17,3 @@ from machine.life.endurance import (
     surface_factor,
 )
 from machine.life.stresses import Fatigue, FatigueTask, fatigue
-
-__all__ = [
-    "CRITERIA",
-    "CYCLES_RANGE",
-    "SIZE_RANGE",
-    "SURFACES",
-    "SURFACE_RANGE",
-    "YIELD_RANGE",
-    "Fatigue",
-    "FatigueStrength",
-    "FatigueTask",
-    "cycles_of",
-    "damage",
-    "effective_diameter",
-    "endurance_safety",
-    "equivalent_amplitude",
-    "fatigue",
-    "reliability_factor",
-    "size_factor",
-    "surface_factor",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

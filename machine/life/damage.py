@@ -1,7 +1,5 @@
 """Rainflow cycles of a repeating stress, and Miner's sum of their damage."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Strength of a material in fatigue, the factors of a part that lower it, and the mean stress's share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

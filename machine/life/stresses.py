@@ -1,7 +1,5 @@
 """Fatigue of beams: stresses of both outer fibres at all stations over the cycle, safety and damage."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Coordinates of a motion with rates: link angles, slides, point positions, distances."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

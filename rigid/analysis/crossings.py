@@ -1,7 +1,5 @@
 """Zeros of a quantity, found from its sign changes between the positions of a motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

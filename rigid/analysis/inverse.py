@@ -1,7 +1,5 @@
 """Inverse kinematics: drive coordinates for a given point position, angle or distance."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate

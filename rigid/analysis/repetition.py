@@ -1,7 +1,5 @@
 """Period of a mechanism: common period of its drives, and number of periods until links return."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

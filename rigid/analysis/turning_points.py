@@ -1,7 +1,5 @@
 """Analysis of a moving linkage: extreme positions, dead centres, time ratio, velocity ratios."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

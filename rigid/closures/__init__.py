@@ -4,21 +4,3 @@ from rigid.closures.conditioning import cancellation_factor, greatest_rotation, 
 from rigid.closures.displacements import displacements
 from rigid.closures.forces import MAX_UNSTRESSED, joint_forces, loaded_flanks, self_stresses
 from rigid.closures.gears import gear_input, gear_loads, rack_arm
-
-__all__ = [
-    "MAX_UNSTRESSED",
-    "cancellation_factor",
-    "displacements",
-    "gear_input",
-    "gear_loads",
-    "greatest_rotation",
-    "ill_conditioned",
-    "joint_forces",
-    "loaded_flanks",
-    "rack_arm",
-    "self_stresses",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

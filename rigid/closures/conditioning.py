@@ -3,8 +3,6 @@
 Derivation: docs/theory.md, "Accuracy".
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce

@@ -1,7 +1,5 @@
 """Rigid-body displacements that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from rigid.arrays import Columns

@@ -1,7 +1,5 @@
 """Joint forces in balance with given loads of the links: the transpose of the displacements."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

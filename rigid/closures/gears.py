@@ -3,8 +3,6 @@
 `gear_input` (small displacements) and `gear_loads` (forces) are transposes of one another.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

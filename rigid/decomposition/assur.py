@@ -1,7 +1,5 @@
 """Assur groups of a mechanism with their class and order."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass

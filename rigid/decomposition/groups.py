@@ -5,8 +5,6 @@ Within a group, the *tree* joints attach each link to one placed before it; each
 The *cut* joints close the loops and determine those freedoms.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

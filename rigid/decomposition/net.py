@@ -1,7 +1,5 @@
 """Joints between the links, and sets of links with equal constraints and freedoms."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """Order of solution of a mechanism: its groups, each with a tree of joints."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache

@@ -4,8 +4,6 @@ All position-dependent terms of the equation of motion are functions of this coo
 turn. A cell is reused from the previous turn if the links have the same posture.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

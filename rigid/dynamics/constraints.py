@@ -4,8 +4,6 @@ This is a second formulation, independent of groups, dyads and their order. Join
 reimplemented, so that the two formulations check each other. Derivation: docs/dynamics.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

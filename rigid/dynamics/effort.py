@@ -4,8 +4,6 @@ Both give the same as `drive_efforts(motion, reactions(motion))`, the Newton-Eul
 loads. Derivations: docs/dynamics.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

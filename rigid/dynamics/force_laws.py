@@ -3,8 +3,6 @@
 A law takes a motion and returns an array of shape (..., positions), a load factor or the effort of a drive.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal

@@ -4,8 +4,6 @@ The unknowns are the drive coordinates, so the loops of the mechanism close to r
 Derivation: docs/dynamics.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ determine their motion. Another joint replaces it; virtual work reduces the driv
 docs/dynamics.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Joint friction by the second formulation, reimplemented as an independent check."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

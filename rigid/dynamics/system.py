@@ -1,7 +1,5 @@
 """Equation of motion of the leading joints as a right-hand side for an integrator."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

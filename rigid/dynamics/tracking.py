@@ -1,7 +1,5 @@
 """Track a mechanism position by position with Newton's method on all joints."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any

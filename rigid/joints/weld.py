@@ -4,8 +4,6 @@ It constrains x, y and the rotation, and transmits a force and a moment. A weld 
 constraint: it is redundant for rigid links, while elastic ones determine its force and moment.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 

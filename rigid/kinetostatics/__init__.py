@@ -11,27 +11,3 @@ from rigid.kinetostatics.friction import (
 )
 from rigid.kinetostatics.loads import beam_couples, beam_directions, beam_loads, link_loads, point_loads
 from rigid.kinetostatics.statics import balancing_forces, force_condition
-
-__all__ = [
-    "balancing_forces",
-    "beam_couples",
-    "beam_directions",
-    "beam_loads",
-    "creep_rate",
-    "dissipated_power",
-    "force_condition",
-    "friction_per_rate",
-    "friction_power",
-    "kinetic_energy",
-    "link_loads",
-    "load_power",
-    "point_loads",
-    "potential_energy",
-    "rubbing_joints",
-    "sliding_directions",
-    "with_friction",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -1,7 +1,5 @@
 """Energy of a moving mechanism, and power of loads and dampers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid.arrays import Columns, Reals

@@ -4,8 +4,6 @@ Joint forces are linear in the friction efforts, so all positions are solved at 
 Derivation: docs/theory.md, "Friction".
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache

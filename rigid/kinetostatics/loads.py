@@ -1,7 +1,5 @@
 """Loads of the links: inertia and weight along beams, line loads, point loads."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loads that depend on the direction of motion: pump pressure, blade friction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Springs and dampers between two links, as loads in `Mechanism.loads`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

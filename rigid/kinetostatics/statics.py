@@ -1,7 +1,5 @@
 """Joint forces in equilibrium with the loads of the links, including drive efforts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from functools import reduce
 from typing import Any

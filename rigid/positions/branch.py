@@ -6,8 +6,6 @@ that stays uncertain is a change point, which the smooth branch crosses, or a li
 are nan.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

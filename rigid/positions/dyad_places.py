@@ -1,7 +1,5 @@
 """Placement of both links of a dyad, for the five kinds of dyads."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache, reduce
 from typing import Any

@@ -4,8 +4,6 @@ Each function returns the position of both links, and the sine s at which they m
 position, nan if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Derivation: docs/theory.md, "The branch".
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Knots: places on the drive path at which a mechanism's posture is known, ordered by design and place."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

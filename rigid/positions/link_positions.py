@@ -1,7 +1,5 @@
 """Positions of all links, group by group."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Positions of groups without closed form, by Newton's method at all positions at once."""
 
-from __future__ import annotations
-
 from functools import reduce
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Positions of the links placed so far."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Range over which a mechanism is tracked from its drawing: as requested, or the turns of a closed cycle."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

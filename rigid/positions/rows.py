@@ -1,7 +1,5 @@
 """Selection of designs from mechanisms, links, loads or sections."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from operator import is_

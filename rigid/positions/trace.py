@@ -1,7 +1,5 @@
 """Tracking of a group without closed form along the knots of a branch."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Assembly of a mechanism near its drawing, with any drives, even if redundant."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Oriented graphs: nodes and branches, incidence, spanning tree and independent loops."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Input-output laws of a chain at one position: rates by rates, loads by loads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

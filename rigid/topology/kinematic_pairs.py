@@ -1,7 +1,5 @@
 """Kinematic pairs of a mechanism, each between two links, and their count."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal

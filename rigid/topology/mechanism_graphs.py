@@ -3,8 +3,6 @@
 Topology only, without lengths. See docs/structure.md.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Chain of a planar mechanism: twists of pins, sliders and contacts in a posture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -5,8 +5,6 @@ kinematic equations close the twists around each independent loop; the static eq
 link. Derivation: docs/structure.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Check that redundant constraints of a mechanism fit."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 from rigid.decomposition.groups import Group

@@ -4,8 +4,6 @@ A torsor is a resultant and a moment at a point. Per joint: relative motions of 
 loads transmitted from the start link (force, moment), in the joint's own axes x, y, z.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches

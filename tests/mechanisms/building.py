@@ -1,7 +1,5 @@
 """Building blocks of the mechanisms, and the cases that move them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 Each case has every kind of load, in generic proportions, so that no term vanishes by chance.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

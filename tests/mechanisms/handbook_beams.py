@@ -1,7 +1,5 @@
 """Handbook beams as mechanisms at rest: cantilevers and beams on two supports."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

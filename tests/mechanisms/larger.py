@@ -1,7 +1,5 @@
 """Loaded cases of more than one dyad: arms, six-bars, and a group that is not a dyad."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mechanisms whose only load is the mass of their bars."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic import RIGID, Section
