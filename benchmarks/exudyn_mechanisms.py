@@ -10,13 +10,12 @@ the midpoint's deflection from the chord over the turn, relative to its maximum,
     python benchmarks/exudyn_mechanisms.py record    (writes the reference of tests/test_against_exudyn.py)
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import measuring
@@ -29,9 +28,11 @@ from random_scenes import scene_of
 from elastic import Deflection, Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error, transient
 from elastic.vibration import natural_frequencies
-from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
 from kinelast.scene.course import Run
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))  # its independent integrators
+from nonlinear import nonlinear_steady_state, nonlinear_transient
 
 RATIOS = 0.04, 0.08, 0.14  # speed over lowest natural frequency
 DAMPING = 0.03  # ratio at that frequency

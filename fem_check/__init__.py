@@ -9,7 +9,6 @@ from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare
 from fem_check.linear.solution import Solution, TieForce, solve
 from fem_check.solid.comparison import SolidComparison, compare_solid
 from fem_check.solid.solution import SolidSolution, solve_solid
-from fem_check.vibration.frequencies import natural_frequencies
 from fem_check.vtu import write_vtu_series
 
 __all__ = [
@@ -24,7 +23,6 @@ __all__ = [
     "balance",
     "compare",
     "compare_solid",
-    "natural_frequencies",
     "solve",
     "solve_solid",
     "write_vtu_series",

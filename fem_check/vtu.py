@@ -1,7 +1,5 @@
 """Series of VTU files of the moving, deformed beams and plane bodies for ParaView."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ benchmarks/exudyn_mechanisms.py writes tests/data/exudyn_mechanisms.json: deflec
 chord over a turn of the steady state. exudyn shares no code with this program.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -14,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import at_speed
+from nonlinear import nonlinear_steady_state
 
 from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
-from fem_check.nonlinear import nonlinear_steady_state, refined_deflection
+from fem_check.nonlinear import refined_deflection
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.document import read_scene

@@ -3,18 +3,16 @@
 `fem_check.nonlinear` has its own kinematics, loads and beam theory.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 from mechanisms import ALL, at_speed, steel_four_bar
+from nonlinear import nonlinear_steady_state
 from tiers import in_tiers
 
 from elastic import sample
 from elastic.elastodynamics import elastodynamic, theory_error
-from fem_check.nonlinear import nonlinear_steady_state
 from rigid import ConstantSpeed, drive_efforts
 
 CASES = [

@@ -8,6 +8,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from fem_vibrating import natural_frequencies
 from mechanisms import (
     ALL,
     cantilever,
@@ -18,7 +19,6 @@ from mechanisms import (
     ring,
     slider_crank,
     still,
-    supported,
 )
 from test_gears import geared_four_bar
 from test_vibration import EI, LENGTH, MASS, bending, roots
@@ -26,7 +26,6 @@ from tiers import in_tiers
 
 import elastic.vibration
 from elastic import JointCompliance, Section, Taper
-from fem_check import natural_frequencies
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 ENDS = {"A": 0.0, "B": LENGTH}
@@ -43,12 +42,6 @@ class TestStandardBeams:
         errors = [lowest(cantilever(ENDS, MASS), count=2, elements=n) / exact - 1 for n in (4, 8, 16)]
         assert np.min(errors) > 0  # finite elements are too stiff
         np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.2)
-
-    def test_rod_of_simeons_slider_crank(self):
-        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s, from its stiffness and mass matrices."""
-        rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
-        found = lowest(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), rod, 2, 64)
-        assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
 
     def test_pointed_cone(self):
         """A cone clamped at its base, 8.719/l^2 sqrt(EI/m) (Blevins, tapered beams); the tip is not exactly sharp."""
@@ -145,19 +138,3 @@ class TestMechanisms:
         tipped = lowest(cantilever(ENDS, MASS, lumps=(Lump("B", 0.5),)), elements=8)[0]
         np.testing.assert_allclose(found[[0, 2]], [bare, tipped], rtol=1e-3)
         assert bare > found[1] > tipped
-
-    def test_frequencies_of_designs_go_with_the_root_of_stiffness(self):
-        case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
-        sections = [replace(s, EA=s.EA * factors, EI=s.EI * factors) for s in case.sections]
-        found = natural_frequencies(motion_of(case), sections, 2, 2, [0, 7])
-        assert found.shape == (2, 3, 2)
-        np.testing.assert_allclose(found, found[:, :1] * np.sqrt(factors), rtol=1e-9)
-
-    def test_misuse_is_an_error(self):
-        case = four_bar()
-        with pytest.raises(ValueError, match="1 sections for 3 beams"):
-            natural_frequencies(motion_of(case), [STIFF])
-        with pytest.raises(ValueError, match="0 elements"):
-            natural_frequencies(motion_of(case), case.sections, 0)
-        with pytest.raises(ValueError, match='no joint is named "X"'):
-            natural_frequencies(motion_of(case), case.sections, joints={"X": JointCompliance(1.0)})

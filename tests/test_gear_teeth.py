@@ -7,13 +7,13 @@ forms of a cantilever, finite elements, and virtual power.
 from dataclasses import replace
 from itertools import pairwise
 
+import fem_vibrating
 import numpy as np
 import pytest
 from geared import GRAVITY, TRAINS, free_bodies
 from mechanisms import motion_of
 from tiers import in_tiers
 
-import fem_check
 from elastic import JointCompliance, Section, deflection, vibration
 from fem_check import compare, solve
 from rigid import (
@@ -357,7 +357,7 @@ class TestDeflection:
     def test_frequencies_of_finite_elements_agree(self, name):
         course, sections = elastic_course(name)
         found = vibration.natural_frequencies(course, sections, 2, 3, settled=1e-8)
-        other = fem_check.natural_frequencies(course, sections, 12, 2, found.position)
+        other = fem_vibrating.natural_frequencies(course, sections, 12, 2, found.position)
         np.testing.assert_allclose(other, found.omega, rtol=1e-5)
 
     def test_a_wheel_on_a_cantilever_rotates_as_its_centre_sinks(self):

@@ -3,13 +3,12 @@
 References are closed forms of the elastica, and `fem_check.nonlinear` with its own kinematics, loads and beam theory.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 from mechanisms import ALL, at_speed, steel_four_bar
+from nonlinear import nonlinear_steady_state
 from scipy.optimize import root
 
 from elastic import (
@@ -25,7 +24,6 @@ from elastic import (
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
-from fem_check.nonlinear import nonlinear_steady_state
 from rigid import (
     Beam,
     ConstantSpeed,

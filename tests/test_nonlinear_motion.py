@@ -1,7 +1,5 @@
 """Motion, forces and energy of the nonlinear check obey mechanics, and frequencies agree with publications."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -9,20 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import steel_four_bar
+from nonlinear import PeriodicCollocation, nonlinear_equilibrium, nonlinear_steady_state, nonlinear_transient
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals
 from tiers import in_tiers
 
 from elastic import RIGID, Section, deflection, sample, with_rotary_inertia
-from fem_check.nonlinear import (
-    DoesNotCloseError,
-    nonlinear_equilibrium,
-    nonlinear_steady_state,
-    nonlinear_transient,
-    refined_deflection,
-)
+from fem_check.nonlinear import DoesNotCloseError, refined_deflection
 from fem_check.nonlinear.collocation import Collocation
-from fem_check.nonlinear.stepping import periods, slowest_vibration, start_of
+from fem_check.nonlinear.equilibrium import start_of
+from fem_check.nonlinear.stepping import periods, slowest_vibration
 from fem_check.nonlinear.system import system_of
 from rigid import (
     Beam,
@@ -304,12 +298,9 @@ def test_time_marching_reaches_the_steady_state():
 
 def frequencies(mechanism, sections, speed, elements):
     """Return frequencies of small vibrations about steady rotation, in rotating axes with fixed drives [rad/s]."""
-    from fem_check.nonlinear.cycle import PeriodicCollocation
-    from fem_check.nonlinear.system import system_of
-
     system = system_of(mechanism, sections, [ConstantSpeed(0.0, speed)], 0.0, elements, None, 0.0)
     solver = PeriodicCollocation(system, 2 * math.pi / (speed or 1.0), 16)
-    found = solver.solved(lambda share, words: None)
+    found = solver.solved()
     given = found.q, found.v, found.a, found.pulls, solver.drives, solver.factor
     tangents = solver.frames.seen(system.residual(*given)[2])
     K, C, M = tangents.stiffness[0], tangents.damping[0], tangents.mass[0]
@@ -376,12 +367,11 @@ def test_invalid_periods_and_options_are_errors():
 def test_progress_is_reported():
     reports = []
     mechanism, sections = steel_four_bar_of_known_area()
-    nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 9.0)], 2 * math.pi / 9, 16, 2,
-                           progress=lambda share, words: reports.append((share, words)))  # fmt: skip
-    shares = [share for share, _ in reports]
-    assert shares == sorted(shares)
-    assert 0 < shares[-1] <= 1
-    assert all("Newton" in words for _, words in reports)
+    times, law = np.arange(8) * math.pi / 36, [ConstantSpeed(0.0, 9.0)]
+    refined_deflection(mechanism, sections, law, times, 2 * math.pi / 9, True, 0.1,
+                       progress=lambda share, words: reports.append((share, words)))  # fmt: skip
+    assert all(0 < share <= 1 for share, _ in reports)
+    assert any("Newton" in words for _, words in reports)
 
 
 # To a tolerance

@@ -1,15 +1,14 @@
 """Large static displacements of beams agree with published closed forms, for any loads and joints."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from nonlinear import nonlinear_equilibrium
 from tiers import in_tiers
 
 from elastic import JointCompliance, Section, Taper, deflection, sample, with_rotary_inertia
-from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, nonlinear_equilibrium
+from fem_check.nonlinear import DoesNotCloseError, NotCheckedError
 from rigid import (
     Beam,
     ConstantSpeed,

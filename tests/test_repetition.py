@@ -5,10 +5,10 @@ from math import isnan, pi
 import numpy as np
 import pytest
 from answers_table import FEATURES
+from nonlinear import nonlinear_steady_state
 from scene_texts import FOUR_BAR, PARALLELOGRAM, edited
 
 from elastic import sample
-from fem_check.nonlinear import nonlinear_steady_state
 from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text

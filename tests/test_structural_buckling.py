@@ -1,13 +1,12 @@
 """Mechanisms buckle at Euler's loads, for any division of rods into beams."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
+from nonlinear import nonlinear_equilibrium
 from scipy.optimize import brentq
 from scipy.special import ellipk
 from tiers import in_tiers
@@ -16,7 +15,6 @@ from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
 from elastic.assessment.buckling import RESOLVED, buckling_factor, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
-from fem_check.nonlinear import nonlinear_equilibrium
 from kinelast import read_scene, shipped_scenes
 from kinelast.scene.data import scene_deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion

@@ -4,11 +4,10 @@ References are the characteristic equations of Blevins, Formulas for Natural Fre
 8-1 (single-span beams), solved in 30 digits, and closed forms with few degrees of freedom.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
+import fem_vibrating
 import mpmath
 import numpy as np
 import pytest
@@ -28,7 +27,6 @@ from mechanisms import (
     with_link,
 )
 
-import fem_check
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered, with_rotary_inertia
 from elastic.assessment import harmonics, period_of
 from elastic.vibration import natural_frequencies
@@ -54,7 +52,7 @@ def bending(lambdas, length=LENGTH, stiffness=EI, mass=MASS):
 
 
 def by_elements(mechanism, sections, modes=3, joints=None):
-    return fem_check.natural_frequencies(still(mechanism), sections, 32, modes, joints=joints)[:, 0]
+    return fem_vibrating.natural_frequencies(still(mechanism), sections, 32, modes, joints=joints)[:, 0]
 
 
 @pytest.fixture(params=[(frequencies, 1e-7), (by_elements, 1e-5)], ids=["closed forms", "finite elements"])

@@ -2,16 +2,16 @@
 
 from dataclasses import replace
 
+import fem_vibrating
 import numpy as np
 import pytest
 from mechanisms import at_speed, six_bar, triad
+from nonlinear import nonlinear_equilibrium
 
 from elastic import PRIMARY, JointCompliance, Section, deflection, sample
 from elastic.elastodynamics import elastodynamic
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
-from fem_check import natural_frequencies as natural_frequencies_by_fem
-from fem_check.nonlinear import nonlinear_equilibrium
 from kinelast import shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
@@ -134,7 +134,7 @@ class TestCoupler:
     def test_frequencies_by_finite_elements(self):
         moved = motion(FOUR_BARS["welded"], ANGLES[:2])
         ours = natural_frequencies(moved, [SECTION] * 4, 2, 2, settled=1e-6).omega
-        assert near(natural_frequencies_by_fem(moved, [SECTION] * 4, 8, 2), ours, 1e-3)
+        assert near(fem_vibrating.natural_frequencies(moved, [SECTION] * 4, 8, 2), ours, 1e-3)
 
     def test_vibrations_are_equal(self):
         def steady(mechanism):

@@ -1,7 +1,5 @@
 """Comparison of closed forms with finite elements."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

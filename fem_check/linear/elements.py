@@ -5,8 +5,6 @@ digits far from it. Slider blocks and moving nodes need different elements at ea
 thousands at once; scikit-fem would need a `Basis` per position.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

@@ -4,8 +4,6 @@ The beams enter by the flexibility of their ends, which solves all positions in 
 fine mesh. The tests compare with the full matrix, assembled and condensed by scikit-fem (tests/fem_direct.py).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

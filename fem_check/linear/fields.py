@@ -1,7 +1,5 @@
 """The six fields at the nodes of all beams."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Weak forms of beams, in scikit-fem's terms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from skfem import BilinearForm, LinearForm

@@ -1,7 +1,5 @@
 """Mechanism as bodies: each beam is a body clamped to its own axes at its start."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

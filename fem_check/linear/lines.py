@@ -10,8 +10,6 @@ power of the number of elements in a plain assembly (docs/validity.md):
   exact.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Distributed and concentrated loads of the bodies, including inertia."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -3,8 +3,6 @@
 Pitch points and lines of action are computed independently, from pitch radii.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Finite element solution of the whole mechanism at every position."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Constraints between bodies: welds, pins, sliders, locked drives and gears."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any

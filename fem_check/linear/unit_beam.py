@@ -1,7 +1,5 @@
 """Cantilever of unit length and unit rigidities at its start, by scikit-fem."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

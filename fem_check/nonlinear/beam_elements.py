@@ -9,8 +9,6 @@ flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece i
 h turn^2 / 24, which the stretch includes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ instants together. Its linear systems are condensed to the positions and velocit
 (Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 7.2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -113,12 +111,9 @@ class Collocation:
         self.first, self.rigid = everywhere[0], everywhere[1:]
         self.turned = np.where(system.turns, np.round((everywhere[-1] - everywhere[0]) / (2 * np.pi)), 0) * 2 * np.pi
         self.drives, self.factor = system.drives(self.time), system.load_factors(self.time)
-        size, free = system.rigid.size, system.free
-        self.unit = np.where(system.turns[free], 1.0, size)
+        self.unit, self.gap = system.unit, system.gap
         stiff = system.nodes.elements.stiffness
         self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else 1.0
-        kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
-        self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
 
     def solved(
         self,

@@ -4,8 +4,6 @@ Each is a function c of position and rotation of two nodes; the first node can b
 damper acts along the gradient of c: a moment for an angle, a force for a length.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any

@@ -1,58 +1,134 @@
-"""Static equilibrium of an elastic mechanism with large displacements."""
+"""Equilibrium at an instant, and the start of a motion."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 
-from elastic import JointCompliance, Section
-from fem_check.nonlinear.marching import Marcher
-from fem_check.nonlinear.rigid_places import DriveLaw
-from fem_check.nonlinear.solution import Instants, NonlinearSolution, solution_of
-from fem_check.nonlinear.system import system_of
-from rigid import Mechanism, Reals
+from fem_check.nonlinear.collocation import Beginning
+from fem_check.nonlinear.rigid_places import DoesNotCloseError
+from fem_check.nonlinear.system import System
+from rigid import Reals
+
+Start = Literal["rigid", "quasi-static", "static"]
+MAX_STEPS = 40
+TOLERANCE = 1e-9
+"""Largest last change of Newton's method, relative to the mechanism's size, or [rad]."""
+MAX_CHANGE = 0.3
+POINTS = 7
+Rates = Callable[[Reals], tuple[Reals, Reals, Reals]]
 
 
-def nonlinear_equilibrium(
-    mechanism: Mechanism,
-    sections: Sequence[Section],
-    laws: Sequence[DriveLaw],
-    times: Sequence[float] | Reals,
-    elements: int = 8,
-    joints: Mapping[str, JointCompliance] | None = None,
-) -> NonlinearSolution:
-    """Static equilibrium at given times [s], with drives and loads from their laws.
+def slopes(step: float) -> Reals:
+    """Differentiation matrix for equally spaced instants, shape (POINTS, POINTS)."""
+    from numpy.polynomial import polynomial
 
-    Each solution starts from the previous one, so laws of time can lead to large displacements in increments. See
-    `nonlinear_transient` for parameters and errors.
+    places = np.arange(POINTS) - (POINTS - 1) / 2
+    fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
+    rates: Reals = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / step
+    return rates
 
-    Examples
-    --------
-    A cantilever rolled up to half a circle by the moment pi EI/l:
 
-    >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad
-    >>> from rigid.dynamics import law_of_time
-    >>> arm, ground = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),)), Link("ground", {"O": 0})
-    >>> rolling = PointLoad("arm", "A", moment=np.pi, law=law_of_time(lambda time: time))
-    >>> held = Mechanism((ground, arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, loads=(rolling,))
-    >>> still = lambda time: (0 * time, 0 * time, 0 * time)
-    >>> half = nonlinear_equilibrium(held, [Section(EA=1e4, EI=1.0)], [still], np.linspace(0, 1, 6))
-    >>> half.phi[0, -1, -1].round(9)
-    np.float64(3.141592654)
+def start_of(system: System, step: float, begin: Start) -> Beginning:
+    """State at the first instant.
+
+    Parameters
+    ----------
+    step
+        Difference step [s].
+    begin
+        "rigid": positions and velocities of the rigid links; "quasi-static": deformed by the loads and the inertia of
+        the rigid motion, with the rate of this deformation; "static": at rest, deformed by the loads.
     """
-    times = np.asarray(times, float)
-    system = system_of(mechanism, sections, laws, float(times[0]), elements, joints, 0.0)
-    marcher = Marcher(system, 1.0)
-    rigid = system.rigid_coordinates(system.rigid.at(times))
-    rest = np.zeros((1, rigid.shape[1]))
-    kept, moved = [], rest
-    for k, time in enumerate(times):
-        here = marcher.balanced(rigid[k : k + 1] + moved, lambda place: (place, rest, rest), 0.0, 0.0, float(time))[0]
-        moved = here - rigid[k : k + 1]
-        kept.append((here, marcher.pulls.copy()))
-    q, pulls = (np.concatenate(values) for values in zip(*kept, strict=True))
-    still = np.zeros_like(q)
-    given = q, still, still, pulls, system.drives(times), system.load_factors(times)
-    _, state, _ = system.residual(*given, tangent=False)
-    return solution_of(system, tuple(sections), elements, Instants(times, rigid, q, still, still, state))
+    q, v, _ = InstantEquilibrium(system).started(system.rigid.start, step, begin)
+    return Beginning(q[0], v[0])
+
+
+class InstantEquilibrium:
+    """Newton's method at one instant, with the multipliers of the last solution."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        stiff = system.nodes.elements.stiffness
+        self.energy = (
+            float(np.median(stiff[:, 2, 2])) if len(stiff) else max(float(system.nodes.masses.mass.sum()), 1e-9)
+        )
+        self.pulls = np.zeros((1, len(system.gap)))
+
+    def started(self, time: float, step: float, begin: Start) -> tuple[Reals, Reals, Reals]:
+        """Positions, and rates and accelerations from the positions of the next instants, (1, coordinates)."""
+        slope = slopes(step / 2)
+        times = time + step / 2 * np.arange(POINTS, dtype=float)
+        q = self.system.rigid_coordinates(self.system.rigid.at(times))
+        self.system.prescribe(q, self.system.drives(times))
+        v = slope @ q
+        a = slope @ v
+        if begin == "quasi-static":
+            q = self._bent(q, v, a, times)
+            v = slope @ q
+            a = slope @ v
+        elif begin == "static":
+            v = np.zeros_like(v)
+            q = self._bent(q[:1], v, np.zeros_like(a), times[:1])
+        return q[:1], v[:1], a[:1]
+
+    def _bent(self, q: Reals, v: Reals, a: Reals, times: Reals) -> Reals:
+        """Equilibrium positions under the loads and given accelerations."""
+        places = []
+        for k, time in enumerate(times):
+            rates = partial(_with, v[k : k + 1], a[k : k + 1])
+            places.append(self.balanced(q[k : k + 1], rates, 0.0, 0.0, time)[0])
+        return np.concatenate(places)
+
+    def balanced(
+        self, guess: Reals, rates: Rates, by_rate: float, by_acceleration: float, time: float
+    ) -> tuple[Reals, Reals, Reals]:
+        """Solve for coordinates, rates and accelerations; the tangent is reused while it converges."""
+        from scipy.linalg import lu_solve
+
+        system, free, unit, gap = self.system, self.system.free, self.system.unit, self.system.gap
+        instant = np.array([time])
+        drives, factor = system.drives(instant), system.load_factors(instant)
+        place = guess.copy()
+        system.prescribe(place, drives)
+        known, before, assumed = None, np.inf, None
+        for number in range(MAX_STEPS):
+            q, v, a = rates(place)
+            total, state, tangents = system.residual(q, v, a, self.pulls, drives, factor, known is None, assumed)
+            if tangents is not None:
+                matrix = tangents.stiffness[0] + by_rate * tangents.damping[0] + by_acceleration * tangents.mass[0]
+                rows = tangents.rows[0] * unit / gap[:, None]
+                matrix = matrix * unit[:, None] * unit / self.energy
+                known = _factored(np.block([[matrix, rows.T], [rows, np.zeros((len(rows),) * 2)]]))
+            lacking = np.concatenate([total[0, free] * unit / self.energy, state.open[0] / gap])
+            change = -lu_solve(known, lacking, check_finite=False)
+            moved = change[: len(free)]
+            largest = np.abs(moved).max(initial=0.0)
+            if not np.isfinite(largest):
+                break
+            share = min(1.0, MAX_CHANGE / max(largest, 1e-300))
+            step = np.zeros_like(place)
+            step[0, free] = share * moved * unit
+            place, assumed = place + step, system.predicted(state, step, by_rate * step)
+            self.pulls = self.pulls + share * change[len(free) :] * self.energy / gap
+            if largest < TOLERANCE:
+                return rates(place)
+            if largest > 1e-3 or (number and largest > 0.2 * before):
+                known = None
+            before = largest
+        raise DoesNotCloseError(f"no balance found at {time:.6g} s: Newton's method last changed {before:.1e}")
+
+
+def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals, Reals]:
+    return place, rate, acceleration
+
+
+def _factored(matrix: Reals) -> Any:
+    """Factorise a matrix; solutions of a singular one are not finite."""
+    from scipy.linalg import LinAlgWarning, lu_factor
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LinAlgWarning)
+        return lu_factor(matrix, check_finite=False)

@@ -1,7 +1,5 @@
 """Motion of the rigid links for laws and loads, by differences of their positions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """Loads on nodes: forces and moments at points, and lumped line loads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -191,28 +189,3 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
     turned = np.where(loads.turning, 1j * force, 0.0)
     change[..., 0, 2], change[..., 1, 2], change[..., 2, 2] = turned.real, turned.imag, -levered.real
     return pushed, change
-
-
-def line_loads(rigid: RigidPlaces, beam: int, xi: Reals, direction: Complexes, time: Reals) -> Complexes:
-    """Force per length at a beam's nodes in ground axes [N/m], complex, (instants, nodes).
-
-    Parameters
-    ----------
-    beam
-        Number of the beam in the mechanism.
-    xi
-        xi of its nodes.
-    direction
-        Unit vector of x' at the nodes, (instants, nodes).
-    """
-    motion: Any = RigidLinkMotion(time, rigid)
-    mechanism = rigid.mechanism
-    at = mechanism.beams[beam][0]
-    number = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)
-    total = np.zeros(direction.shape, complex)
-    for load in mechanism.loads:
-        if isinstance(load, LineLoad) and mechanism.index[load.link] == at and load.beam == number:
-            factor = np.ones(time.shape) if load.law is None else np.broadcast_to(load.law(motion), time.shape)
-            given = complex(load.start) + (complex(load.end) - complex(load.start)) * xi
-            total += factor[:, None] * given * (direction if load.turning else 1.0)
-    return total

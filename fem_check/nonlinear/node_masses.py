@@ -10,8 +10,6 @@ h/6 with its moment of inertia; a second difference of masses near the end compe
 inertia of a uniform beam are exact.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

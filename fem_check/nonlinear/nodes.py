@@ -1,7 +1,5 @@
 """Nodes of a mechanism: the ground, rigid links, and nodes along elastic beams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -4,8 +4,6 @@ Each solution starts from the previous one. If Newton's method fails for all ste
 few steps at a time: from its start, or for a cycle until the initial vibration has decayed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,10 +15,10 @@ import numpy as np
 from elastic import JointCompliance, Section, reference_deflection
 from elastic.links import BeamRuns, members_of
 from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
-from fem_check.nonlinear.marching import POINTS, slopes
+from fem_check.nonlinear.displacements import displacements, on_finer_mesh
+from fem_check.nonlinear.equilibrium import POINTS, slopes, start_of
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
-from fem_check.nonlinear.solution import displacements
-from fem_check.nonlinear.stepping import periods, slowest_vibration, start_of, stepped
+from fem_check.nonlinear.stepping import periods, slowest_vibration, stepped
 from fem_check.nonlinear.system import System, system_of
 from rigid import Mechanism, Reals
 
@@ -109,8 +107,16 @@ def refined_deflection(
     tolerance
         Relative to the largest deflection of the worst beam. If the limits on steps and elements prevent it, `mesh` and
         `step` report the achieved error.
-    mechanism, sections, laws, joints, damping, progress
-        See `nonlinear_steady_state`.
+    sections
+        One per beam, in the order of `Mechanism.beams`. Links with infinite rigidities are rigid bodies.
+    laws
+        Per drive, a function from times [s] to coordinate, rate and acceleration; only the coordinate is used.
+    joints
+        Compliance and misfit of joints, by name.
+    damping
+        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s], one value or one per beam.
+    progress
+        Called with the completed share of the work, 0 to 1, and a message.
 
     Raises
     ------
@@ -249,7 +255,7 @@ class _Problem:
         if near is not None:
             moved = near.course.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
             if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
-                moved = _on_finer_mesh(near.system, system, moved, equations.rigid)
+                moved = on_finer_mesh(near.system, system, moved, equations.rigid)
             guess = moved, near.course.pulls_at(equations.time)
         return self._answer(system, equations.solved(guess, NEWTON_SHARE * self.tolerance, self.progress))
 
@@ -286,35 +292,3 @@ def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
     apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
     return float((apart / np.where(base > 0, base, 1.0)).max(initial=0.0))
-
-
-def _on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
-    """Interpolate displacements to twice the elements by cubic Hermite polynomials."""
-    refined = np.zeros_like(rigid)
-    for link in range(len(fine.mechanism.links)):
-        mine, other = (np.flatnonzero(system.nodes.link == link) for system in (fine, coarse))
-        if len(mine) == len(other):
-            refined[:, fine.of_node[mine]] = moved[:, coarse.of_node[other]]
-    for k, (along, rough) in enumerate(zip(fine.nodes.along, coarse.nodes.along, strict=True)):
-        if not along:
-            continue
-        at, beam = fine.mechanism.beams[k]
-        points = fine.mechanism.links[at].points
-        way = complex(points[beam.end]) - complex(points[beam.start])
-        h = abs(way) / (len(rough) - 1)
-        axis = way / abs(way) * np.exp(1j * rigid[:, fine.of_node[along[0], 2]])[:, None]
-        own = moved[:, coarse.of_node[list(rough)]]
-        z, phi = np.conj(axis) * (own[..., 0] + 1j * own[..., 1]), own[..., 2]
-        way_of = np.diff(z, axis=1) + h
-        grown = np.abs(way_of) / h * (1 + np.diff(phi, axis=1) ** 2 / 24)
-        first, last = (h * (grown * np.exp(1j * turn) - 1) for turn in (phi[:, :-1], phi[:, 1:]))
-        middle = (z[:, :-1] + z[:, 1:]) / 2 + (first - last) / 8
-        slope = 1.5 * np.diff(z, axis=1) - (first + last) / 4
-        new_z = np.empty((len(z), len(along)), complex)
-        new_phi = np.empty(new_z.shape)
-        new_z[:, ::2], new_z[:, 1::2] = z, middle
-        new_phi[:, ::2], new_phi[:, 1::2] = phi, np.angle(h + slope)
-        turned = axis * new_z
-        numbers = fine.of_node[list(along)]
-        refined[:, numbers] = np.stack([turned.real, turned.imag, new_phi], axis=-1)
-    return refined

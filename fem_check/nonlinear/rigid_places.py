@@ -3,8 +3,6 @@
 It uses three coordinates per link and one row per constraint, and none of the closed forms of `rigid`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

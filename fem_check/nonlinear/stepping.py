@@ -4,14 +4,11 @@ Newton's method for all steps of a cycle starts far from the solution if links b
 fails. A few steps start from the previous ones, so their changes stay small at any deflection.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
 
 from fem_check.nonlinear.collocation import STAGES, Beginning, CollocatedMotion, Collocation
-from fem_check.nonlinear.marching import Marcher, Start
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.system import System
 from rigid import Reals
@@ -20,13 +17,6 @@ STEPS_PER_GROUP = 4
 """Number of steps solved together, as long as that converges."""
 MAX_SUBDIVISION = 32.0
 """Largest ratio of the requested step to a subdivided one."""
-
-
-def start_of(system: System, step: float, begin: Start) -> Beginning:
-    """State at the first instant, see `Marcher.start`; `step`: difference step [s]."""
-    marcher = Marcher(system, 1.0)
-    marcher.start(system.rigid.start, step, begin)
-    return Beginning(marcher.q[0], marcher.v[0])
 
 
 def slowest_vibration(system: System) -> float:

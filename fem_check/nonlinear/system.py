@@ -1,7 +1,5 @@
 """Equations of motion in absolute coordinates: residual and tangents at many instants."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +9,7 @@ import numpy as np
 
 from elastic import JointCompliance, Section
 from fem_check.nonlinear.beam_elements import ElementState, element_state, predicted
-from fem_check.nonlinear.couplings import CouplingState, coupling_state
+from fem_check.nonlinear.couplings import CouplingKind, CouplingState, coupling_state
 from fem_check.nonlinear.loads import Loads, factors, load_state, loads_of
 from fem_check.nonlinear.node_masses import MassState, mass_state
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError, nodes_of
@@ -92,6 +90,17 @@ class System:
         found = np.zeros(len(self.prescribed), bool)
         found[self.of_node[:, 2]] = True
         return found
+
+    @cached_property
+    def unit(self) -> Reals:
+        """Unit of each free coordinate: the mechanism's size [m], or 1 rad."""
+        return np.where(self.turns[self.free], 1.0, self.rigid.size)
+
+    @cached_property
+    def gap(self) -> Reals:
+        """Unit of each constraint: the mechanism's size [m], or 1 rad."""
+        kinds = [self.ties.couplings[own.parts[0][0]].kind for own in self.ties.conditions]
+        return np.array([1.0 if kind == CouplingKind.TURN else self.rigid.size for kind in kinds])
 
     def drives(self, time: Reals) -> Reals:
         """Coordinates of the drives with the full turns of the drawing, (instants, drives)."""

@@ -1,7 +1,5 @@
 """Ties of nodes: shared pins, constraints, springs, and drive coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi

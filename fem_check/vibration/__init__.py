@@ -1,1 +1,0 @@
-"""Natural frequencies by finite elements."""
