@@ -1,11 +1,11 @@
 """Helpers for the tests of the source documents."""
 
 import numpy as np
+from second_routes import multiplier_forces, virtual_work_efforts
 
 from kinelast.scene.document import read_scene
 from kinelast.tasks.task import shipped_scenes
 from rigid import drive_efforts, reactions
-from rigid.dynamics import multiplier_forces, virtual_work_efforts
 
 
 def shipped(name):

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mechanisms import ALL, Case, bar, four_bar, motion_of, replaced, slider_crank, three_cranks, turn, with_lump
+from second_routes import multiplier_forces, virtual_work_efforts
 from test_gears import geared_four_bar
 
 from rigid import (
@@ -37,11 +38,9 @@ from rigid.dynamics import (
     law_of,
     law_of_rate,
     law_of_time,
-    multiplier_forces,
     reduced_inertia,
     sum_of_laws,
     table_curve,
-    virtual_work_efforts,
 )
 from rigid.kinetostatics import dissipated_power, kinetic_energy, load_power, potential_energy
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mechanisms import ALL, four_bar, inverted_slider_crank, motion_of
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
+from second_routes import multiplier_forces, virtual_work_efforts
 
 from elastic import Section, deflection
 from fem_check import compare, solve
@@ -32,7 +33,7 @@ from rigid import (
     reactions,
     structure,
 )
-from rigid.dynamics import Effort, forward, multiplier_forces, virtual_work_efforts
+from rigid.dynamics import Effort, forward
 from rigid.kinetostatics.friction import friction_power
 
 L, R = 0.2, 0.05

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from geared import GRAVITY, TRAINS, free_bodies
 from mechanisms import motion_of
+from second_routes import multiplier_forces, virtual_work_efforts
 from tiers import in_tiers
 
 from elastic import JointCompliance, Section, deflection, vibration
@@ -32,7 +33,6 @@ from rigid import (
     reactions,
 )
 from rigid.closures.gears import gear_loads
-from rigid.dynamics import multiplier_forces, virtual_work_efforts
 from rigid.plane import cross, dot
 
 ROUND_OFF = 1e-11

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from mechanisms import require_closed_loops
+from second_routes import multiplier_forces
 from sources import number, shipped, three_ways
 
 from kinelast.scene.data import scene_motion
 from rigid import position_of
-from rigid.dynamics import multiplier_forces
 from rigid.kinetostatics import kinetic_energy, potential_energy
 
 # andrews.f 1.2 (2006), at t = 0.03 s: beta, Theta, gamma, Phi, delta, Omega, epsilon, their rates and accelerations,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mechanisms import at_speed, six_bar, triad
 from nonlinear import nonlinear_equilibrium
+from second_routes import multiplier_forces
 
 from elastic import PRIMARY, JointCompliance, Section, deflection, sample
 from elastic.elastodynamics import elastodynamic
@@ -20,7 +21,7 @@ from kinelast.scene.error import SceneError
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
 from rigid.decomposition import assur_groups
-from rigid.dynamics import Effort, forward, motion_during, multiplier_forces
+from rigid.dynamics import Effort, forward, motion_during
 from rigid.joints import WeldJoint
 from rigid.topology import bar_graph, mechanism_mobility, mobility_count
 

@@ -3,9 +3,7 @@
 from rigid.dynamics.effort import (
     EquationOfMotion,
     equation_of_motion,
-    multiplier_forces,
     reduced_inertia,
-    virtual_work_efforts,
 )
 from rigid.dynamics.force_laws import (
     CurveLaw,
