@@ -158,6 +158,15 @@ def test_every_block_is_run_or_has_a_reason():
     assert not left, "run it, give its reason (<!-- not run: ... -->), or call it text"
 
 
+def test_named_tests_and_scripts_exist():
+    code = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").glob("test_*.py")))
+    for page in pages():
+        text = page.read_text(encoding="utf-8")
+        missing = [name for name in re.findall(r"`(test_\w+)`", text) if f"def {name}(" not in code]
+        scripts = re.findall(r"`((?:tests|benchmarks)/[\w/.*]+)(?: [^`]*)?`", text)
+        assert not missing + [name for name in scripts if not any(ROOT.glob(name))], page.name
+
+
 def test_the_page_of_the_format_has_all_keys(monkeypatch):
     """`python docs/making/scene_format.py` writes the tables from the structs."""
     where = ROOT / "docs" / "making" / "scene_format.py"
