@@ -1,4 +1,4 @@
-"""Table of docs/answers.md: scene features against answers, each cell tried by the command.
+"""Table of docs/answers.md: features that an analysis refuses, each pair tried by the command.
 
 `python tests/answers_table.py` writes the table.
 """
@@ -179,7 +179,7 @@ FEATURES = {
 }
 
 ANSWERS = {
-    "quasi-static, page": ["--theory", "quasi-static"],
+    "quasi-static": ["--theory", "quasi-static"],
     "vibrating": ["--theory", "elastodynamic"],
     "exact": ["--theory", "geometrically-exact"],
     "transient": ["--theory", "elastodynamic"],
@@ -228,16 +228,16 @@ def reason(text: str, status: int) -> str:
 
 
 def table(cells: dict[tuple[str, str], str]) -> str:
-    """Return the table and its reasons in Markdown."""
-    reasons = list(dict.fromkeys(NUMBER.sub("...", why) for why in cells.values() if why))
-    everywhere = [feature for feature in FEATURES if not any(cells[feature, answer] for answer in ANSWERS)]
-    lines = [EVERYWHERE + "; ".join(everywhere) + ".", "", "| | " + " | ".join(ANSWERS) + " |"]
-    lines.append("|---|" + "---|" * len(ANSWERS))
-    for feature in (feature for feature in FEATURES if feature not in everywhere):
-        marks = (cells[feature, answer] for answer in ANSWERS)
-        shown = ("yes" if not why else str(reasons.index(NUMBER.sub("...", why)) + 1) for why in marks)
-        lines.append(f"| {feature} | {' | '.join(shown)} |")
-    return "\n".join([*lines, "", *(f"{number}. {why}" for number, why in enumerate(reasons, 1)), ""])
+    """Return the features that every analysis accepts, and the table of refusals, in Markdown."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for (feature, answer), why in cells.items():
+        if why:
+            rows.setdefault((feature, NUMBER.sub("...", why)), []).append(answer)
+    refused = {feature for feature, _ in rows}
+    everywhere = [feature for feature in FEATURES if feature not in refused]
+    lines = [f"{EVERYWHERE}{'; '.join(everywhere)}.", "", "| feature | refused by | reason |", "|---|---|---|"]
+    lines += [f"| {feature} | {', '.join(answers)} | {why} |" for (feature, why), answers in rows.items()]
+    return "\n".join([*lines, ""])
 
 
 def cells() -> dict[tuple[str, str], str]:
