@@ -10,6 +10,7 @@ from elastic.assessment.settling import rest_from, settling_time
 from elastic.assessment.spectrum import Harmonics, harmonics
 from elastic.assessment.strength import safety_factor, stress_ends, stress_range
 from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, exceedances
+from elastic.assessment.vibration_bound import vibration_bound
 
 __all__ = [
     "LIMITS",
@@ -42,6 +43,7 @@ __all__ = [
     "slenderness",
     "stress_ends",
     "stress_range",
+    "vibration_bound",
 ]
 
 

@@ -273,9 +273,9 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
     return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
 
 
-def worth_halving(mechanism: Mechanism, elements: int) -> bool:
-    """True if a finer discretization of this size is worth its time."""
-    return not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
+def worth_halving(mechanism: Mechanism, elements: int, bound: float, resolved: float) -> bool:
+    """True if a bound of the discretization error exceeds `resolved`, and a finer one is worth its time."""
+    return bound > resolved and not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
 
 
 def unlocked(bent: Deflection) -> Deflection:

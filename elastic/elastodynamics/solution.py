@@ -100,6 +100,13 @@ class Elastodynamic:
         return force_error(self.vibration, (exact.displaced.force, exact.displaced.joints) if exact else None)
 
     @property
+    def bound(self) -> float:
+        """Bound of the discretization error; infinite after a start, whose axial ringing it does not cover."""
+        if self.vibration is not None and not self.vibration.cyclic:
+            return math.inf
+        return max(self.time_error + self.reduction_error, self.force_error)
+
+    @property
     def growth(self) -> float:
         """Growth of the least stable free vibration per cycle; below 1 it decays."""
         return float(np.abs(self.multipliers).max(initial=0.0))

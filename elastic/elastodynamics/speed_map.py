@@ -426,7 +426,7 @@ def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask)
     begun = answer
     sampler: Callable[[Any], Any] = grid.at_nodes
     forces = settled + force_error(answer)
-    if forces > task.resolved and worth_halving(answer.motion.mechanism, len(grid.steps)):
+    if worth_halving(answer.motion.mechanism, len(grid.steps), forces, task.resolved):
         discretization, grid = halved(discretization, grid)
         begun, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
         loads = resampled(corrected(begun, tolerance)[0].loads, sampler)

@@ -174,7 +174,7 @@ def _damping(results: Results) -> Reals:
     """Return the damping beta of each beam [s], from the answer or from the lowest natural frequency."""
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
-    from kinelast.figures.theory import damping_of
+    from kinelast.figures.bounds import damping_of
 
     frequencies = results.frequencies
     return damping_of(results.scene).settled(frequencies.lowest if frequencies else math.inf).beams

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,11 +21,15 @@ from machine.joints import JointCourse, joint_course
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
+if TYPE_CHECKING:
+    from elastic.vibration import Frequencies
+
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values
 STATIONS = 21  # stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
+INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
 
@@ -283,6 +287,11 @@ class Cycle:
         along, normal, displacement = (np.broadcast_to(each, self.columns) for each in vars(part).values())
         return PathDeviation(along, normal, displacement)
 
+    @property
+    def frequencies(self) -> Frequencies | None:
+        """Natural frequencies at some positions, nan if unknown; None if no link has beams."""
+        return self.still.frequencies if self.still else self.once(_frequencies)
+
     @cached_property
     @one_thread()
     def lowest_frequency(self) -> Reals:
@@ -295,6 +304,22 @@ class Cycle:
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
+
+
+@one_thread()
+def _frequencies(cycle: Cycle) -> Frequencies | None:
+    from elastic.vibration import Frequencies, natural_frequencies
+
+    scene = cycle.scene
+    if not scene.mechanism.beams:
+        return None
+    unknown = Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
+    if too_many_beams(scene.mechanism):
+        return unknown
+    try:
+        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints)
+    except np.linalg.LinAlgError:  # unrealistic sizes; the deflection is still known
+        return unknown
 
 
 def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:

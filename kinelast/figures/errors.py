@@ -15,7 +15,7 @@ from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import LARGEST, LEAST, MOST, OUTPUT_ERROR, Figure
+from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure
 from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
@@ -300,12 +300,15 @@ def _of_items(
     for name, stage in stages.items():
         parts[name], before = change(stage[figure.key], before), stage[figure.key]
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
-    wide = (
-        base if figure.over == LEAST else np.full(np.shape(here), np.max(base, initial=0.0))
-    )  # a safety is a quotient
+    units = figure.units(answer.scene)
+    scale = np.array([scales.get(unit, 0.0) for unit in units])
+    wide = scale if figure.of == POINT else base  # a safety is a quotient
+    if figure.over != LEAST:
+        wide = np.full(np.shape(here), np.max(wide, initial=0.0))
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
+    if VIBRATION in off.shares and figure.over == AVERAGE:  # it may be zero without vibration
+        parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
     if TIME in off.shares:
-        units = figure.units(answer.scene)
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
         forces = [off.forces if unit in ("N", "N m") else 0.0 for unit in units]
         parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])

@@ -12,9 +12,9 @@ import numpy as np
 
 from elastic import Deflection, Extreme, marked
 from elastic.assessment import LIMITS, Exceedance, exceedances, period_of, slenderness
-from elastic.vibration import Frequencies, natural_frequencies
+from elastic.vibration import Frequencies
 from kinelast.figures.checks import NonlinearCheck, NotMade
-from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import FigureError, GradedFigure, with_bodies, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 
 ASKED_FOR = "the quasi-static theory was chosen"
-INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
 TWICE = 2.0  # growth of vibration per cycle from which it is printed as a multiple
 
@@ -246,19 +245,10 @@ class Results:
         """Displacement of each moving point [m], complex, shape (positions,)."""
         return {point: deviation.displacement for point, deviation in self.cycle.deviations.items()}
 
-    @cached_property
-    @one_thread()
+    @property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some positions, nan if unknown; None if no link has beams."""
-        if not self.mechanism.beams:
-            return None
-        unknown = Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
-        if too_many_beams(self.mechanism):
-            return unknown
-        try:
-            return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
-        except np.linalg.LinAlgError:  # unrealistic sizes; the deflection is still known
-            return unknown
+        """Natural frequencies at some positions, see `Cycle.frequencies`."""
+        return self.cycle.frequencies
 
     @cached_property
     def period(self) -> float:

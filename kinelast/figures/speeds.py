@@ -14,6 +14,7 @@ import numpy as np
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
+from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
@@ -24,7 +25,6 @@ from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.report import LinkReserves
 from kinelast.figures.results import Results
-from kinelast.figures.theory import BOUND_OVER_ERROR, JUDGED, RESOLVED, damping_of
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, LEAST, OUTPUT_ERROR, Figure, Limit, items_of
@@ -185,7 +185,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             still=partial(_largest, scene, still),
             errors=partial(_errors, scene, figures),
             on_speed=answering,
-            resolved=JUDGED * RESOLVED * (scene.theory.accuracy or ACCURACY),
+            resolved=resolved(scene.theory.accuracy or ACCURACY, judged=True),
         )
         answers.find(ratios)
         looking = _Looking(scene.name, progress)

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, cycle_maxima
+from elastic import Deflection
 from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import (
-    Damping,
     Elastodynamic,
     Vibration,
     deflection_at,
@@ -27,6 +26,14 @@ from elastic.elastodynamics import (
     transient,
     with_large_displacement,
     worth_halving,
+)
+from kinelast.figures.bounds import (
+    BOUND_OVER_ERROR,
+    PER_ROTATION,
+    bound_of_vibration,
+    damping_of,
+    largest_rotation,
+    resolved,
 )
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.entry import magnitudes
@@ -69,11 +76,7 @@ TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the lar
 FINE = 0.02  # tolerance of the solver, relative to the requested accuracy
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
-RESOLVED = 0.4  # discretization error that needs no finer discretization to be measured, relative to the accuracy
-SMALL_ROTATION = 0.05  # [rad] / accuracy: a smaller rotation is itself the estimate of large displacement
 FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
-JUDGED = 0.2  # factor on both bounds if limits judge the answer
-BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
 BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
 FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 NO_MORE = 0.1  # largest change of deflections by the last step to the exact answer, relative to the accuracy
@@ -215,8 +218,12 @@ def answer(
     if not scene.labels:
         return rungs.rigid()
     rests = not named and _rests(plain)
-    if not named and not rests and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > MAX_ROTATION:
-        return rungs.unknown("vibration is not looked at where links turn by so much")
+    if not named and not rests:
+        rotation = largest_rotation(plain)
+        if rotation > MAX_ROTATION:
+            return rungs.unknown("vibration is not looked at where links turn by so much")
+        if bounded := rungs.bounded(period, PER_ROTATION * rotation, wanted):
+            return bounded
     aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
     tolerance = min(TOLERANCE, FINE * aim) if named else max(FINE * aim, FINEST)
     if scene.mechanism.friction:
@@ -347,16 +354,26 @@ class _Rungs:
         opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
-    @cached_property
-    def _share_of_bounds(self) -> float:
-        return JUDGED if limits_of(self.scene) else 1.0
-
     def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
         """Return True if vibration changes the deflection too much for the quasi-static answer to be tried."""
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
         return bool(abs(there - here) > FAR * wanted * max(there, stretch))
+
+    def bounded(self, period: float, large: float, wanted: float) -> Answer | None:
+        """Return the quasi-static answer with bounds of vibration and large displacement as its errors, if small."""
+        if large > self.resolved(wanted):
+            return None
+        vibration = bound_of_vibration(self.quasi_static, period)
+        if vibration + large > self.resolved(wanted):
+            return None
+        answer = self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {VIBRATION: vibration, LARGE: large})
+        return replace(answer, missed=vibration, finer=True)
+
+    def resolved(self, wanted: float) -> float:
+        """See `kinelast.figures.bounds.resolved`."""
+        return resolved(wanted, bool(limits_of(self.scene)))
 
     def rigid(self) -> Answer:
         """Return the answer of rigid links."""
@@ -371,21 +388,14 @@ class _Rungs:
 
         Its error is the square of the largest rotation plus the load over Euler's load.
         """
-        rotation = np.nanmax(cycle_maxima(self.plain, ["phi"])["phi"].value, initial=0.0)
+        rotation = largest_rotation(self.plain)
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return True if the bound of the discretization error is too large, and a finer one is affordable.
-
-        The bound does not cover axial ringing after a start, so such an error is always measured.
-        """
-        bound = max(answer.time_error + answer.reduction_error, answer.force_error)
-        if answer.vibration is not None and not answer.vibration.cyclic:
-            bound = math.inf
-        limit = RESOLVED * self._share_of_bounds * wanted
-        return bound > limit and worth_halving(self.scene.mechanism, answer.elements)
+        """Return True if a finer discretization has to measure the error."""
+        return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.resolved(wanted))
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
@@ -394,9 +404,9 @@ class _Rungs:
 
         It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
         """
-        rotation = float(np.nanmax(cycle_maxima(linear.deflection, ["phi"])["phi"].value, initial=0.0))
-        if self.theory.name is None and rotation <= SMALL_ROTATION * self._share_of_bounds * wanted:
-            return linear, {}, {LARGE: rotation}
+        large = PER_ROTATION * largest_rotation(linear.deflection)
+        if self.theory.name is None and large <= self.resolved(wanted):
+            return linear, {}, {LARGE: large}
         self._tell(2, "large displacement")
         try:
             stepped, left = with_large_displacement(linear, finer)
@@ -578,12 +588,6 @@ def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
         return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))
 
     return held, max(float(np.ptp(motion.time)), 1.0)
-
-
-def damping_of(scene: Scene) -> Damping:
-    """Return the damping of every beam: beta of its material, otherwise the damping ratio."""
-    theory = scene.theory
-    return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
 
 def _vibrating(scene: Scene, motion: Motion, motion_at: MotionAt, period: float, tolerance: float) -> Elastodynamic:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic.elastodynamics import NaturalModes, natural_modes
+from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import too_many_beams
-from kinelast.figures.theory import damping_of
 from kinelast.notebook import STATIONS, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document

@@ -1,0 +1,68 @@
+"""Bound of the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
+
+A harmonic of frequency w excites a mode of natural frequency omega and damping ratio zeta to at most
+1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1/(2 zeta) times. All modes are as soft as the
+lowest one at worst. Axial forces change the stiffness by their share of the critical load, rotation of the links by
+(rate/omega)^2. Derivation and measurements: docs/validity.md.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elastic.assessment.columns import euler_loads, euler_ratio
+from elastic.assessment.spectrum import harmonics
+from elastic.elastodynamics.point_effects import chosen_points, point_effects
+from elastic.elastodynamics.strains import Damping
+from elastic.sampling import sample
+from elastic.solution import Deflection
+
+EVEN = 1e-6  # largest deviation of even positions, relative to their spacing
+FREE = 4.0  # critical load of a pinned beam / that of a beam with a free end; taken if nothing is compressed
+STATIONS = 9
+
+
+def vibration_bound(deflection: Deflection, period: float, lowest: float, damping: Damping, pressed: float) -> float:
+    """Bound of the change of figures by vibration, relative to the largest one of the kind.
+
+    Infinite if no bound is known: uneven positions, friction, or forces that follow displaced points.
+
+    Parameters
+    ----------
+    deflection
+        Quasi-static deflection at even positions of one cycle.
+    period
+        Duration of the cycle [s].
+    lowest
+        Lowest natural frequency over the cycle [rad/s].
+    damping
+        Damping of the beams.
+    pressed
+        Largest load over the critical load of the mechanism.
+    """
+    motion = deflection.motion
+    steps = np.diff(motion.time)
+    even = len(steps) > 0 and np.abs(steps * len(motion.time) / period - 1.0).max() <= EVEN
+    if not even or motion.mechanism.friction or not np.isfinite(lowest):
+        return math.inf
+    if any(np.any(each.stiffness) for each in point_effects(deflection, chosen_points(motion.mechanism))):
+        return math.inf
+    spectrum = harmonics(deflection, period)
+    settled = damping.settled(lowest)
+    square = np.square(spectrum.omega / lowest)
+    with np.errstate(divide="ignore"):
+        most = 1.0 / (lowest * settled.beams.min(initial=settled.joints))
+        gain = np.where(square < 1.0, np.minimum(square / np.abs(1.0 - square), most), most)
+    change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:])
+    turned = float(np.square(motion.angular_velocity).max(initial=0.0)) / lowest**2
+    return change + turned + _stiffened(deflection, pressed)
+
+
+def _stiffened(deflection: Deflection, pressed: float) -> float:
+    """Change of the stiffness by axial forces: load over critical load, for pull as for compression."""
+    force = np.abs(sample(deflection, "N", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
+    loads, compressed = force / euler_loads(deflection), float(euler_ratio(deflection).max(initial=0.0))
+    factor = max(pressed / compressed, 1.0) if compressed > 0.0 else FREE
+    return factor * float(loads.max(initial=0.0))

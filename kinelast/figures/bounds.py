@@ -1,0 +1,43 @@
+"""Bounds of errors that are known before anything is solved, and the sole decision on whether a bound suffices."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elastic import Deflection, cycle_maxima
+from elastic.assessment import vibration_bound
+from elastic.elastodynamics import Damping
+from kinelast.figures.cycle import Cycle
+from kinelast.scene.data import Scene
+
+RESOLVED = 0.5  # bound of an error that needs no measurement, relative to the accuracy
+JUDGED = 0.2  # factor on this bound if limits judge the answer
+BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
+PER_ROTATION = 2.0  # bound of the effect of large displacement / largest rotation [rad]
+
+
+def resolved(accuracy: float, judged: bool) -> float:
+    """Largest bound of an error that is stated in place of a measured error; `judged` by limits or for a map."""
+    return RESOLVED * (JUDGED if judged else 1.0) * accuracy
+
+
+def damping_of(scene: Scene) -> Damping:
+    """Return the damping of every beam: beta of its material, otherwise the damping ratio."""
+    theory = scene.theory
+    return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
+
+
+def bound_of_vibration(cycle: Cycle, period: float) -> float:
+    """Bound of the relative change of a quasi-static answer by vibration; infinite if no bound is known."""
+    scene, frequencies = cycle.scene, cycle.frequencies
+    if not math.isfinite(period) or scene.course.stops or frequencies is None or cycle.singular.any():
+        return math.inf
+    pressed = float(np.max(cycle.pressed.value, initial=0.0))
+    return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), pressed)
+
+
+def largest_rotation(bent: Deflection) -> float:
+    """Largest rotation of a section [rad]."""
+    return float(np.nanmax(cycle_maxima(bent, ["phi"])["phi"].value, initial=0.0))
