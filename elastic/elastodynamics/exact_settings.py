@@ -32,9 +32,10 @@ class ExactSettings:
         Newton's method starts from the best other step if its rest is below this share.
     max_newton_ratio, min_newton_reuse
         Growth of a Newton step that ends the method; reduction below which the operator is reused.
-    min_fall, filtered_change
-        After `patience` steps at the whole load, Newton's method ends if the residual falls to no less than `min_fall`
-        of the last one while the step is below `filtered_change` of it: the coordinates do not reach the rest.
+    min_fall, filtered_change, max_in_vain
+        Newton's method ends after `max_in_vain` successive steps at the whole load whose residual falls to no less than
+        `min_fall` of the last one while the step is below `filtered_change` of it: the coordinates do not reach the
+        rest.
     newton_fastest
         Frequency limit of inertia beyond the coordinates, relative to that of other steps, which mix more.
     balance, max_balances
@@ -66,6 +67,7 @@ class ExactSettings:
     min_newton_reuse: float = 0.2
     min_fall: float = 0.7
     filtered_change: float = 0.3
+    max_in_vain: int = 2
     newton_fastest: float = 0.5
     balance: float = 1e-3
     max_balances: int = 4

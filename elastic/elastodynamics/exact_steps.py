@@ -111,6 +111,7 @@ def _by_linear_steps(
         if best and not hard and not settled.open < SETTINGS.max_growth * best.open:
             break
         best = settled if best is None or settled.open < best.open or blunt > 1.0 else best
+        least = min(least, best.open) if count == 1 else least
         if (best.open <= tolerance and blunt <= 1.0) or not np.isfinite(size):
             break
         if not rubs and count % SETTINGS.patience == 0:

@@ -97,7 +97,7 @@ def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], sh
 
 def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
     """Solve at a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
-    now, last, least, residual = begun, np.inf, np.inf, np.inf
+    now, last, least, residual, in_vain = begun, np.inf, np.inf, np.inf, 0
     operator: Vibration | None = None
     before: list[Any] = []
     best: Settled | None = None
@@ -116,8 +116,8 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         done = settled.open if share == 1.0 else settled.change_share
         high, residual = SETTINGS.min_fall * residual, settled.residual_share
         filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
-        stalled = count > SETTINGS.patience and filtered and residual > high
-        if done <= tolerance or stalled or not size <= SETTINGS.max_newton_ratio * last:
+        in_vain = in_vain + 1 if filtered and residual > high else 0
+        if done <= tolerance or in_vain == SETTINGS.max_in_vain or not size <= SETTINGS.max_newton_ratio * last:
             break
         if count % SETTINGS.patience == 0:
             if not best.open < SETTINGS.min_progress * least:

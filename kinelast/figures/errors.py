@@ -15,7 +15,7 @@ from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure
+from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure, items_of
 from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
@@ -208,6 +208,8 @@ def figure_errors(
     as a share is this share of the largest item of the figure, or for displacements, of the largest displacement. The
     residual vibration after a stop has an error relative to the largest displacement: time elements may damp it.
     """
+    none: dict[str, list[FigureError]] = {figure.key: [] for figure in figures if not items_of(answer.scene, figure.of)}
+    figures = [figure for figure in figures if figure.key not in none]
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
     figures = [figure for figure in figures if keys is None or figure.key in keys]
@@ -216,8 +218,6 @@ def figure_errors(
     errors = {figure.key: _of_motion(answer, figure, off.closer) for figure in moving}
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
-    errors |= {figure.key: [] for figure in others if not len(values[figure.key])}
-    others = [figure for figure in others if figure.key not in errors]
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
     bodies, closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
@@ -226,9 +226,11 @@ def figure_errors(
     if off.moving is not None:
         before = stages[VIBRATION]
         closer = {key: _farther(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before}
-    return errors | {
-        figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others
-    }
+    return (
+        none
+        | errors
+        | {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others}
+    )
 
 
 def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
@@ -431,6 +433,7 @@ def _joint_forces(bent: Deflection) -> Complexes:
 def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:
     """Return the main figures: headline, output, and figures with limits."""
     by_key = {figure.key: figure for figure in figures}
+    figures = [figure for figure in figures if items_of(scene, figure.of)]
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
     motion = [figure for figure in figures if figure.of_motion(scene)]
     values |= magnitudes(off.closer or answer, motion if not scene.labels else limited_figures(scene, motion))

@@ -16,7 +16,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
 from kinelast.figures.errors import LITTLE, FigureError
 from kinelast.figures.registry import NAMES, figures_of, safety_factor
 from kinelast.scene.data import scene_deflection
-from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure
+from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
 from kinelast.scene.limits import Output
 from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress
@@ -108,7 +108,9 @@ class RunFigures:
     def with_motion(self, cycle: Cycle) -> RunFigures:
         """Return the figures with rigid-motion figures taken from a cycle with closer instants."""
         better = {}
-        for each in (each for each in self.figures if each.of_motion(cycle.scene) and not each.exact):
+        for each in (
+            each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
+        ):
             rows, known = _peaks(cycle.of(each), cycle.motion), self.peaks[each.key]
             whole = each.over in (FIXED, AVERAGE) or each.whole
             pairs = zip(known, rows, strict=True)
@@ -179,12 +181,13 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
     """Return the figures of a run or of a chunk, without figures that are computed on request only."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
-    cycle.search(chosen)
+    present = tuple(figure for figure in chosen if items_of(scene, figure.of))
+    cycle.search(present)
     ill = ~cycle.singular & ~(cycle.condition <= WELL)
     return RunFigures(
         output,
         chosen,
-        {figure.key: _peaks(cycle.of(figure), motion) for figure in chosen},
+        {figure.key: [] for figure in chosen} | {figure.key: _peaks(cycle.of(figure), motion) for figure in present},
         len(motion.time),
         int(np.count_nonzero(cycle.singular)),
         int(np.count_nonzero(np.broadcast_to(bent.forces.locked, cycle.columns))),
