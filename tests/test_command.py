@@ -333,19 +333,30 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
     assert {path.name: path.read_bytes() for path in notes.parent.iterdir()} == before
 
 
-def test_files_of_earlier_runs_go_and_those_of_the_user_stay(arm, tmp_path, capsys):
+def test_files_of_earlier_runs_are_kept_apart_and_those_of_the_user_stay(arm, tmp_path, capsys):
     folder = tmp_path / "out" / "arm"
     call = [str(arm), "-o", str(tmp_path / "out")]
     assert main([*call, "--speeds", "60 rpm : 90 rpm : 2", "--fields", "--mesh"]) == 0
     assert {"speeds.csv", "speeds.svg", "fields.npz", "mesh"} < {entry.name for entry in folder.iterdir()}
     (folder / "notes.txt").write_text("mine")
     (folder / "fields.npz").write_text("edited by hand")
+    speeds = (folder / "speeds.csv").read_bytes()
+    meshes = {path.name: path.read_bytes() for path in (folder / "mesh").iterdir()}
     assert main(call) == 0
     output = capsys.readouterr().out
-    assert "kept there: fields.edited.npz, notes.txt; removed, as this run did not make them: mesh" in output
-    assert "speeds.csv" in output.rpartition("removed")[2]
-    files = {entry.name for entry in folder.iterdir()}
-    assert files == {"positions.csv", "report.html", "summary.json", "notes.txt", "fields.edited.npz"}
+    assert "kept there: fields.edited.npz, notes.txt; of an earlier run, now in earlier/: mesh, speeds.csv" in output
+    own = {"positions.csv", "report.html", "summary.json"}
+    for again in (False, True):  # a further run leaves them there
+        files = {entry.name for entry in folder.iterdir()}
+        assert files == {*own, "notes.txt", "fields.edited.npz", "earlier"}
+        assert {entry.name for entry in (folder / "earlier").iterdir()} == {"mesh", "speeds.csv", "speeds.svg"}
+        assert {path.name: path.read_bytes() for path in (folder / "earlier" / "mesh").iterdir()} == meshes
+        assert (folder / "earlier" / "speeds.csv").read_bytes() == speeds
+        if not again:
+            assert main(call) == 0
+            assert "earlier/" not in capsys.readouterr().out
+    assert main([*call, "--positions", "9", "--mesh"]) == main([*call, "--positions", "9"]) == 0
+    assert len([*(folder / "earlier" / "mesh").glob("*.vtu")]) == 9  # the newer takes the place of the older
 
 
 def test_a_file_that_was_changed_by_hand_is_moved_aside(arm, tmp_path, capsys):
@@ -406,6 +417,7 @@ WRONG_CALLS = [
     ("", "no scene was given: name a .toml file or a shipped scene, see --list"),
     ("steel_fourbar", 'did you mean "steel_four_bar"?'),
     ("zzz", "--list shows the shipped scenes"),
+    ("deflection", '"--animate deflection" films this field'),
     ("missing.toml", "there is no such file"),
     ("mine.pmks", "of another program: --import 'mine.pmks' writes its scene"),
     ("https://pmks.example/?2P.Ay", "--import 'https://pmks.example/?2P.Ay' writes its scene"),

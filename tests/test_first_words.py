@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,6 +10,7 @@ import pytest
 from browser import Page
 from msgspec.structs import replace
 
+from kinelast import shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures.checks import nearer
 from kinelast.figures.errors import LARGE, FigureError, GradedFigure
@@ -52,6 +54,25 @@ def test_a_yielding_link_comes_first(out, shown, capsys):
     words = "tress is 8.25 times the yield strength of rod"
     assert capsys.readouterr().out.startswith(f"{YIELDS}: s{words}; ")
     assert shown(YIELDS).run("return document.getElementById('acceptance').innerText").startswith(f"S{words}.")
+
+
+def test_the_first_line_has_the_torque_of_a_drive_with_a_motor(out):
+    (drive,) = read(out, MANY_LIMITS)["drives"].values()
+    torques = [each["value"] for each in (drive["effort"], drive["motor"]["motor_torque"])]
+    line = r"; drive of crank ([\d.]+) N·m ± .{2,6} % \(([\d.]+) N·m at its motor\); "
+    found = re.search(line, (out / MANY_LIMITS / "report.html").read_text())
+    assert [float(each) for each in found.groups()] == pytest.approx(torques, rel=1e-3)
+    assert "at its motor" not in (out / VIBRATES / "report.html").read_text()
+
+
+def test_a_caution_names_the_figure_and_the_remedy(tmp_path):
+    text = shipped_scenes()["steel_four_bar"].read_text().replace("positions = 360", "positions = 6")
+    (tmp_path / "coarse.toml").write_text(text)
+    main([str(tmp_path / "coarse.toml"), "--quiet", "-o", str(tmp_path)])
+    assert re.fullmatch(
+        r"accuracy \(error of the output ± \d+ %: --positions 360 would reduce it\)",
+        *read(tmp_path, "coarse")["reliability"]["reasons"],
+    )
 
 
 def test_limits_cannot_be_judged_beyond_yield(out, shown):

@@ -86,13 +86,15 @@ def doubts(results: Results) -> list[str]:
 
 
 def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
-    """Return the worst level of findings, and their headings.
+    """Return the worst level of findings, and their headings with the advice in parentheses.
 
     Strength does not count: the report says separately that a link yields.
     """
     about = [finding for finding in trust if finding.level != OPEN and finding.heading != HEADINGS["yield"]]
     level = min((finding.level for finding in about), key=ORDER.index, default=GOOD)
-    return level, list(dict.fromkeys(finding.heading.lower() for finding in about if finding.level == level))
+    worst = [finding for finding in about if finding.level == level]
+    words = (finding.heading.lower() + (f" ({finding.advice})" if finding.advice else "") for finding in worst)
+    return level, list(dict.fromkeys(words))
 
 
 def digits_left(condition: float) -> int:
@@ -201,7 +203,7 @@ def _theory(results: Results) -> Iterator[Finding]:
             motion = "Displacements may be large. N, V, M and stresses include damping."
         how = f"{answer.theory.capitalize()}: the links vibrate{damping}. {motion} Vibration and large displacement"
         how += f" change the figures by up to {percent(answer.missed)}."
-    worst, wanted = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy
+    worst, wanted, brief = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy, ""
     if not results.scene.labels:
         how = "No link bends: the figures are those of the rigid motion."
     if results.error_unknown:
@@ -221,7 +223,9 @@ def _theory(results: Results) -> Iterator[Finding]:
             advice = nearer(results, worst.error, wanted)
             text += f" The {'aim' if answer.accuracy is None else 'requested accuracy'} is {percent(wanted)}"
             text += f": {advice}." if advice else "."
-    yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text)
+            remedy = advice.partition(": ")[2]
+            brief = f"{name}{of} ± {error_percent(worst.share)}" + (f": {remedy}" if remedy else "")
+    yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text, brief)
 
 
 def _named(results: Results, worst: GradedFigure) -> tuple[str, str]:

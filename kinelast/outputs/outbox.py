@@ -23,6 +23,7 @@ from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
+EARLIER = "earlier"  # folder for files of earlier runs that a run does not make again
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
 OWNER = ".owner"  # in the place of a lock
@@ -35,8 +36,8 @@ LINE = 300  # letters of a path in a message
 def complete(folder: Path) -> Iterator[Path]:
     """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    Files of earlier runs are removed. Files of other origin stay in `folder`, see `foreign`. A file that was changed by
-    hand is renamed to `NAME.edited.EXT`.
+    Files of earlier runs move to the folder `EARLIER` if this run does not make them again. Files of other origin stay,
+    see `foreign`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
 
     Raises
     ------
@@ -139,7 +140,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
     """Return the names of files in a folder that this program did not write."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        return sorted(names - (own_names(summary) if summary else _ours(folder))) if names else []
+        return sorted(names - {EARLIER} - (own_names(summary) if summary else _ours(folder))) if names else []
     return []
 
 
@@ -301,10 +302,20 @@ def _clean(folder: Path, hidden: str) -> None:
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
             place.chmod(0o700)  # to remove read-only files
-    for name in foreign(old):
-        if not (folder / name).exists():
-            (old / name).rename(folder / name)
+    others = {*foreign(old), EARLIER}
+    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # those of others first
+        if not (folder / entry.name).exists():
+            _move(entry, folder if entry.name in others else folder / EARLIER)
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _move(entry: Path, folder: Path) -> None:
+    """Move a file or folder into a folder, in place of one of the same name."""
+    folder.mkdir(exist_ok=True)
+    place = folder / entry.name
+    if place.is_dir():
+        shutil.rmtree(place)
+    entry.replace(place)
 
 
 def _ours(folder: Path) -> set[str]:

@@ -29,7 +29,7 @@ LIMIT_NAMES = {
 
 
 def headline(report: Report) -> str:
-    """Return the answer in one line: verdict, largest deflection, stress, checks, doubts."""
+    """Return the answer in one line: verdict, largest deflection, stress, drives with motors, checks, doubts."""
     accepted, told_in = report.acceptance, report.told_in
     verdict = verdict_words(report)
     if accepted.passed is not True:
@@ -53,6 +53,7 @@ def headline(report: Report) -> str:
         safety = "" if factor is None else f", safety {factor:.3g}"
         value = size(stress, told_in, 3) + error_words(stress, told_in)
         words.append(f"stress {value} ({stress.member}{safety})")
+    words += _motors(report)
     words += _run(report.run)
     if report.check:
         words.append(check_words(report.check))
@@ -79,6 +80,15 @@ def magnitude(found: Reading) -> Reading:
 def _coordinate_words(found: Reading, told_in: ToldIn) -> str:
     assert found.value is not None
     return coordinate(found.value, found.unit, told_in)
+
+
+def _motors(report: Report) -> Iterator[str]:
+    """Yield the largest effort of each drive with a motor, and the torque at the motor shaft."""
+    for name, drive in report.drives.items():
+        effort, shaft = drive["effort"], drive.get("motor", {}).get("motor_torque")
+        if shaft is not None and effort.value is not None and shaft.value is not None:
+            told = [size(magnitude(each), report.told_in) for each in (effort, shaft)]
+            yield f"drive of {name} {told[0]}{error_words(effort, report.told_in)} ({told[1]} at its motor)"
 
 
 def _run(run: RunReport) -> Iterator[str]:

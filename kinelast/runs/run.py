@@ -21,7 +21,7 @@ from kinelast.figures.registry import limits_of
 from kinelast.figures.report import Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
-from kinelast.outputs.outbox import complete, foreign
+from kinelast.outputs.outbox import EARLIER, complete, foreign
 from kinelast.outputs.sealed import files_of, finished, made_from, seal, summary_in, write_json
 from kinelast.outputs.table import write_table
 from kinelast.outputs.words import headline, questions
@@ -268,8 +268,8 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
     kept = {*sealed["files"], *(re.sub(r"\.edited\d*", "", name) for name in others)}
-    if removed := sorted({*earlier} - kept):
-        line += f"; removed, as this run did not make them: {plain(', '.join(removed[:3]), MESSAGE)}"
+    if older := sorted({*earlier} - kept):
+        line += f"; of an earlier run, now in {EARLIER}/: {plain(', '.join(older[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
     for each in (*words, *(report.optimum.words if report.optimum else ())):
         line += f"\n{task.name}: {each}"

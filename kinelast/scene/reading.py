@@ -83,11 +83,12 @@ ORDER = (POOR, CAUTION, OPEN, GOOD)
 
 @dataclass(frozen=True)
 class Finding:
-    """A finding on reliability: level, heading and sentence."""
+    """A finding on reliability: level, heading and sentence. `advice` is the cause and the remedy in brief."""
 
     level: str
     heading: str
     text: str
+    advice: str = ""
 
 
 def error_entries(value: float, error: float) -> dict[str, Any]:

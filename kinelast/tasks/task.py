@@ -76,8 +76,12 @@ def _paths(argument: str) -> list[Path] | str:
         return scenes or f'there is no file like "{shown}"'
     from difflib import get_close_matches
 
+    from animations import DIAGRAMS
+
     close = get_close_matches(argument[:MAX_ARGUMENT], shipped, 1)
     advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
+    if argument in DIAGRAMS:
+        advice = f'"--animate {argument}" films this field, with "--format png" as stills'
     return f'"{shown}" is neither a .toml file nor a shipped scene: {advice}'
 
 
