@@ -152,7 +152,8 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "sections":
         able = not _is_tapered(table.sections[inner[0]]) and not isinstance(inner[-1], int)
     elif top == "materials":
-        shears = inner[1] in ("poisson", "G") or (inner[1] == "E" and _shears(table))
+        modulus_known = any(material.G is not None for material in table.materials.values())
+        shears = inner[1] in ("poisson", "G") or (inner[1] == "E" and modulus_known)
         able = not shears or not any(_is_tapered(section) for section in table.sections.values())
     elif top == "drives":
         able = one_drive and inner[1] in ("speed", "start") and table.drives[0].speed is not None
@@ -188,11 +189,6 @@ def _stroke_depends_on_start(table: SceneTable) -> bool:
 def _is_tapered(section: Any) -> bool:
     sizes = (getattr(section, name) for name in section.__struct_fields__)
     return any(isinstance(size, Sizes) and size[0] != size[1] for size in sizes)
-
-
-def _shears(table: SceneTable) -> bool:
-    """True if shear rigidities follow from E and G."""
-    return any(material.G is not None for material in table.materials.values())
 
 
 @dataclass(frozen=True, eq=False)

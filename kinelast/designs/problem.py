@@ -156,18 +156,14 @@ def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Lim
     return [replace(limit, unit=units[limit.figure]) for limit in limits]
 
 
-def _figures_of_beams(kind: str, units: Mapping[str, str]) -> list[str]:
-    """Names of a figure for each beam if available, else the figure itself."""
-    return [name for name in units if name.startswith(f"{kind}.")] or [kind]
-
-
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     """Limits under [optimize.limits]."""
     limits = []
     for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
         known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
         within = bound.within(units[bound.name])
-        limits += [Limit(each, within, bound.least) for each in _figures_of_beams(bound.name, units)]
+        of_items = [name for name in units if name.startswith(f"{bound.name}.")]
+        limits += [Limit(each, within, bound.least) for each in of_items or [bound.name]]
     return limits
 
 

@@ -211,10 +211,8 @@ class SceneAnswer:
     @property
     def drives(self) -> ByName[AnsweredDrive]:
         """Drives by name."""
-        course = self.results.motion
-        columns = zip(
-            course.drive, course.drive_rate, course.drive_acceleration, self.results.cycle.efforts, strict=True
-        )
+        course, efforts = self.results.motion, self.results.cycle.efforts
+        columns = zip(course.drive, course.drive_rate, course.drive_acceleration, efforts, strict=True)
         names = (name for name, *_ in self.results.drive_words)
         wide = {
             name: [np.broadcast_to(each, course.columns) for each in column]

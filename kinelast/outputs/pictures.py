@@ -125,10 +125,9 @@ def exaggeration(results: Results, size: float) -> float:
     """Return a round scale at which the largest displacement is well visible, 0 if it is unknown."""
     if results.buckles:
         return 0.0
-    moved = [results.cycle.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
-    largest = max(
-        float(np.nanmax(np.where(results.cycle.counted, np.abs(values), 0.0), initial=0.0)) for values in moved
-    )
+    cycle = results.cycle
+    moved = [cycle.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
+    largest = max(float(np.nanmax(np.where(cycle.counted, np.abs(values), 0.0), initial=0.0)) for values in moved)
     return round_down(SHARE * size / largest) if largest > 1e-12 * size else 1.0
 
 

@@ -17,6 +17,7 @@ from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, To
 from kinelast.outputs.table import Table
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
+from kinelast.scene.reading import known
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
@@ -227,7 +228,7 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
     words = [_range_words(name, result.sampled[name], result.units[name], told_in) for name in names]
     if result.answer.theory != QUASI_STATIC:
         words = [f"{word} ({QUASI_STATIC})" if name == WHOLE else word for name, word in zip(names, words, strict=True)]
-    kept = None if result.kept is None else {key: _finite(each) for key, each in asdict(result.kept).items()}
+    kept = None if result.kept is None else {key: known(each) for key, each in asdict(result.kept).items()}
     words += [] if result.kept is None else [_kept_words(result.kept)]
     return {
         "designs": result.designs,
@@ -237,10 +238,6 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
         "numbers": numbers,
         "figures": figures,
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _kept_words(kept: KeptShare) -> str:
@@ -271,7 +268,7 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
         "name": name,
         "unit": result.units[name],
         "value": float(result.nominal.figure[row]),
-        **dict(zip(("in_full", "error"), map(_finite, _in_full(result, name)), strict=True)),
+        **dict(zip(("in_full", "error"), map(known, _in_full(result, name)), strict=True)),
         "first_order": {"deviation": float(result.first.deviation[row]), "worst": float(result.first.worst[row])},
         "sampled": {key: float(getattr(sampled, key)) for key in SAMPLED},
         "errors": dict(zip(SAMPLED[:5], map(float, sampled.error), strict=True)),

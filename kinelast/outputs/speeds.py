@@ -19,6 +19,7 @@ from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity
+from kinelast.scene.reading import known
 
 NEAR = 0.002  # resolution of the limit speed, relative to it
 BESIDE = 0.05  # largest distance of a peak from a speed at its resonance, relative to the speed
@@ -167,7 +168,7 @@ def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
         "kind": limit.limit.kind if limit.limit else None,
         "of": _item_of(limit, scene) or None,
         "above": limit.above,
-        "too_close_to_decide_up_to": limit.broken if math.isfinite(limit.broken) else None,
+        "too_close_to_decide_up_to": known(limit.broken),
         "resonance": _resonance_figures(limit.resonance, scene),
         "words": limit_words(limit, scene),
     }

@@ -23,6 +23,7 @@ from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.numbers import error_percent, quantity, round_down
+from kinelast.scene.reading import known
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
 from kinelast.sweep.pages import Aim, FullAnswers, Rows, Tally, answers_as_data, design_text, tallied, write_pages
@@ -187,7 +188,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
     units = {NUMBER: "1", **evaluation.units}
 
     def figure(name: str, value: float) -> dict[str, Any]:
-        return {"value": value if np.isfinite(value) else None, "unit": units[name]}
+        return {"value": known(value), "unit": units[name]}
 
     best = tally.best
     return {

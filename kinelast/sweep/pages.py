@@ -27,6 +27,7 @@ from kinelast.runs.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
+from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
@@ -284,8 +285,7 @@ def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[st
     plain_data: dict[int, dict[str, Any]] = {}
     for number, answer in tally.answered.items():
         figures = {
-            name: {"value": value if math.isfinite(value) else None, "unit": units[name],
-                   "error": error if math.isfinite(error) else None}
+            name: {"value": known(value), "unit": units[name], "error": known(error)}
             for name, (value, error) in answer.figures.items()
         }  # fmt: skip
         verdict = to_builtins(judge.verdict_on(answer.judgements))
@@ -397,7 +397,7 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
         return {}
     order = np.argsort(columns[path], kind="stable")
     figures = [
-        {"name": name, "unit": unit, "values": [_finite_or_none(columns[name][at]) for at in order]}
+        {"name": name, "unit": unit, "values": [known(columns[name][at]) for at in order]}
         for name, unit in evaluation.units.items()
         if name != path
     ]
@@ -405,10 +405,6 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
     here, reasons_here = int(np.flatnonzero(order == number)[0]), [reasons[at] for at in order]
     grid = {"path": path, "unit": evaluation.units[path], "values": values, "here": here, "reasons": reasons_here}
     return {"what_if": {**grid, "figures": figures}}
-
-
-def _finite_or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _folders(

@@ -137,8 +137,7 @@ def run_plan(
             if isinstance(stop, ConnectionError):
                 raise RequestError(f"{stop}; {kept}") from stop
             if isinstance(stop, OSError):
-                why = plain(f"{stop.filename or folder}: {(stop.strerror or str(stop)).lower()}", 300)
-                raise RequestError(f"not written: {why}; {kept}") from stop
+                raise RequestError(f"{_not_written(stop, folder)}; {kept}") from stop
             progress.tell(kept)
             raise
 
@@ -268,8 +267,12 @@ def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepSt
         try:
             return replace(state, manifest=store.fill(state.manifest, cells))
         except OSError as error:
-            why = plain(f"{error.filename or state.folder}: {(error.strerror or str(error)).lower()}", 300)
-            raise RequestError(f"not written: {why}") from error
+            raise RequestError(_not_written(error, state.folder)) from error
+
+
+def _not_written(error: OSError, folder: Path) -> str:
+    """Reason why a file of a folder is not written."""
+    return "not written: " + plain(f"{error.filename or folder}: {(error.strerror or str(error)).lower()}", 300)
 
 
 CHUNKS_PER_THREAD = 3  # chunks per thread, running or queued

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable
@@ -13,7 +14,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
-from kinelast.tasks.progress import ignored_interrupts, without_interrupts
+from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
 EXIT_DELAY = 2.0  # [s] for a worker to end by itself
 T = TypeVar("T")
@@ -112,7 +113,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
     resource_tracker.ensure_running()  # before interrupts are blocked, which its start would undo
-    with without_interrupts():
+    with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()
     return _Worker(process, here)
