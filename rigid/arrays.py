@@ -46,9 +46,6 @@ Columns = Any
 No stricter type: numpy's operators have none that accepts arrays, numbers and ZERO.
 """
 
-ColumnShape = tuple[int, ...]
-"""Shape of the columns: (positions,) or (designs, positions)."""
-
 
 def of_designs(value: Any) -> Any:
     """Number of a mechanism or its parts, without the axis of positions."""

@@ -33,13 +33,11 @@ from rigid import (
 from rigid.analysis import LinkAngle, Slide
 from rigid.dynamics import (
     TableError,
-    constant_law,
     equation_of_motion,
     law_of,
     law_of_rate,
     law_of_time,
     reduced_inertia,
-    sum_of_laws,
     table_curve,
 )
 from rigid.kinetostatics import dissipated_power, kinetic_energy, load_power, potential_energy
@@ -371,7 +369,6 @@ class TestForceLaws:
 
         slide, crank = Slide("guide"), LinkAngle("crank")
         laws = {
-            "constant": (constant_law(2.0), lambda course: np.full(8, 2.0)),
             "time": (law_of_time(lambda t: 1 + t**2), lambda course: 1 + time**2),
             "angle": (law_of(crank, table_curve([0, 7], [0, 7])), lambda course: turn(8, 1.0)),
             "slide": (law_of(slide, np.square), lambda course: slide.value(course) ** 2),
@@ -380,8 +377,6 @@ class TestForceLaws:
         for law, expected in laws.values():
             found, course = moment_under(law)
             np.testing.assert_allclose(found, 10.0 * expected(course), atol=1e-11)
-        found, course = moment_under(sum_of_laws(*(law for law, _ in laws.values())))
-        np.testing.assert_allclose(found, 10.0 * sum(expected(course) for _, expected in laws.values()), atol=1e-10)
 
     def test_a_custom_load_is_any_object_with_points_and_forces(self):
         """Air drag on a point: -c

@@ -30,7 +30,7 @@ from rigid import (
     reactions,
 )
 from rigid.analysis import LinkAngle
-from rigid.dynamics import Effort, ForwardError, constant_law, forward, law_of_rate, motion_during, tracking
+from rigid.dynamics import Effort, ForwardError, forward, law_of_rate, motion_during, tracking
 from rigid.kinetostatics import dissipated_power, kinetic_energy, potential_energy
 
 GRAVITY = 9.81
@@ -421,6 +421,6 @@ class TestErrors:
             forward(mechanism, [FREE, FREE], 0.0, 0.0, 1.0)
 
     def test_times_beyond_the_integration(self):
-        course = forward(flywheel(), [Effort(constant_law(1.0))], 0.0, 0.0, 1.0)
+        course = forward(flywheel(), [Effort(lambda course: np.ones(course.columns))], 0.0, 0.0, 1.0)
         with pytest.raises(ForwardError, match=r"asked at 0 to 1\.5 s, integrated from 0 to 1 s"):
             motion_during(course, [0.0, 1.5])

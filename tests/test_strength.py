@@ -86,7 +86,6 @@ class TestShapes:
         inertia = 4 * mpmath.quad(lambda y: y**2 * half_width(y), edges)
         assert shape.area == pytest.approx(float(area), rel=1e-9)
         assert shape.inertia == pytest.approx(float(inertia), rel=1e-9)
-        assert shape.gyration == pytest.approx(float(mpmath.sqrt(inertia / area)), rel=1e-9)
         assert shape.peak_shear == pytest.approx(float(first * area / (inertia * 2 * half_width(0))), rel=1e-9)
         assert shape.fibre == 0.015
 

@@ -46,11 +46,6 @@ class Shape:
     width: float = math.nan
     round: bool = False
 
-    @property
-    def gyration(self) -> float:
-        """Radius of gyration [m]."""
-        return math.sqrt(self.inertia / self.area)
-
     def shear_coefficient(self, poisson: float) -> float:
         """Return Timoshenko's shear coefficient k of the shear rigidity k G A.
 

@@ -2,7 +2,6 @@
 
 from machine.life.damage import cycles_of, damage
 from machine.life.endurance import (
-    CRITERIA,
     CYCLES_RANGE,
     SIZE_RANGE,
     SURFACE_RANGE,

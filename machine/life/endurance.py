@@ -8,7 +8,7 @@ import numpy as np
 from machine.ranges import Range
 from rigid.arrays import Real, Reals
 
-GOODMAN, GERBER, SODERBERG = CRITERIA = ("goodman", "gerber", "soderberg")
+GOODMAN, GERBER, SODERBERG = "goodman", "gerber", "soderberg"
 SURFACES = {  # of steel: a and b of k_a = a (S_ut / MPa)^b
     "polished": (1.0, 0.0),
     "ground": (1.58, -0.085),

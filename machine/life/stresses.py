@@ -24,7 +24,7 @@ class FatigueTask:
     strengths
         Strength of every beam.
     criterion
-        One of `CRITERIA`.
+        "goodman", "gerber" or "soderberg".
     notches
         Fatigue notch factors at start and end of every beam, which multiply the stress there, shape () or (designs, 1).
     factors

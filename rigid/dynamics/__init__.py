@@ -7,12 +7,10 @@ from rigid.dynamics.effort import (
 )
 from rigid.dynamics.force_laws import (
     CurveLaw,
-    constant_law,
     corners,
     law_of,
     law_of_rate,
     law_of_time,
-    sum_of_laws,
     table_curve,
 )
 from rigid.dynamics.forward_dynamics import INTERRUPTED, forward, steps_ahead

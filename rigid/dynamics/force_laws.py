@@ -46,11 +46,6 @@ class CurveLaw:
         return np.broadcast_to(self.curve(self.place(motion)), motion.columns)
 
 
-def constant_law(value: float) -> Law:
-    """Constant law."""
-    return lambda motion: np.full(motion.columns, value)
-
-
 def law_of_time(curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
     """Law of time [s] by a curve; for `breaks` see `CurveLaw`."""
     return CurveLaw(_time, curve, breaks)
@@ -164,13 +159,3 @@ def _cubic(at: Reals, value: Reals) -> Curve:
 
     spline: Curve = CubicSpline(at, value)
     return spline
-
-
-def sum_of_laws(*laws: Law) -> Law:
-    """Sum of laws."""
-
-    def law(motion: Motion) -> Reals:
-        result: Reals = np.sum([law(motion) for law in laws], axis=0)
-        return result
-
-    return law

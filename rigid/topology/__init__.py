@@ -7,7 +7,6 @@ from rigid.topology.graph import (
     components,
     cyclomatic_number,
     fundamental_loops,
-    graph_from_incidence,
     incidence,
     loop_walk,
     spanning_tree,

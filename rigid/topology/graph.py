@@ -1,12 +1,11 @@
 """Oriented graphs: nodes and branches, incidence, spanning tree and independent loops."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.arrays import ArrayLike, Integers
-from rigid.names import counted
+from rigid.arrays import Integers
 from rigid.parts import MechanismError
 
 
@@ -71,27 +70,6 @@ def incidence(graph: Graph) -> Integers:
         matrix[row[branch.start], number] += 1
         matrix[row[branch.end], number] -= 1
     return matrix
-
-
-def graph_from_incidence(matrix: ArrayLike, nodes: Sequence[str] = (), branches: Sequence[str] = ()) -> Graph:
-    """Graph of an incidence matrix; names default to 1, 2, ...
-
-    Raises
-    ------
-    MechanismError
-        A column does not consist of one +1, one -1 and zeros.
-    """
-    entries = np.asarray(matrix)
-    rows, columns = ([str(number + 1) for number in range(size)] for size in entries.shape)
-    nodes, names = tuple(nodes or rows), tuple(branches or columns)
-    made = []
-    for name, column in zip(names, entries.T, strict=True):
-        leaves, enters = np.flatnonzero(column == 1), np.flatnonzero(column == -1)
-        if len(leaves) != 1 or len(enters) != 1 or np.count_nonzero(column) != 2:
-            ends = f"leaves {counted(len(leaves), 'node')} and enters {len(enters)}"
-            raise MechanismError(f'branch "{name}" {ends}: it must leave one, enter one')
-        made.append(Branch(name, nodes[leaves[0]], nodes[enters[0]]))
-    return Graph(tuple(made), nodes)
 
 
 def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
