@@ -26,10 +26,13 @@ class Harmonics:
         Multiples 0, 1, 2, ... of the cycle's angular frequency [rad/s], shape (harmonics,).
     share
         Root of each harmonic's share in the strain energy of the cycle; the squares add up to 1.
+    crest
+        Root of the largest strain energy over its mean.
     """
 
     omega: Reals
     share: Reals
+    crest: float
 
     def strong(self, share: float = MIN_HARMONIC) -> Integers:
         """Indices of the harmonics above a share, without the mean."""
@@ -67,7 +70,8 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     energy = np.einsum("bks,s,b->k", np.square(spectrum), weights, per_length[:, 0]) * twice
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.sqrt(energy / energy.sum())
-    return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share)
+        crest = np.sqrt(np.einsum("bks,s,b->k", np.square(moment), weights, per_length[:, 0]).max() / energy.sum())
+    return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share, float(crest))
 
 
 @cache

@@ -55,7 +55,7 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     with np.errstate(divide="ignore"):
         most = 1.0 / (lowest * settled.beams.min(initial=settled.joints))
         gain = np.where(square < 1.0, np.minimum(square / np.abs(1.0 - square), most), most)
-    change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:])
+    change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:]) / spectrum.crest
     turned = float(np.square(motion.angular_velocity).max(initial=0.0)) / lowest**2
     return change + turned + _stiffened(deflection, pressed)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, reference_deflection, sample
+from elastic import FIELDS, Deflection, FieldKind, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
@@ -38,6 +38,7 @@ LITTLE_PRESSED, KNOWN_TO = (
     0.02,
 )  # relative to the largest load ratio: ratios below the first are known to the second
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
+FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
 AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
 SMALL = 0.1  # smallest base of course errors, relative to the largest of all beams or joints
@@ -219,9 +220,11 @@ def figure_errors(
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
-    bodies, closer, vibrating = (
+    bent = others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
+    bodies = values if off.beam_theory is answer else values | _changed(off.beam_theory, bent, answer, values)
+    closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
-        for each in (off.beam_theory, off.closer, off.moving)
+        for each in (off.closer, off.moving)
     )
     if off.moving is not None:
         before = stages[VIBRATION]
@@ -231,6 +234,21 @@ def figure_errors(
         | errors
         | {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others}
     )
+
+
+def _forces_differ(answer: Cycle, other: Cycle) -> bool:
+    """Return True if two answers differ in their joint or section forces."""
+    here, there = answer.deflection, other.deflection
+    pairs = [(_joint_forces(here), _joint_forces(there))]
+    pairs += [(getattr(here.amplitudes, name), getattr(there.amplitudes, name)) for name in ("N", "V", "M")]
+    return not all(np.array_equal(one, two, equal_nan=True) for one, two in pairs)
+
+
+def _of_forces(answer: Cycle, figure: Figure) -> bool:
+    """Return True if a figure follows from forces alone."""
+    if figure.fields:
+        return all(FIELDS[key].kind in (FieldKind.FORCE, FieldKind.STRESS) for key in figure.fields)
+    return all(unit in FORCE_UNITS for unit in figure.units(answer.scene))
 
 
 def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
@@ -361,13 +379,19 @@ def _round_off(answer: Cycle, figure: Figure) -> Reals:
 
     It is EPS times the condition of the motion, or of the deflection at positions where links bend.
     """
-    found, bent = answer.of(figure), answer.deflection
+    found = answer.of(figure)
     at = np.broadcast_to(found.position, np.shape(found.value))
-    there = np.maximum(at, 0)
+    return np.where(at >= 0, answer.once(_round_off_at, figure.of_motion(answer.scene))[np.maximum(at, 0)], EPS)
+
+
+def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
+    """Return the relative round-off at every position, of `rigid` motion or of deflections."""
+    if rigid:
+        return np.where(np.isfinite(answer.condition), EPS * answer.condition, EPS)
     with np.errstate(invalid="ignore"):
-        lost = np.minimum(EPS * bent.condition[there], 1.0) * answer.bending[there]
-    share = np.maximum(EPS * answer.condition[there], lost)
-    return np.where((at >= 0) & np.isfinite(share), share, EPS)
+        lost = np.minimum(EPS * answer.deflection.condition, 1.0) * answer.bending
+        share = np.maximum(EPS * answer.condition, lost)
+    return np.where(np.isfinite(share), share, EPS)
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:
