@@ -106,6 +106,11 @@ class Elastodynamic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
 
+    def resolved_to(self, tolerance: float) -> Elastodynamic:
+        """Return the answer with a smaller tolerance of time elements for further answers."""
+        known = self.discretization
+        return replace(self, discretization=replace(known, resolved=min(known.resolved, tolerance))) if known else self
+
     @property
     def growth(self) -> float:
         """Growth of the least stable free vibration per cycle; below 1 it decays."""
@@ -247,7 +252,8 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
     error = np.where(_counted(grid), VIBRATION.time_error_ratio * resolved.unresolved, 0.0)
     if error.max() <= tolerance or len(error) > VIBRATION.max_elements:
         return float(error.max()), None
-    parts = np.clip(np.ceil((error / tolerance) ** (1 / VIBRATION.order)), 1, VIBRATION.max_parts).astype(int)
+    aim = VIBRATION.refined_error * tolerance
+    parts = np.clip(np.ceil((error / aim) ** (1 / VIBRATION.order)), 1, VIBRATION.max_parts).astype(int)
     return float(error.max()), grid.divided(_graded(grid.steps, parts))
 
 

@@ -73,13 +73,14 @@ from rigid.arrays import Reals
 MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
-FINE = 0.02  # tolerance of the solver, relative to the requested accuracy
+FINE = 0.05  # tolerance of the solver, relative to the requested accuracy
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
 FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
 BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
 FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
-NO_MORE = 0.1  # largest change of deflections by the last step to the exact answer, relative to the accuracy
+FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
+NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
 MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; peaks of ringing are lost above
 MAX_REFINED = 10_000  # with more positions, no instants between them are examined
@@ -336,14 +337,16 @@ class _Rungs:
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None:
             found = self._cycle(stepped.deflection)
-            left = self._open(stepped, tolerance, wanted, shared, finest)
-            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, *left)
+            measured, left = self._open(stepped, tolerance, wanted, shared, finest)
+            left = {name: (FORCES_LATER if name == LARGE else 1.0) * share for name, share in left.items()}
+            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, measured, left)
         self._tell(3, "geometrically exact")
         self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
-            if asked is None and not _rests(self.plain):
-                tolerance = max(tolerance, EXACT * wanted)
+            if asked is None and not _rests(self.plain) and not has_dry_friction(self.scene.mechanism):
+                tolerance = max(EXACT * wanted, FINEST)
+                linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
             if asked == GEOMETRICALLY_EXACT:
