@@ -26,11 +26,12 @@ from random_scenes import scenes
 from elastic import sample
 from elastic.elastodynamics import Elastodynamic, discretized_finer, finer_vibration, geometrically_exact
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_deflection
+from kinelast.figures.answer import Answer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import LITTLE, NOT_OF_MOTION
 from kinelast.figures.results import Results
-from kinelast.figures.theory import Answer, _Rungs, _vibrating, answer
+from kinelast.figures.theory import _Rungs, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from rigid import MechanismError, Reals

@@ -19,6 +19,7 @@ from elastic.elastodynamics import (
 )
 from elastic.elastodynamics.solution import deflection_at, vibration_in
 from kinelast import scene_from_text, shipped_scenes
+from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
@@ -33,12 +34,10 @@ from kinelast.figures.errors import (
     VIBRATION,
     FigureError,
     GradedFigure,
-    Measured,
-    with_bodies,
     worst_of,
 )
+from kinelast.figures.measured import Measured, with_bodies
 from kinelast.figures.results import results_in_full
-from kinelast.figures.theory import damping_of
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.document import read_scene

@@ -14,10 +14,10 @@ from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
+from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import results_in_full
 from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _Looking, speeds
-from kinelast.figures.theory import damping_of
 from kinelast.outputs.speeds import _words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError

@@ -18,11 +18,11 @@ from elastic.assessment import buckling
 from elastic.elastodynamics import transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
+from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import NonlinearCheck, nearer, nonlinear_check, nonlinear_report, solid_check
 from kinelast.figures.errors import BEAM_THEORY, MEASURED, NOT_OF_MOTION, FigureError
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
-from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed

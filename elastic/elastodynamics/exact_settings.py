@@ -23,9 +23,9 @@ class ExactSettings:
         A step larger than this share of the last one indicates hard friction.
     first_creep, creep_ratio
         Initial creep of hard friction, relative to its own; factor by which each step divides it.
-    max_first_steps, first_step_share, first_resolved, first_enough
+    max_first_steps, first_step_share, first_rest, first_resolved, first_enough
         First steps, which estimate the effect of large displacement: number; accepted rest relative to the first step,
-        and absolute; size of a first step that suffices.
+        at most, and at least; size of a first step that suffices.
     max_newton_steps
         Newton steps at one share of the loads.
     newton_from
@@ -58,7 +58,8 @@ class ExactSettings:
     first_creep: float = 100.0
     creep_ratio: float = 3.0
     max_first_steps: int = 8
-    first_step_share: float = 0.03
+    first_step_share: float = 0.1
+    first_rest: float = 0.01
     first_resolved: float = 3e-4
     first_enough: float = 0.005
     max_newton_steps: int = 20

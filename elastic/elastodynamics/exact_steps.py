@@ -155,7 +155,7 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
         after, residual, _ = _step(now, linear.under, exact_loads(now), fastest)
         change = places_of(after.moved) - places_of(now.moved)
         size = Settled(now, change, residual, count).open
-        enough = enough or max(SETTINGS.first_step_share * size, SETTINGS.first_resolved)
+        enough = enough or max(min(SETTINGS.first_step_share * size, SETTINGS.first_rest), SETTINGS.first_resolved)
         if best is None or size < least:
             best, least = Settled(after, change, residual, count), size
         if size <= (SETTINGS.first_enough if count == 1 else enough):

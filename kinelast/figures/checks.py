@@ -14,7 +14,8 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
 from kinelast.figures import errors
-from kinelast.figures.errors import FigureError, Measured
+from kinelast.figures.errors import FigureError
+from kinelast.figures.measured import Measured
 from kinelast.figures.registry import NAMES
 from kinelast.figures.report import FurtherCheck
 from kinelast.scene.course import CourseByLaws
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
     from fem_check import MomentumBalance
     from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
+    from kinelast.figures.answer import Answer
     from kinelast.figures.results import Results
-    from kinelast.figures.theory import Answer
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 

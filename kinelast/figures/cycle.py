@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
 WELL = 1e6  # largest condition number of a position that counts in largest values
-STATIONS = 11  # stations along a beam for differences between answers
+STATIONS = 15  # stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives

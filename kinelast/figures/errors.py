@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, FieldKind, reference_deflection, sample
-from elastic.links import members_of
-from kinelast.figures.cycle import STATIONS, Cycle
+from elastic import FIELDS, FieldKind, reference_deflection
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure, items_of
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
@@ -31,8 +30,6 @@ RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
 LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
-COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
-FORCES = "N", "M", JOINT_FORCES  # courses of forces
 LITTLE_PRESSED, KNOWN_TO = (
     0.2,
     0.02,
@@ -40,8 +37,6 @@ LITTLE_PRESSED, KNOWN_TO = (
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
-AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
-SMALL = 0.1  # smallest base of course errors, relative to the largest of all beams or joints
 EPS = float(np.finfo(float).eps)
 
 
@@ -144,62 +139,6 @@ class Estimate:
     moving: Cycle | None = None
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Errors of figures from a check by another theory, in the units of the figures.
-
-    Attributes
-    ----------
-    off, own
-        For each figure key, the measured error of every item, and the error of the check itself; nan if unknown.
-    """
-
-    off: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    own: Mapping[str, Sequence[float]] = field(default_factory=dict)
-
-    def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
-        """Return an error with the measured part instead of the estimates for the theory of motion.
-
-        The estimate stays if the error of the check is larger.
-        """
-        if key not in self.off or math.isnan(self.off[key][item]):
-            return error
-        off, own, kept = self.off[key][item], self.own[key][item], NOT_OF_MOTION
-        if not error.unknown and own >= max(off, error.without(kept).size):
-            return error
-        return FigureError({MEASURED: off + own, **{name: error.parts[name] for name in kept if name in error.parts}})
-
-
-def with_bodies(
-    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float]
-) -> dict[str, list[FigureError]]:
-    """Errors of beam theory measured by plane bodies.
-
-    The error of a chord deflection is the measured difference. Other figures multiply their estimate by the largest
-    ratio of measured to estimated error of a beam. They keep the estimate if one of their beams has no body.
-
-    Parameters
-    ----------
-    off, whole
-        For each beam, difference of the largest chord deflection, and largest difference at any place and position
-        [m]; nan for beams without a body.
-    """
-    told = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
-    least = SMALL * max(told, default=0.0)
-    factor = max((apart / part for apart, part in zip(whole, told, strict=True) if part > least), default=math.nan)
-    if any(math.isnan(apart) for apart, part in zip(whole, told, strict=True) if part > least):
-        factor = math.nan
-
-    def measured(key: str, item: int, error: FigureError) -> FigureError:
-        size = off[item] if key == "chord" else factor * error.parts.get(BEAM_THEORY, math.nan)
-        if math.isnan(size):
-            return error
-        others = {name: part for name, part in error.parts.items() if name != BEAM_THEORY}
-        return replace(error, parts={**others, BODIES: size})
-
-    return {key: [measured(key, item, each) for item, each in enumerate(rows)] for key, rows in errors.items()}
-
-
 def figure_errors(
     answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
 ) -> dict[str, list[FigureError]]:
@@ -220,7 +159,9 @@ def figure_errors(
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
-    bent = others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
+    bent = (
+        others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
+    )
     bodies = values if off.beam_theory is answer else values | _changed(off.beam_theory, bent, answer, values)
     closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
@@ -239,7 +180,7 @@ def figure_errors(
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:
     """Return True if two answers differ in their joint or section forces."""
     here, there = answer.deflection, other.deflection
-    pairs = [(_joint_forces(here), _joint_forces(there))]
+    pairs = [*zip(here.forces.force, there.forces.force, strict=True)]
     pairs += [(getattr(here.amplitudes, name), getattr(there.amplitudes, name)) for name in ("N", "V", "M")]
     return not all(np.array_equal(one, two, equal_nan=True) for one, two in pairs)
 
@@ -322,9 +263,13 @@ def _of_items(
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
     units = figure.units(answer.scene)
     scale = np.array([scales.get(unit, 0.0) for unit in units])
-    wide = scale if figure.of == POINT else base  # a safety is a quotient
-    if figure.over != LEAST:
-        wide = np.full(np.shape(here), np.max(wide, initial=0.0))
+    if figure.key in RECIPROCAL:  # the same share of the largest stress
+        known = np.where(np.isfinite(here), here, 0.0)
+        wide = np.square(known) / np.min(known, where=known > 0.0, initial=np.inf)
+    elif figure.over == LEAST:  # a quotient
+        wide = base
+    else:
+        wide = np.full(np.shape(here), np.max(scale if figure.of == POINT else base, initial=0.0))
     parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
     if VIBRATION in off.shares and figure.over == AVERAGE:  # it may be zero without vibration
         parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
@@ -392,66 +337,6 @@ def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
         lost = np.minimum(EPS * answer.deflection.condition, 1.0) * answer.bending
         share = np.maximum(EPS * answer.condition, lost)
     return np.where(np.isfinite(share), share, EPS)
-
-
-def history_error(answer: Cycle, off: Estimate) -> float:
-    """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
-
-    It is a share of the largest deflection of the beam. A check of the whole mechanism measures it.
-    """
-    chord = sample(answer.deflection, "chord", STATIONS)
-    base = reference_deflection(_greatest_of_members(answer, chord))
-    shares = math.fsum(off.shares.values())
-    if not off.stages:
-        return shares
-    final = [*off.stages.values()][-1].deflection
-    return shares + _greatest_share(chord, sample(final, "chord", STATIONS), base)
-
-
-def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
-    """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
-
-    Each is a share of the largest value of the member or joint, which counts as at least `SMALL` times the largest of
-    all.
-    """
-    shares, errors = math.fsum(off.shares.values()), {}
-    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # they converge later than displacements
-    known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
-    if not off.stages:
-        return known
-    bent, final = answer.deflection, [*off.stages.values()][-1].deflection
-    for name in COURSES:
-        values = sample(bent, name, AT)
-        base = _greatest_of_members(answer, values)
-        errors[name] = known[name] + _greatest_share(values, sample(final, name, AT), _not_small(base))
-    forces, others = (_joint_forces(each) for each in (bent, final))
-    base = np.nan_to_num(np.abs(forces)).max(axis=1, initial=0.0)
-    return {**errors, JOINT_FORCES: known[JOINT_FORCES] + _greatest_share(forces, others, _not_small(base))}
-
-
-def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
-    """Return values of the whole member of every beam, from shape (beams, positions, stations)."""
-    greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
-    return members_of(answer.scene.mechanism).greatest(greatest)
-
-
-def _not_small(greatest: Reals) -> Reals:
-    """Return the bases of relative errors: largest values, at least `SMALL` of the largest of all."""
-    base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
-    return base
-
-
-def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
-    """Return the largest difference in any row, relative to the base of the row."""
-    apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
-    return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
-
-
-def _joint_forces(bent: Deflection) -> Complexes:
-    """Return joint forces [N], complex, shape (joints, positions)."""
-    columns = bent.motion.columns
-    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
-    return np.reshape(np.array(forces, complex), (len(forces), *columns))
 
 
 def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:

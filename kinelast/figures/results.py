@@ -15,7 +15,8 @@ from elastic.assessment import LIMITS, Exceedance, exceedances, period_of, slend
 from elastic.vibration import Frequencies
 from kinelast.figures.checks import NonlinearCheck, NotMade
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import FigureError, GradedFigure, with_bodies, worst_of
+from kinelast.figures.errors import FigureError, GradedFigure, worst_of
+from kinelast.figures.measured import with_bodies
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.figures.ranges import yield_words
@@ -29,7 +30,7 @@ from rigid import ConstantSpeed, Mechanism, Motion, Reals
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
     from fem_check.solid import SolidComparison
-    from kinelast.figures.theory import Answer
+    from kinelast.figures.answer import Answer
 
 
 ASKED_FOR = "the quasi-static theory was chosen"

@@ -16,7 +16,6 @@ from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import (
     Elastodynamic,
     Vibration,
-    deflection_at,
     discretized_finer,
     elastodynamic,
     finer_vibration,
@@ -27,6 +26,8 @@ from elastic.elastodynamics import (
     with_large_displacement,
     worth_halving,
 )
+from kinelast.figures.answer import BESIDES, Answer
+from kinelast.figures.between import Between
 from kinelast.figures.bounds import (
     BOUND_OVER_ERROR,
     PER_ROTATION,
@@ -41,17 +42,11 @@ from kinelast.figures.errors import (
     HEADLINE,
     HIGHER_ORDERS,
     LARGE,
-    NOT_OF_MOTION,
     TIME,
     VIBRATION,
     Estimate,
-    FigureError,
     GradedFigure,
-    course_errors,
-    figure_errors,
     graded_figures,
-    history_error,
-    worst_of,
 )
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
@@ -62,7 +57,6 @@ from kinelast.scene.data import (
     QUASI_STATIC,
     Scene,
     Theory,
-    scene_deflection,
 )
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
@@ -77,13 +71,10 @@ FINE = 0.05  # tolerance of the solver, relative to the requested accuracy
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
 FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
-BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
-FURTHER = 0.1  # tolerance of a finer exact answer, relative to that of the answer it is compared with
+FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
-MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; peaks of ringing are lost above
-MAX_REFINED = 10_000  # with more positions, no instants between them are examined
 SAME = 1e-9  # relative difference of moments at rest by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments per travel of a machine at rest
@@ -91,100 +82,6 @@ STAGES = 5  # number of stages, for the progress
 EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / that of the first steps to it
 LONG = 10.0  # [s] expected time from which an answer is announced
 UNSTABLE = "the links have no steady state, their vibration grows"
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """Deflection by the chosen theory, with errors.
-
-    Attributes
-    ----------
-    theory
-        "quasi-static", "elastodynamic" or "geometrically-exact".
-    cycle
-        Cycle of the answer.
-    quasi_static
-        Deflection without vibration.
-    vibrating
-        Vibrating mechanism; None if not computed.
-    figures, off
-        Figures with errors, and the data for these errors.
-    graded
-        Main figures, which grade the answer.
-    accuracy
-        Requested accuracy; None without a request.
-    missed
-        Relative change of the most affected graded figure by vibration and large displacement; nan if unknown.
-    finer
-        True if a finer theory can answer.
-    """
-
-    theory: str
-    cycle: Cycle
-    quasi_static: Deflection
-    vibrating: Elastodynamic | None
-    figures: Sequence[Figure]
-    off: Estimate
-    graded: Sequence[GradedFigure]
-    accuracy: float | None
-    missed: float
-    finer: bool
-
-    @property
-    def deflection(self) -> Deflection:
-        """Deflection of the links."""
-        return self.cycle.deflection
-
-    def at(self, plain: Deflection) -> Deflection:
-        """Return the answer at the positions of a quasi-static deflection."""
-        if self.theory == QUASI_STATIC or self.vibrating is None or self.vibrating.vibration is None:
-            return plain
-        return deflection_at(self.vibrating, plain.motion)
-
-    @property
-    def unknown(self) -> str:
-        """Reason for an unknown error; empty if the error is known."""
-        return self.off.unknown
-
-    @cached_property
-    def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """Errors of all items of the figures, by key."""
-        return figure_errors(self.cycle, self.figures, self.off)
-
-    @cached_property
-    def by_motion(self) -> float:
-        """See `history_error`; nan if unknown."""
-        known = self.cycle.scene.labels and not self.unknown
-        return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
-
-    @cached_property
-    def courses(self) -> Mapping[str, float]:
-        """See `course_errors`; empty if unknown."""
-        return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
-
-    @property
-    def worst_course(self) -> tuple[str, float]:
-        """Name and relative error of the worst course; empty and nan if unknown."""
-        return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
-
-    @property
-    def error(self) -> float:
-        """Relative error of the worst graded figure; nan if one is unknown, 0 if there is none."""
-        if self.unknown:
-            return math.nan
-        worst = worst_of(self.graded)
-        return worst.share if worst else 0.0
-
-    @property
-    def accurate(self) -> bool | None:
-        """True if the requested accuracy is reached; None if none was requested."""
-        return self.reaches(self.error)
-
-    def reaches(self, error: float) -> bool | None:
-        """Return True if an error and the courses are within the accuracy; None if none was requested."""
-        if self.accuracy is None:
-            return None
-        return error <= self.accuracy and not self.worst_course[1] > self.accuracy
 
 
 @one_thread()
@@ -219,12 +116,8 @@ def answer(
     if not scene.labels:
         return rungs.rigid()
     rests = not named and _rests(plain)
-    if not named and not rests:
-        rotation = largest_rotation(plain)
-        if rotation > MAX_ROTATION:
-            return rungs.unknown("vibration is not looked at where links turn by so much")
-        if bounded := rungs.bounded(period, PER_ROTATION * rotation, wanted):
-            return bounded
+    if not named and not rests and (early := rungs.without_vibration(period, wanted)):
+        return early
     aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
     tolerance = min(TOLERANCE, FINE * aim) if named else max(FINE * aim, FINEST)
     if scene.mechanism.friction:
@@ -252,10 +145,10 @@ def answer(
         return rungs.at_rest()
     tried: list[Answer] = []
     for rung in rungs.climbed(linear, tolerance, aim):
-        if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
+        if only_told or (not named and (rung.enough(wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
-    return min(reversed(tried), key=_off_by_motion)
+    return min(reversed(tried), key=lambda rung: rung.off_by_motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,7 +228,8 @@ class _Rungs:
         if asked != GEOMETRICALLY_EXACT:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None:
+        rests = _rests(self.plain)
+        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
             left = {name: (FORCES_LATER if name == LARGE else 1.0) * share for name, share in left.items()}
@@ -344,7 +238,7 @@ class _Rungs:
         self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
-            if asked is None and not _rests(self.plain) and not has_dry_friction(self.scene.mechanism):
+            if asked is None and not rests and not has_dry_friction(self.scene.mechanism):
                 tolerance = max(EXACT * wanted, FINEST)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
@@ -364,8 +258,15 @@ class _Rungs:
         stretch = vibrating.along("u").value.max(initial=0.0)
         return bool(abs(there - here) > FAR * wanted * max(there, stretch))
 
-    def bounded(self, period: float, large: float, wanted: float) -> Answer | None:
-        """Return the quasi-static answer with bounds of vibration and large displacement as its errors, if small."""
+    def without_vibration(self, period: float, wanted: float) -> Answer | None:
+        """Return the quasi-static answer if bounds of vibration and large displacement are small, or if links turn far.
+
+        The bounds are its errors. None if vibration has to be solved.
+        """
+        rotation = largest_rotation(self.plain)
+        if rotation > MAX_ROTATION:
+            return self.unknown("vibration is not looked at where links turn by so much")
+        large = PER_ROTATION * rotation
         if large > self.resolved(wanted):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
@@ -456,9 +357,11 @@ class _Rungs:
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
         forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
         bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
-        bodies, closer = self._cycle(bent), self._closer(name, vibrating, cycle)
-        rings = bool(closer) and VIBRATION in stages and self._may_peak_between(vibrating)
-        moving = self._closer(ELASTODYNAMIC, vibrating, cycle) if rings else None
+        bodies, closer = self._cycle(bent), self._between.of(cycle, None if name == QUASI_STATIC else vibrating)
+        rings = (
+            closer is not None and VIBRATION in stages and vibrating is not None and self._between.may_peak(vibrating)
+        )
+        moving = self._between.of(cycle, vibrating) if rings else None
         off = Estimate(stages, bodies, shares, unknown, settled, forces, closer, moving)
         graded = graded_figures(self.scene, cycle, self.figures, off)
         missed = math.nan if vibrating is None else math.inf
@@ -469,60 +372,6 @@ class _Rungs:
         return Answer(
             name, cycle, self.plain, vibrating, self.figures, off, graded, self.theory.accuracy, missed, finer
         )
-
-    @cached_property
-    def _motion_between(self) -> Motion | None:
-        """Return the motion including instants between the positions; None if unreachable or above `MAX_REFINED`."""
-        times = self.plain.motion.time
-        if len(times) > MAX_REFINED:
-            return None
-        try:
-            return self.scene.course.at(self.scene.course.closer(times))
-        except SceneError:
-            return None
-
-    @cached_property
-    def _between(self) -> Cycle:
-        """Return the quasi-static answer including instants between the positions."""
-        moved = self._motion_between
-        assert moved is not None
-        return Cycle(self.scene, moved, scene_deflection(self.scene, moved), sampled=True, between=True)
-
-    def _closer(self, name: str, vibrating: Elastodynamic | None, cycle: Cycle) -> Cycle | None:
-        """Return an answer including instants between the positions; None for a single position."""
-        moved = self._motion_between
-        if np.shape(self.plain.motion.time) != self.plain.motion.columns or len(self.plain.motion.time) < 2:
-            return None
-        if moved is None:
-            return replace(cycle, between=True, _known={}, still=self.quasi_static)
-        if name == QUASI_STATIC or vibrating is None:
-            return self._between
-        if id(vibrating) not in self._vibrating_between:
-            moved = self._with_short_elements(moved, vibrating)
-            found = Cycle(self.scene, moved, deflection_at(vibrating, moved), sampled=True, between=True)
-            self._vibrating_between[id(vibrating)] = found
-        return self._vibrating_between[id(vibrating)]
-
-    @cached_property
-    def _vibrating_between(self) -> dict[int, Cycle]:
-        return {}
-
-    def _may_peak_between(self, vibrating: Elastodynamic | None) -> bool:
-        """Return True if links may vibrate to a peak and back between two positions."""
-        spacing = np.diff(self.plain.motion.time).max(initial=0.0)
-        return vibrating is not None and bool(vibrating.lowest * spacing > MAX_PHASE)
-
-    def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
-        """Return the motion including points of time elements shorter than the given steps."""
-        if vibrating.vibration is None:
-            return moved
-        grid, times = vibrating.vibration.problem.terms.grid, moved.time
-        spacing = np.ptp(times) / len(times)
-        fine = np.repeat(grid.steps < grid.stages * spacing, grid.stages)
-        points = grid.nodes[1:][fine]
-        points = points[(points > times[0]) & (points < times[-1])]
-        points = points[self.scene.course.breaks.far(points)]
-        return self.scene.course.at(np.unique(np.append(times, points))) if len(points) else moved
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change by vibration of the most affected graded figure.
@@ -537,6 +386,10 @@ class _Rungs:
         return max(map(float, shares), default=0.0)
 
     @cached_property
+    def _between(self) -> Between:
+        return Between(self.quasi_static)
+
+    @cached_property
     def _cycles(self) -> dict[int, Cycle]:
         return {}
 
@@ -547,32 +400,6 @@ class _Rungs:
             known = {"sampled": True} if bent is still.given else {"still": still, "sampled": True, "_known": {}}
             self._cycles[id(bent)] = replace(still, motion=bent.motion, given=bent, **known)
         return self._cycles[id(bent)]
-
-
-def _enough(rung: Answer, wanted: float) -> bool:
-    """Return True if a better theory would not help: accuracy reached, or little error left to remove.
-
-    A requested accuracy also holds for the courses of all fields and joint forces.
-    """
-    if rung.unknown:
-        return False
-    for each in rung.graded:
-        by_motion = _share_by_motion(each)
-        left = each.share - by_motion
-        if not by_motion <= max(wanted - left, BESIDES * wanted):
-            return False
-    return rung.accuracy is None or max(rung.courses.values(), default=0.0) <= wanted
-
-
-def _off_by_motion(rung: Answer) -> float:
-    """Return the largest relative error by the theory of motion; infinite if unknown."""
-    if rung.unknown:
-        return math.inf
-    return max((*map(_share_by_motion, rung.graded), *rung.courses.values()), default=0.0)
-
-
-def _share_by_motion(graded: GradedFigure) -> float:
-    return graded.error.without(NOT_OF_MOTION).size / graded.base
 
 
 def _rests(plain: Deflection) -> bool:

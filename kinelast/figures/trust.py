@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -58,8 +59,20 @@ UNKNOWN = {
 }
 
 
+_FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()
+
+
 def findings(results: Results) -> list[Finding]:
-    """All findings on a scene's figures, the worst first. Of links that buckle, only the rigid motion is judged."""
+    """All findings on a scene's figures, the worst first, computed once.
+
+    Of links that buckle, only the rigid motion is judged.
+    """
+    if results not in _FOUND:
+        _FOUND[results] = _findings(results)
+    return _FOUND[results]
+
+
+def _findings(results: Results) -> list[Finding]:
     unsorted = [
         *input_findings(results),
         *_theory(results),

@@ -1,0 +1,137 @@
+"""Answer of a theory of motion to a scene, with the errors of its figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from elastic import Deflection
+from elastic.elastodynamics import Elastodynamic, deflection_at
+from kinelast.figures.courses import course_errors, history_error
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.errors import NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
+from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.figure import Figure
+
+BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Deflection by the chosen theory, with errors.
+
+    Attributes
+    ----------
+    theory
+        "quasi-static", "elastodynamic" or "geometrically-exact".
+    cycle
+        Cycle of the answer.
+    quasi_static
+        Deflection without vibration.
+    vibrating
+        Vibrating mechanism; None if not computed.
+    figures, off
+        Figures with errors, and the data for these errors.
+    graded
+        Main figures, which grade the answer.
+    accuracy
+        Requested accuracy; None without a request.
+    missed
+        Relative change of the most affected graded figure by vibration and large displacement; nan if unknown.
+    finer
+        True if a finer theory can answer.
+    """
+
+    theory: str
+    cycle: Cycle
+    quasi_static: Deflection
+    vibrating: Elastodynamic | None
+    figures: Sequence[Figure]
+    off: Estimate
+    graded: Sequence[GradedFigure]
+    accuracy: float | None
+    missed: float
+    finer: bool
+
+    @property
+    def deflection(self) -> Deflection:
+        """Deflection of the links."""
+        return self.cycle.deflection
+
+    def at(self, plain: Deflection) -> Deflection:
+        """Return the answer at the positions of a quasi-static deflection."""
+        if self.theory == QUASI_STATIC or self.vibrating is None or self.vibrating.vibration is None:
+            return plain
+        return deflection_at(self.vibrating, plain.motion)
+
+    @property
+    def unknown(self) -> str:
+        """Reason for an unknown error; empty if the error is known."""
+        return self.off.unknown
+
+    @cached_property
+    def errors(self) -> Mapping[str, Sequence[FigureError]]:
+        """Errors of all items of the figures, by key."""
+        return figure_errors(self.cycle, self.figures, self.off)
+
+    @cached_property
+    def by_motion(self) -> float:
+        """See `history_error`; nan if unknown."""
+        known = self.cycle.scene.labels and not self.unknown
+        return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
+
+    @cached_property
+    def courses(self) -> Mapping[str, float]:
+        """See `course_errors`; empty if unknown."""
+        return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
+
+    @property
+    def worst_course(self) -> tuple[str, float]:
+        """Name and relative error of the worst course; empty and nan if unknown."""
+        return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
+
+    @property
+    def error(self) -> float:
+        """Relative error of the worst graded figure; nan if one is unknown, 0 if there is none."""
+        if self.unknown:
+            return math.nan
+        worst = worst_of(self.graded)
+        return worst.share if worst else 0.0
+
+    def enough(self, wanted: float) -> bool:
+        """Return True if a better theory would not help: accuracy reached, or little error left to remove.
+
+        A requested accuracy also holds for the courses of all fields and joint forces.
+        """
+        if self.unknown:
+            return False
+        for each in self.graded:
+            by_motion = _share_by_motion(each)
+            left = each.share - by_motion
+            if not by_motion <= max(wanted - left, BESIDES * wanted):
+                return False
+        return self.accuracy is None or max(self.courses.values(), default=0.0) <= wanted
+
+    @property
+    def off_by_motion(self) -> float:
+        """Largest relative error by the theory of motion; infinite if unknown."""
+        if self.unknown:
+            return math.inf
+        return max((*map(_share_by_motion, self.graded), *self.courses.values()), default=0.0)
+
+    @property
+    def accurate(self) -> bool | None:
+        """True if the requested accuracy is reached; None if none was requested."""
+        return self.reaches(self.error)
+
+    def reaches(self, error: float) -> bool | None:
+        """Return True if an error and the courses are within the accuracy; None if none was requested."""
+        if self.accuracy is None:
+            return None
+        return error <= self.accuracy and not self.worst_course[1] > self.accuracy
+
+
+def _share_by_motion(graded: GradedFigure) -> float:
+    return graded.error.without(NOT_OF_MOTION).size / graded.base

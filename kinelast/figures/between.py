@@ -1,0 +1,77 @@
+"""Answers including instants between the positions of a run, where peaks may be larger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from elastic.elastodynamics import Elastodynamic, deflection_at
+from kinelast.figures.cycle import Cycle
+from kinelast.scene.data import scene_deflection
+from kinelast.scene.error import SceneError
+from rigid import Motion
+
+MAX_REFINED = 10_000  # with more positions, no instants between them are examined
+MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; peaks of ringing are lost above
+
+
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Answers of all theories including instants between the positions of a quasi-static cycle."""
+
+    still: Cycle
+    _vibrating: dict[int, Cycle] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def _motion(self) -> Motion | None:
+        """Return the motion including instants between the positions; None if unreachable or above `MAX_REFINED`."""
+        times, course = self.still.motion.time, self.still.scene.course
+        if len(times) > MAX_REFINED:
+            return None
+        try:
+            return course.at(course.closer(times))
+        except SceneError:
+            return None
+
+    @cached_property
+    def _quasi_static(self) -> Cycle:
+        """Return the quasi-static answer including instants between the positions."""
+        assert self._motion is not None
+        return self._sampled(self._motion, None)
+
+    def _sampled(self, moved: Motion, vibrating: Elastodynamic | None) -> Cycle:
+        scene = self.still.scene
+        bent = deflection_at(vibrating, moved) if vibrating else scene_deflection(scene, moved)
+        return Cycle(scene, moved, bent, sampled=True, between=True)
+
+    def of(self, cycle: Cycle, vibrating: Elastodynamic | None) -> Cycle | None:
+        """Return the answer of a cycle, quasi-static without `vibrating`; None for a single position."""
+        motion = self.still.motion
+        if np.shape(motion.time) != motion.columns or len(motion.time) < 2:
+            return None
+        if self._motion is None:
+            return replace(cycle, between=True, _known={}, still=self.still)
+        if vibrating is None:
+            return self._quasi_static
+        if id(vibrating) not in self._vibrating:
+            self._vibrating[id(vibrating)] = self._sampled(
+                self._with_short_elements(self._motion, vibrating), vibrating
+            )
+        return self._vibrating[id(vibrating)]
+
+    def may_peak(self, vibrating: Elastodynamic) -> bool:
+        """Return True if links may vibrate to a peak and back between two positions."""
+        return bool(vibrating.lowest * np.diff(self.still.motion.time).max(initial=0.0) > MAX_PHASE)
+
+    def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
+        """Return the motion including points of time elements shorter than the given steps."""
+        if vibrating.vibration is None:
+            return moved
+        grid, times, course = vibrating.vibration.problem.terms.grid, moved.time, self.still.scene.course
+        fine = np.repeat(grid.steps < grid.stages * np.ptp(times) / len(times), grid.stages)
+        points = grid.nodes[1:][fine]
+        points = points[(points > times[0]) & (points < times[-1])]
+        points = points[course.breaks.far(points)]
+        return course.at(np.unique(np.append(times, points))) if len(points) else moved

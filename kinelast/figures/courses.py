@@ -1,0 +1,78 @@
+"""Largest errors over time of fields and joint forces, from differences between answers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elastic import Deflection, reference_deflection, sample
+from elastic.links import members_of
+from kinelast.figures.cycle import STATIONS, Cycle
+from kinelast.figures.errors import TIME, Estimate
+from rigid.arrays import Complexes, Numbers, Reals
+
+COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+FORCES = "N", "M", JOINT_FORCES  # courses of forces
+AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
+SMALL = 0.1  # smallest base of course errors, relative to the largest of all beams or joints
+
+
+def history_error(answer: Cycle, off: Estimate) -> float:
+    """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
+
+    It is a share of the largest deflection of the beam. A check of the whole mechanism measures it.
+    """
+    chord = sample(answer.deflection, "chord", STATIONS)
+    base = reference_deflection(_greatest_of_members(answer, chord))
+    shares = math.fsum(off.shares.values())
+    if not off.stages:
+        return shares
+    final = [*off.stages.values()][-1].deflection
+    return shares + _greatest_share(chord, sample(final, "chord", STATIONS), base)
+
+
+def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
+    """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
+
+    Each is a share of the largest value of the member or joint, which counts as at least `SMALL` times the largest of
+    all.
+    """
+    shares, errors = math.fsum(off.shares.values()), {}
+    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # they converge later than displacements
+    known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
+    if not off.stages:
+        return known
+    bent, final = answer.deflection, [*off.stages.values()][-1].deflection
+    for name in COURSES:
+        values = sample(bent, name, AT)
+        base = _greatest_of_members(answer, values)
+        errors[name] = known[name] + _greatest_share(values, sample(final, name, AT), _not_small(base))
+    forces, others = (_joint_forces(each) for each in (bent, final))
+    base = np.nan_to_num(np.abs(forces)).max(axis=1, initial=0.0)
+    return {**errors, JOINT_FORCES: known[JOINT_FORCES] + _greatest_share(forces, others, _not_small(base))}
+
+
+def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
+    """Return values of the whole member of every beam, from shape (beams, positions, stations)."""
+    greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
+    return members_of(answer.scene.mechanism).greatest(greatest)
+
+
+def _not_small(greatest: Reals) -> Reals:
+    """Return the bases of relative errors: largest values, at least `SMALL` of the largest of all."""
+    base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
+    return base
+
+
+def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
+    """Return the largest difference in any row, relative to the base of the row."""
+    apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
+    return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
+
+
+def _joint_forces(bent: Deflection) -> Complexes:
+    """Return joint forces [N], complex, shape (joints, positions)."""
+    columns = bent.motion.columns
+    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
+    return np.reshape(np.array(forces, complex), (len(forces), *columns))

@@ -1,0 +1,67 @@
+"""Errors of figures as measured by checks with another theory or with plane bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
+
+SMALL = 0.1  # smallest error of a beam whose ratio counts, relative to the largest
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Errors of figures from a check by another theory, in the units of the figures.
+
+    Attributes
+    ----------
+    off, own
+        For each figure key, the measured error of every item, and the error of the check itself; nan if unknown.
+    """
+
+    off: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    own: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
+        """Return an error with the measured part instead of the estimates for the theory of motion.
+
+        The estimate stays if the error of the check is larger.
+        """
+        if key not in self.off or math.isnan(self.off[key][item]):
+            return error
+        off, own, kept = self.off[key][item], self.own[key][item], NOT_OF_MOTION
+        if not error.unknown and own >= max(off, error.without(kept).size):
+            return error
+        return FigureError({MEASURED: off + own, **{name: error.parts[name] for name in kept if name in error.parts}})
+
+
+def with_bodies(
+    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float]
+) -> dict[str, list[FigureError]]:
+    """Errors of beam theory measured by plane bodies.
+
+    The error of a chord deflection is the measured difference. Other figures multiply their estimate by the largest
+    ratio of measured to estimated error of a beam. They keep the estimate if one of their beams has no body.
+
+    Parameters
+    ----------
+    off, whole
+        For each beam, difference of the largest chord deflection, and largest difference at any place and position
+        [m]; nan for beams without a body.
+    """
+    told = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
+    least = SMALL * max(told, default=0.0)
+    factor = max((apart / part for apart, part in zip(whole, told, strict=True) if part > least), default=math.nan)
+    if any(math.isnan(apart) for apart, part in zip(whole, told, strict=True) if part > least):
+        factor = math.nan
+
+    def measured(key: str, item: int, error: FigureError) -> FigureError:
+        size = off[item] if key == "chord" else factor * error.parts.get(BEAM_THEORY, math.nan)
+        if math.isnan(size):
+            return error
+        others = {name: part for name, part in error.parts.items() if name != BEAM_THEORY}
+        return replace(error, parts={**others, BODIES: size})
+
+    return {key: [measured(key, item, each) for item, each in enumerate(rows)] for key, rows in errors.items()}
