@@ -232,10 +232,9 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
         moved = scene.course.at(times[:count]) if near is None else scene.course.near(times[:count], cut)
     require_tables(scene, moved)
     bent = scene_deflection(scene, moved)
-    buckles = Results(scene, bent).buckles
+    buckles, output = Results(scene, bent).buckles, output_of(scene, bent, any_instants=dragged)
     bent = marked(bent, np.ones(moved.columns, bool)) if buckles else bent
     cycle = Cycle(scene, moved, bent, sampled=True)
-    output = output_of(scene, cycle.deflection if dragged else None)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     columns = columns_of(Results(scene, cycle.deflection), graph) if graph or not dragged else ()
     drawing, data = picture(scene, cycle.deflection, cycle.efforts, columns)

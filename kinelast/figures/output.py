@@ -24,7 +24,7 @@ INSTANTS = 72  # of the run, for the choice of the output
 SAME = 1e-6  # relative difference below which errors are equal
 
 
-def output_of(scene: Scene, bent: Deflection | None = None) -> Output | None:
+def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool = False) -> Output | None:
     """Return the output that a scene names, or one derived from its structure, or None.
 
     Candidates are, in this order: traced points, which belong to one link only; points that slide on the ground and
@@ -35,23 +35,27 @@ def output_of(scene: Scene, bent: Deflection | None = None) -> Output | None:
     Parameters
     ----------
     bent
-        Known deflection of the scene, also at other instants.
+        Known quasi-static deflection of the scene. It decides about a sole candidate.
+    any_instants
+        `bent` decides about several candidates too.
     """
     if scene.output is not None:
         return scene.output
-    bent = bent or _deflection(scene)
+    unit = next((limit.unit for limit in scene.limits if limit.figure == OUTPUT_ERROR), "")
+    points = [] if unit == "rad" else [_traced(scene), slid(scene)]
+    links = [] if unit == "m" else _turning(scene)
+    if bent is None or not (any_instants or sum(map(len, (*points, links))) == 1):
+        bent = _deflection(scene)
     if bent is None:
         return None
-    unit = next((limit.unit for limit in scene.limits if limit.figure == OUTPUT_ERROR), "")
     owners = dict(points_of(scene.mechanism))
     noise: float | None = None
-    for names in (_traced(scene), slid(scene)) if unit != "rad" else ():
+    for names in points:
         moved = {name: _size(displacement_of(bent, owners[name], name)) for name in names}
         noise = _noise(bent) if noise is None and names else noise
         if name := _farthest({name: size for name, size in moved.items() if size > (noise or 0.0)}):
             return Output(scene.mechanism.links[owners[name]].name, name, guessed=True)
-    turned = {link: _angle(scene, bent, link) for link in _turning(scene)} if unit != "m" else {}
-    name = _farthest(turned)
+    name = _farthest({link: _angle(scene, bent, link) for link in links})
     return Output(name, guessed=True) if name else None
 
 

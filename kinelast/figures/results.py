@@ -204,7 +204,7 @@ class Results:
     @cached_property
     def figures(self) -> RunFigures:
         """Figures of the run, with their errors if known."""
-        figures = self.run or run_figures(self.cycle, output_of(self.scene))
+        figures = self.run or run_figures(self.cycle, output_of(self.scene, self.quasi_static))
         if self.answer is None:
             return figures
         closer = self.answer.off.closer
@@ -291,12 +291,12 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             replace(each, deflection=marked(each.deflection, np.ones(each.motion.columns, bool)))
             for each in (plain, whole)
         )
-        run = run_figures(here.cycle, output_of(scene))
+        run = run_figures(here.cycle, output_of(scene, plain.deflection))
         return replace(here, run=run.with_instants(run_figures(whole.cycle, run.output)))
     if theory.plain and not judged:
         if whole is plain:
             return plain
-        run = with_breaks(plain, run_figures(plain.cycle, output_of(scene)))
+        run = with_breaks(plain, run_figures(plain.cycle, output_of(scene, plain.deflection)))
         return replace(plain, run=run.with_averages(whole.cycle))
     from kinelast.figures.theory import answer
 
@@ -304,7 +304,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
-    return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene))))
+    return replace(here, run=with_breaks(here, run_figures(here.cycle, output_of(scene, plain.deflection))))
 
 
 def at_breaks(plain: Results) -> Results:

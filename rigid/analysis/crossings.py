@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.analysis.coordinates import Rated
 from rigid.arrays import Integers, Reals
 from rigid.kinematics import Motion, motion, with_rates
 from rigid.parts import MechanismError
@@ -48,9 +49,15 @@ class Intervals:
         change = self.change[:, number]
         return motion(self.course.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
-    def ends(self) -> tuple[Motion, Motion]:
-        """Motion at the left and right ends of all intervals, with rates per interval."""
-        return tuple(with_rates(positions(self.course, at), self.change) for at in (self.left, self.right))  # type: ignore[return-value]
+    def rates(self, coordinate: Rated) -> tuple[Reals, Reals]:
+        """Rates of a coordinate at the left and at the right ends of all intervals, per interval."""
+        low, high = (self._rates(coordinate, at) for at in (self.left, self.right))
+        return low, high
+
+    def _rates(self, coordinate: Rated, at: Integers) -> Reals:
+        change = np.zeros(self.course.drive.shape)
+        change[:, at] = self.change
+        return coordinate.rate(with_rates(self.course, change))[at]
 
 
 def intervals(course: Motion) -> Intervals:

@@ -79,7 +79,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
     """Reversals of a coordinate: interval number, fraction of the interval, and whether the coordinate rose before."""
-    low, high = (coordinate.rate(end) for end in between.ends())
+    low, high = between.rates(coordinate)
     after = np.sign(np.roll(high, -1))
     if not turn_closes(between.course):
         after[-1] = np.sign(low[-1])
