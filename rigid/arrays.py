@@ -50,3 +50,9 @@ No stricter type: numpy's operators have none that accepts arrays, numbers and Z
 def of_designs(value: Any) -> Any:
     """Number of a mechanism or its parts, without the axis of positions."""
     return np.asarray(value)[..., 0] if np.ndim(value) else value
+
+
+def distinct(values: Any) -> Numbers:
+    """Distinct values in ascending order. `np.unique` would import numpy.ma, which takes as long as 15 of our files."""
+    ordered: Numbers = np.sort(np.ravel(values))
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]

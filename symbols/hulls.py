@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symbols.marks import Complexes
+from rigid.arrays import Complexes
 
 
 def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from rigid import GROUND, Slider
+from rigid.arrays import Complexes
 from rigid.joints import Placed
-from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Complexes, Line, Mark, Spot, anchor
+from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Line, Mark, Spot, anchor
 
 BLOCK = "block"
 """Kind of the marks of sliding blocks."""

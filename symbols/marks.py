@@ -11,12 +11,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigid import Reals
+from rigid.arrays import Complexes
 from rigid.joints import Placed
-
-Complexes = NDArray[np.complexfloating[Any, Any]]
 
 INK, PAPER, SOFT, ACCENT, LOAD, LINK, SHADE, NONE = "ink", "paper", "soft", "accent", "load", "link", "shade", "none"
 """Colour names. `LINK`: the colour of the link at the mark's place."""

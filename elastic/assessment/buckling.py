@@ -18,14 +18,20 @@ from functools import cached_property
 import numpy as np
 
 from elastic.assessment.buckling_bound import buckling_bound
-from elastic.elastodynamics.displacements import Displacements, own_basis, rigid_body_modes, unit_displacements
+from elastic.elastodynamics.displacements import (
+    Displacements,
+    at_joints,
+    own_basis,
+    rigid_body_modes,
+    unit_displacements,
+)
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import GeometricStiffness, geometric_stiffness
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
 from rigid import PointLoad, Reals
-from rigid.arrays import Flags, Integers
+from rigid.arrays import Flags, Integers, distinct
 
 INNER_POLYNOMIALS = 4  # polynomials along a beam
 MAX_IMAGINARY = 1e-9  # largest imaginary part of a real root, relative to the largest root
@@ -89,7 +95,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
     even = np.linspace(0, len(pressed) - 1, EVEN_POSITIONS).round().astype(int)
-    some = np.unique([*even, bound.argmax(), *spans.argmax(axis=-1)])
+    some = distinct([*even, bound.argmax(), *spans.argmax(axis=-1)])
     try:
         roots = _BucklingModes(deflection)
         while len(some):
@@ -124,7 +130,7 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
         top = (left + here + rise * (right - left) / (rise + fall)) / 2.0
     top = np.where(np.isfinite(top), top, here).round().astype(int)
     top = np.where(seen[top], here, top)
-    some = np.unique(np.clip([top - 1, top, top + 1], 0, len(seen) - 1))
+    some = distinct(np.clip([top - 1, top, top + 1], 0, len(seen) - 1))
     unseen: Integers = some[~seen[some]]
     return unseen
 
@@ -160,12 +166,7 @@ def _pressed_shapes(structure: ElasticStructure) -> Reals:
     They follow the other coordinates with the least energy (static condensation, exact here).
     """
     stiffness = structure.stiffness
-    felt: Flags = np.asarray(structure.fields["slope"].any(axis=(0, 1)))
-    for move, turn in structure.nodes.values():
-        felt |= (move != 0) | (turn != 0)
-    felt[len(felt) - len(structure.soft) :] = True
-    if trees_of(structure.mechanism).rails:  # a block feels every displacement of the beam below it
-        felt[:] = True
+    felt = at_joints(structure) | structure.fields["slope"].any(axis=(0, 1))
     shapes = np.eye(len(felt))[:, felt]
     shapes[~felt] = -np.linalg.solve(stiffness[np.ix_(~felt, ~felt)], stiffness[np.ix_(~felt, felt)])
     factor = np.linalg.cholesky(shapes.T @ stiffness @ shapes)

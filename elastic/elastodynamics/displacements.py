@@ -19,7 +19,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.gearing import follower_displacement
 from elastic.links.sliding_blocks import OnBeam, block_places
 from rigid import Motion
-from rigid.arrays import Columns, Complexes, Reals
+from rigid.arrays import Columns, Complexes, Flags, Reals
 from rigid.closures import displacements, self_stresses
 from rigid.kinematics import stacked
 from rigid.kinetostatics import beam_directions
@@ -104,15 +104,15 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
     even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
-    size, count = len(structure.stiffness), motion.columns[-1]
+    felt = at_joints(structure)
+    shape = (np.count_nonzero(felt), motion.columns[-1])
     bent = {
-        (at, name): (motion.direction[at] * move[:, None], np.broadcast_to(turn[:, None], (size, count)))
+        (at, name): (motion.direction[at] * move[felt, None], np.broadcast_to(turn[felt, None], shape))
         for (at, name), (move, turn) in structure.nodes.items()
     }
-    gaps, turns = _openings(structure, motion, bent, flank)
+    gaps, turns = _openings(structure, motion, bent, flank, shape)
     still = [ZERO] * len(motion.mechanism.links)
     shifts, turning, _ = displacements(motion.closures, gaps, turns, still, flank)
-    shape = (size, count)
     work = [
         sum(
             number(dot(force, gap)) + number(moment * turn)
@@ -121,14 +121,25 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
         for state in self_stresses(motion.closures, flank)
     ]
     open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
-    angle = stacked([value.imag for value in turning], shape, float)
-    return RigidBodyModes(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
+    moved = stacked(shifts, shape, complex), stacked([value.imag for value in turning], shape, float), open_by
+    shift, angle, gap = (np.zeros((len(part), len(felt), shape[1]), part.dtype) for part in moved)
+    shift[:, felt], angle[:, felt], gap[:, felt] = moved
+    return RigidBodyModes(shift, angle, np.moveaxis(gap, -1, 0))
+
+
+def at_joints(structure: ElasticStructure) -> Flags:
+    """Whether a coordinate can open a joint: it moves a point or a block, or opens a soft joint, shape (n,)."""
+    felt = np.full(len(structure.stiffness), bool(trees_of(structure.mechanism).rails))
+    for move, turn in structure.nodes.values():
+        felt |= (move != 0) | (turn != 0)
+    felt[len(felt) - len(structure.soft) :] = True
+    return felt
 
 
 def _openings(
-    structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float]
+    structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Gaps to be closed per coordinate, see `links.compatibility.bent_links` for loads."""
+    """Gaps to be closed per coordinate, of `shape`; see `links.compatibility.bent_links` for loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)
@@ -145,8 +156,7 @@ def _openings(
             gap, turn = gap + along, turn + turned
         gaps.append(gap)
         turns.append(turn)
-    shape = (len(structure.stiffness), motion.columns[-1])
-    for row, freedom in enumerate(structure.soft, len(structure.stiffness) - len(structure.soft)):
+    for row, freedom in enumerate(structure.soft, shape[0] - len(structure.soft)):
         opened = np.zeros(shape, complex)
         opened[row] = 1.0 if freedom.kind == "turn" else way_of(freedom, motion)
         if freedom.kind == "turn":

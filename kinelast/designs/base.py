@@ -26,7 +26,7 @@ from kinelast.scene.quantities import Direction, Size, Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of, replaced, within_bounds
 from rigid import structure
-from rigid.arrays import Integers, Reals
+from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit
 
 TABLES_ON_AXIS = (
@@ -83,7 +83,7 @@ class Base:
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
-        return np.unique([*even, *np.ravel(cycle.pressed.position)])
+        return distinct([*even, *np.ravel(cycle.pressed.position)])
 
     def instants(self, scene: Scene) -> Reals:
         """Return the instants at which designs are computed: positions, and both sides of each break of the laws.

@@ -17,6 +17,7 @@ from kinelast.scene.breaks import MIN_BREAK_DISTANCE, Breaks, breaks_of, knots_o
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
+from rigid.arrays import distinct
 from rigid.chunks import columns_of
 from rigid.kinematics import by_laws
 
@@ -105,7 +106,7 @@ class Course(ABC):
         """Return the given instants [s] and both sides of all breaks between them, shape (instants,)."""
         sides = self.breaks.sides
         last = times[0] + self.period if self.run.turn else times[-1]
-        return np.unique(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
+        return distinct(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
 
     def closer(self, times: Reals) -> Reals:
         """Return the given instants [s], instants between them and at large accelerations, shape (instants,)."""
@@ -122,7 +123,7 @@ class Course(ABC):
         steep = [np.interp(shares * each[-1], each, fine) for each in gone]
         knots = knots_of(self.laws, float(ends[-1]))
         more = np.concatenate([between.ravel(), *steep, knots[knots >= ends[0]]])
-        return self.with_breaks(np.unique(np.append(times, more[self.breaks.far(more)])))
+        return self.with_breaks(distinct(np.append(times, more[self.breaks.far(more)])))
 
     @property
     def period(self) -> float:

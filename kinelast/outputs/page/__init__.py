@@ -115,25 +115,29 @@ def _chart_library() -> bytes:
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
-def _installed(folder: Path) -> Path | None:
+def _packaged() -> Path | None:
+    """Return the folder of uPlot's package."""
+    found = find_spec("uplot")
+    places = found.submodule_search_locations if found else None
+    return Path(places[0]) / "static" if places else None
+
+
+def _installed() -> Path | None:
     """Return this folder of the installed kinelast; Python in a copy of the source imports the copy instead."""
     from importlib.metadata import PackageNotFoundError, distribution  # takes longer than the page
 
     try:
-        return Path(str(distribution("kinelast").locate_file(folder.relative_to(WEB.parents[3]))))
+        return Path(str(distribution("kinelast").locate_file(WEB.relative_to(WEB.parents[3]))))
     except PackageNotFoundError:
         return None
 
 
 def _library() -> Path:
-    """Return the folder of uPlot's files: this one, that of the installed kinelast, or that of its package."""
-    for find in (lambda folder: folder, _installed):
-        if (folder := find(WEB)) and (folder / "uPlot.iife.js").is_file():
+    """Return the folder of uPlot's files: this one, that of its package, or that of the installed kinelast."""
+    for find in (lambda: WEB, _packaged, _installed):
+        if (folder := find()) and (folder / "uPlot.iife.js").is_file():
             return folder
-    found = find_spec("uplot")
-    if found is None or not found.submodule_search_locations:
-        raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
-    return Path(found.submodule_search_locations[0]) / "static"
+    raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
 
 
 MARK = b'<script type="application/json" id="rows">'  # identifies a page of this program
