@@ -77,10 +77,14 @@ def _uncollected() -> Iterator[None]:
             gc.enable()
 
 
+NEW_OBJECTS = 20_000  # container objects, most of which live as long as the results of a scene
+
+
 @cache
 def _freeze_imports() -> None:
-    """Exclude loaded modules from garbage collection, once per process."""
+    """Exclude loaded modules from garbage collection, once per process, and let more objects pile up before one."""
     gc.freeze()
+    gc.set_threshold(NEW_OBJECTS)
 
 
 def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:

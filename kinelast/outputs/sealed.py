@@ -109,7 +109,7 @@ def _digest(path: Path) -> str:
 def _own_digest(summary: Mapping[str, Any]) -> str:
     """Return the checksum of a summary without its checksums."""
     said = {key: value for key, value in summary.items() if key != "sha256"}
-    return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
+    return hashlib.sha256(json_bytes(said)).hexdigest()
 
 
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
