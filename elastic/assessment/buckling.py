@@ -86,16 +86,16 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     resolved
         Ratio above which the largest of all positions is found.
     """
-    of_all, of_spans = buckling_bound(deflection)
-    bound = np.where(counted, np.nan_to_num(of_all), 0.0)
+    of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
+    bound = of_links.max(axis=0)
     pressed = np.flatnonzero(bound)
-    bound, spans = bound[pressed], np.nan_to_num(of_spans[:, pressed])
+    bound, of_links = bound[pressed], of_links[:, pressed]
     links = len(deflection.motion.mechanism.links)
     ratios = np.full((links, len(pressed)), np.nan)
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
     even = np.linspace(0, len(pressed) - 1, EVEN_POSITIONS).round().astype(int)
-    some = distinct([*even, bound.argmax(), *spans.argmax(axis=-1)])
+    some = distinct([*even, bound.argmax(), *of_links.argmax(axis=-1)])
     try:
         roots = _BucklingModes(deflection)
         while len(some):

@@ -8,7 +8,12 @@ is zero at both ends of the chord,
 with Euler's load P_E of the pinned span and its strain energy U. The strain energies add up to that of the mechanism.
 So the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the chords' part. This part is a small
 matrix: rotation of each chord by a couple P L on another. Turning forces on points add rows. The Frobenius norm bounds
-the eigenvalue. Equations: docs/theory.md.
+the eigenvalue.
+
+The forces of a link do at most the work W of its largest P/P_E + P/kGA and its own rows. The ratio of a link is that of
+the mode times its work over the largest work of a link. The ratio of the mode is the sum of the work of all links, so
+it is at most the number of links with W > 0 times the largest work. The ratio of a link is at most this number times
+its W. Equations: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -19,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-from elastic.arrays import PerBeam
 from elastic.assessment.columns import compressions, euler_loads, least_shear_rigidity
 from elastic.elastodynamics.displacements import UNDER, Points
 from elastic.elastodynamics.point_effects import PointRow, chosen_points, point_effects
@@ -43,46 +47,48 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 @dataclass(frozen=True, eq=False)
 class _ComponentRow:
-    """Component of displacements: unit loads, weight of its square, beams with this chord."""
+    """Component of displacements: unit loads, weight of its square, index of the link that does this work."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals
-    beams: tuple[int, ...] = ()
+    link: int
 
 
-def buckling_bound(deflection: Deflection) -> tuple[Reals, PerBeam]:
-    """Upper bound of the load over the critical load: of the mechanism, and of each beam's span alone.
+def buckling_bound(deflection: Deflection) -> Reals:
+    """Upper bound of the load over the critical load of each link, shape (links, ..., positions).
 
-    Returns
-    -------
-    Shape (..., positions), nan at singular positions, inf with line loads that turn with their beams (no bound is
-    known); shape (beams, ..., positions).
+    It is nan at singular positions, inf with line loads that turn with their beams (no bound is known).
     """
-    columns = deflection.motion.columns
-    spans, chords = _spans(deflection)
-    spans = np.array(np.broadcast_to(spans, (len(spans), *columns)))
-    bound: Reals = np.broadcast_to(spans.max(axis=0, initial=0.0), columns)
-    if any(isinstance(load, LineLoad) and load.turning for load in deflection.motion.mechanism.loads):
-        return np.full(columns, np.inf), spans
-    turned, beyond = _turned_points(deflection)
-    bound, rows = bound + beyond, [row for row in (*chords, *turned) if np.any(row.weight > 0.0)]
-    if not rows:
-        return bound, spans
-    matrix = _responses(deflection, rows)
-    for at, row in enumerate(rows):
-        spans[[*row.beams]] += matrix[at, at]
-    square: Reals = (matrix * matrix.swapaxes(0, 1)).sum(axis=(0, 1))
-    return bound + np.sqrt(np.maximum(square, 0.0)), spans
+    mechanism, columns = deflection.motion.mechanism, deflection.motion.columns
+    work = np.zeros((len(mechanism.links), *columns))
+    if any(isinstance(load, LineLoad) and load.turning for load in mechanism.loads):
+        return np.full(work.shape, np.inf)
+    largest, chords = _spans(deflection, work)
+    turned, beyond = _turned_points(deflection, work)
+    whole, rows = largest + beyond, [row for row in (*chords, *turned) if np.any(row.weight > 0.0)]
+    if rows:
+        matrix = _responses(deflection, rows)
+        for at, row in enumerate(rows):
+            work[row.link] += matrix[at, at]
+        square: Reals = (matrix * matrix.swapaxes(0, 1)).sum(axis=(0, 1))
+        whole = whole + np.sqrt(np.maximum(square, 0.0))
+    bound: Reals = np.minimum(whole, (work > 0.0).sum(axis=0) * work)
+    return bound
 
 
-def _spans(deflection: Deflection) -> tuple[PerBeam, list[_ComponentRow]]:
-    """Compression of each beam's span over its pinned critical load, with shear; rows of the chords."""
+def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentRow]]:
+    """Largest compression of a span over its pinned critical load, with shear; rows of the chords.
+
+    The largest of each link is added to its `work`, shape (links, ..., positions).
+    """
     motion = deflection.motion
     mechanism, ndim = motion.mechanism, len(motion.columns)
     pressed = compressions(deflection)
     stiff = per_row([least_shear_rigidity(section) for section in deflection.sections], ndim, float)
     with np.errstate(invalid="ignore"):
         ratio = pressed / euler_loads(deflection) + pressed / stiff
+    for at in {at for at, _ in mechanism.beams}:
+        work[at] += ratio[[owner == at for owner, _ in mechanism.beams]].max(axis=0)
     chords = []
     for span in spans_of(mechanism).runs:
         at, first = mechanism.beams[span.beams[0]]
@@ -93,14 +99,15 @@ def _spans(deflection: Deflection) -> tuple[PerBeam, list[_ComponentRow]]:
         chord = motion.direction[at] * (points[end] - points[begin])
         across = 1j * chord / np.abs(chord) ** 2
         weight = pressed[span.beams[0]] * np.abs(chord)
-        chords.append(_ComponentRow(((at, end, across, 0.0), (at, begin, -across, 0.0)), weight, span.beams))
-    return ratio, chords
+        chords.append(_ComponentRow(((at, end, across, 0.0), (at, begin, -across, 0.0)), weight, at))
+    return work.max(axis=0, initial=0.0), chords
 
 
-def _turned_points(deflection: Deflection) -> tuple[list[_ComponentRow], Reals]:
+def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_ComponentRow], Reals]:
     """Rows of the forces on displaced points; bound for forces by one displacement along another.
 
-    Such a form 2 f c is at most |f| |c| + f c, with products by the mechanism's flexibility.
+    Such a form 2 f c is at most |f| |c| + f c, with products by the mechanism's flexibility. It is added to the `work`
+    of the links of both.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -109,7 +116,8 @@ def _turned_points(deflection: Deflection) -> tuple[list[_ComponentRow], Reals]:
     ]
     for effect in effects:
         if effect.felt is effect.cause:
-            rows.append(_ComponentRow(_loads_of(effect.felt, chosen), np.maximum(-effect.stiffness, 0.0)))
+            weight = np.maximum(-effect.stiffness, 0.0)
+            rows.append(_ComponentRow(_loads_of(effect.felt, chosen), weight, _link_of(effect.cause, chosen)))
         else:
             both = frozenset((id(effect.felt), id(effect.cause)))
             before = pairs[both][1] if both in pairs else 0.0
@@ -118,10 +126,18 @@ def _turned_points(deflection: Deflection) -> tuple[list[_ComponentRow], Reals]:
     for both, stiffness in pairs.values():
         unit = np.ones(deflection.motion.columns)
         (own, across), (_, other) = _responses(
-            deflection, [_ComponentRow(_loads_of(row, chosen), unit) for row in both]
+            deflection, [_ComponentRow(_loads_of(row, chosen), unit, _link_of(row, chosen)) for row in both]
         )
-        beyond = beyond + stiffness * (np.sqrt(np.maximum(own * other, 0.0)) + np.abs(across)) / 2
+        bound = stiffness * (np.sqrt(np.maximum(own * other, 0.0)) + np.abs(across)) / 2
+        beyond = beyond + bound
+        for at in {_link_of(row, chosen) for row in both}:
+            work[at] += bound
     return rows, beyond
+
+
+def _link_of(row: PointRow, chosen: Points) -> int:
+    """Index of the link to which the work on a component of displacements counts, see `buckling_ratio`."""
+    return chosen[next(iter((*row.shares, *row.ways)))][0]
 
 
 def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:

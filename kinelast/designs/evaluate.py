@@ -252,12 +252,12 @@ def _reasons(cycle: Cycle) -> Words:
 
 
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
-    """Largest load over critical load at some positions, shape (designs,)."""
+    """Largest load over critical load at some positions, shape (designs,); inf if unknown."""
     if len(cycle.columns) > 1:
         times = base.instants(cycle.scene)
         some = times[..., np.minimum(base.pressed_at, times.shape[-1] - 1)]
         cycle = Cycle(cycle.scene, cycle.scene.course.at(some))
-    return np.atleast_1d(cycle.pressed.value.max(axis=0, initial=0.0))
+    return np.atleast_1d(np.nan_to_num(cycle.pressed.value, nan=np.inf).max(axis=0, initial=0.0))
 
 
 def _buckling_reason(base: Base, values: Reals) -> str:

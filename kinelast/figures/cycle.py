@@ -248,8 +248,7 @@ class Cycle:
     def pressed(self) -> Largest:
         """Load over critical load of every beam's link, the largest over the positions, shape (beams, ...).
 
-        Of the forces without vibration. Of many designs or speeds the largest is a safe bound, never too low; those of
-        other links are estimates by their own spans.
+        Of the forces without vibration. Of many designs or speeds these are safe bounds, never too low; nan if unknown.
         """
         return self.still.pressed if self.still else self.once(_pressed)[0]
 
@@ -333,16 +332,13 @@ def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     bent = bent.unmarked or bent
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
-        found = buckling_ratio(bent, cycle.counted)
-        return Largest(found.ratio[owners], found.position[owners]), found.beside[owners]
-    of_all, of_spans = buckling_bound(bent)
-    of_all, of_spans = (np.where(cycle.counted & np.isfinite(of_all), each, 0.0) for each in (of_all, of_spans))
-    at = of_all.argmax(axis=-1)
-    worst = np.take_along_axis(of_spans, at[None, ..., None], -1)[..., 0].argmax(axis=0)
-    value, position = of_spans.max(axis=-1), of_spans.argmax(axis=-1)
-    np.put_along_axis(value, worst[None], of_all.max(axis=-1)[None], 0)
-    np.put_along_axis(position, worst[None], at[None], 0)
-    return Largest(np.where(alone & (value >= 1.0), np.nan, value), position), np.zeros(np.shape(value))
+        ratio = buckling_ratio(bent, cycle.counted)
+        return Largest(ratio.ratio[owners], ratio.position[owners]), ratio.beside[owners]
+    bound = buckling_bound(bent)[owners]
+    bound = np.where(cycle.counted & ~np.isnan(bound), bound, 0.0)
+    value = bound.max(axis=-1)
+    found = Largest(np.where(np.isinf(value) | (alone & (value >= 1.0)), np.nan, value), bound.argmax(axis=-1))
+    return found, np.zeros(np.shape(value))
 
 
 def _joint(cycle: Cycle, number: int) -> JointCourse:
