@@ -16,6 +16,7 @@ STAGES = 8
 CACHED = 200_000  # numbers processed at once
 JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller ones are left to short elements
 LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that remains after so many halvings if it is a jump
+SAME_TIME = 1e-12  # difference of equal instants, relative to the duration
 HALVED = 24  # halvings, to about 1e-9 of the duration
 
 
@@ -162,8 +163,12 @@ class Grid:
         return found.reshape(values.shape)
 
     def sampler(self, times: Reals) -> Callable[[Any], Any]:
-        """Return the interpolation at given instants, from values at all points except the start (points, ...)."""
-        element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
+        """Return the interpolation at given instants, from values at all points except the start (points, ...).
+
+        At an edge, the element that ends there counts: its end is a point, its start is extrapolated.
+        """
+        near = times - SAME_TIME * np.ptp(self.edges)
+        element = np.clip(np.searchsorted(self.edges, near) - 1, 0, len(self.steps) - 1)
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
         order = np.argsort(element, kind="stable")
