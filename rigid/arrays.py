@@ -53,6 +53,7 @@ def of_designs(value: Any) -> Any:
 
 
 def distinct(values: Any) -> Numbers:
-    """Distinct values in ascending order. `np.unique` would import numpy.ma, which takes as long as 15 of our files."""
-    ordered: Numbers = np.sort(np.ravel(values))
-    return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]
+    """Return the distinct values in ascending order, as `np.unique` does without its slow import of numpy.ma."""
+    ordered = np.sort(np.ravel(values))
+    result: Numbers = ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]
+    return result

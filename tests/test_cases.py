@@ -344,6 +344,29 @@ class TestErrorsOfPositions:
         assert forces["B"] == pytest.approx(2554.0, rel=0.01)
         assert forces["D"] == pytest.approx(1233.0, rel=0.02)
 
+    def test_a_load_that_resists_breaks_off_where_its_point_reverses(self):
+        """Crank and rod are in line at the dead points, at angles of asin(e / (l + r)) and pi + asin(e / (l - r))."""
+        r, rod, e, start = 0.1, 0.3, 0.02, 0.5
+        A = r * np.exp(1j * start)
+        B = np.sqrt(rod**2 - (e - A.imag) ** 2) + A.real
+        text = f"""
+points.O = [0, 0]
+points.A = [{A.real}, {A.imag}]
+points.B = [{B}, {e}]
+links.ground.points = ["O"]
+links.crank = {{ points = ["O", "A"], rigid = true, mass = 1, center = "O" }}
+links.rod = {{ points = ["A", "B"], rigid = true, mass = 1, center = "A" }}
+links.piston = {{ points = ["B"], mass = 1 }}
+sliders.guide = {{ link = "piston", through = "B", direction = [1, 0] }}
+drives = [{{ link = "crank", speed = 2.0 }}]
+loads = [{{ link = "piston", point = "B", force = [-100, 0], resists = "KIND" }}]
+"""
+        angles = np.array([np.arcsin(e / (rod + r)), np.pi + np.arcsin(e / (rod - r))])
+        for kind in ("one way", "both ways"):
+            breaks = scene_from_text(text.replace("KIND", kind)).course.breaks
+            times = np.sort(np.mod(angles - start, 2 * np.pi) / 2.0)
+            np.testing.assert_allclose(breaks.edges, times, atol=2e-9)
+
     def test_one_position_cannot_judge_the_cycle(self, answered):
         status, said, _ = answered("one_position")
         assert status == 1

@@ -105,7 +105,7 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     felt = at_joints(structure)
-    shape = (np.count_nonzero(felt), motion.columns[-1])
+    shape = (int(np.count_nonzero(felt)), motion.columns[-1])
     bent = {
         (at, name): (motion.direction[at] * move[felt, None], np.broadcast_to(turn[felt, None], shape))
         for (at, name), (move, turn) in structure.nodes.items()

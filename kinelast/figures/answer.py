@@ -7,13 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from elastic import Deflection
 from elastic.elastodynamics import Elastodynamic, deflection_at
 from kinelast.figures.courses import course_errors, history_error
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
-from kinelast.scene.data import QUASI_STATIC
+from kinelast.figures.errors import BETWEEN, NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
+from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
+from rigid.arrays import Reals
 
 BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
 
@@ -125,6 +128,24 @@ class Answer:
     def accurate(self) -> bool | None:
         """True if the requested accuracy is reached; None if none was requested."""
         return self.reaches(self.error)
+
+    @property
+    def wanted(self) -> float:
+        """The accuracy to reach: the requested one, or `ACCURACY`."""
+        return ACCURACY if self.accuracy is None else self.accuracy
+
+    @property
+    def missed_peaks(self) -> Reals:
+        """Instants between the positions at which graded figures exceed those of the answer by the accuracy [s]."""
+        keys = {each.key for each in self.graded if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
+        figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
+        instants = [np.zeros(0)]
+        for cycle in filter(None, (self.off.closer, self.off.moving)):
+            time = cycle.motion.time
+            for figure in figures:
+                near = np.add.outer(cycle.of(figure).position, (-1, 0, 1))
+                instants.append(time[np.clip(near, 0, len(time) - 1)].ravel())
+        return np.unique(np.concatenate(instants))
 
     def reaches(self, error: float) -> bool | None:
         """Return True if an error and the courses are within the accuracy; None if none was requested."""

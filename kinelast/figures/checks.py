@@ -21,7 +21,7 @@ from kinelast.figures.report import FurtherCheck
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.figure import OUTPUT_ERROR, points_of
-from kinelast.scene.numbers import percent
+from kinelast.scene.numbers import UNRELIABLE, percent
 from kinelast.scene.reading import known, reading
 
 if TYPE_CHECKING:
@@ -332,8 +332,8 @@ class NonlinearCheck:
 
     @property
     def near(self) -> bool:
-        """Whether the difference is closer to its bound than the error of the check."""
-        return abs(self._beyond) < self.error
+        """Whether the difference is closer to its bound than the error of the check, or this error is unreliable."""
+        return abs(self._beyond) < self.error or self.error > UNRELIABLE
 
     @property
     def cannot_tell(self) -> bool:

@@ -301,6 +301,9 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     from kinelast.figures.theory import answer
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+    if len(best.missed_peaks) and not plain.left_out:
+        whole = _with_instants(whole, best.missed_peaks)
+        best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
@@ -312,15 +315,23 @@ def at_breaks(plain: Results) -> Results:
     course, times = plain.scene.course, plain.motion.time
     if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
         return plain
-    return replace(plain, deflection=scene_deflection(plain.scene, course.at(course.with_breaks(times))))
+    return _with_instants(plain, course.breaks.sides)
+
+
+def _with_instants(plain: Results, instants: Reals) -> Results:
+    """Return quasi-static results at the positions and at further instants [s]."""
+    times = plain.scene.course.with_breaks(np.union1d(plain.motion.time, instants))
+    return replace(plain, deflection=scene_deflection(plain.scene, plain.scene.course.at(times)))
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
-    """Return the figures of a run, including both sides of the breaks of its laws."""
-    scene, answer, sides = results.scene, results.answer, results.scene.course.breaks.sides
-    if results.buckles or not len(sides):
+    """Return the figures of a run, including both sides of the breaks of its laws and the peaks of its answer."""
+    scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
+    if answer:
+        instants = np.union1d(instants, np.setdiff1d(answer.cycle.motion.time, results.motion.time))
+    if results.buckles or not len(instants):
         return run
-    plain = scene_deflection(scene, scene.course.at(sides))
+    plain = scene_deflection(scene, scene.course.at(instants))
     bent = answer.at(plain) if answer else plain
     found = run.with_instants(run_figures(Cycle(scene, plain.motion, bent, tabled=True), run.output))
     return found.with_averages(answer.cycle) if answer else found

@@ -1,8 +1,8 @@
-"""Instants at which the laws of drives and loads break off: accelerations jump, loads jump or have corners."""
+"""Instants at which the laws of drives and loads break off: accelerations jump, loads jump, have corners or reverse."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, pi
 from typing import Any
@@ -67,14 +67,16 @@ def breaks_of(
     motion_at
         The motion at any instants, for loads against a coordinate.
     """
-    aside, laws = SIDE_DISTANCE * end, [*laws]
+    aside, laws, loads = SIDE_DISTANCE * end, [*laws], [*loads]
     efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
     factors = [*efforts, *(getattr(load.load if isinstance(load, Resistance) else load, "law", None) for load in loads)]
     instants = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
     curves = [factor for factor in factors if getattr(factor, "breaks", ())]
-    if curves:
+    resisting = [load.resisting for load in loads if isinstance(load, Resistance)]
+    if curves or resisting:
         seen = motion_at(np.linspace(0.0, end, SEARCH_INSTANTS))
         instants += [time for curve in curves for time in _passed(curve, seen, motion_at)]
+        instants += [time for each in resisting for time in _passes(each, (0.5,), seen, motion_at)]
     times = np.sort(np.mod(instants, end) if turn else np.array(instants, float))
     inside = (times > MIN_BREAK_DISTANCE * aside) & (times < end - MIN_BREAK_DISTANCE * aside)
     wraps = turn and not inside.all()
@@ -116,25 +118,37 @@ def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
         yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - SIDE_DISTANCE) else time
 
 
-def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Iterator[float]:
+def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Iterable[float]:
     """Instants at which the coordinate of a load passes a break of its curve [s]."""
-    place, times = np.broadcast_to(law.place(seen), seen.columns), seen.time
-    if np.array_equal(place, times):
-        yield from (time for time in law.breaks if times[0] <= time <= times[-1])
-        return
-    wrapped = np.abs(np.diff(place)) > (pi if law.middle is not None else np.inf)
-    rows = [(np.flatnonzero(((place[:-1] >= at) != (place[1:] >= at)) & ~wrapped), at) for at in law.breaks]
-    rows.append((np.flatnonzero(wrapped), law.middle or 0.0))
+    times = seen.time
+    if np.array_equal(law.place(seen), times):
+        return [time for time in law.breaks if times[0] <= time <= times[-1]]
+    return _passes(law.place, law.breaks, seen, motion_at, law.middle)
+
+
+def _passes(
+    place_of: Callable[[Motion], Any],
+    bounds: Sequence[float],
+    seen: Motion,
+    motion_at: Callable[[Reals], Motion],
+    middle: float | None = None,
+) -> list[float]:
+    """Instants at which a coordinate passes one of some values [s], or an angle jumps by a turn about `middle`."""
+    place, times = np.broadcast_to(place_of(seen), seen.columns), seen.time
+    wrapped = np.abs(np.diff(place)) > (pi if middle is not None else np.inf)
+    rows = [(np.flatnonzero(((place[:-1] >= at) != (place[1:] >= at)) & ~wrapped), at) for at in bounds]
+    rows.append((np.flatnonzero(wrapped), middle or 0.0))
     at = np.concatenate([row for row, _ in rows])
     if not len(at):
-        return
+        return []
     target = np.concatenate([np.full(len(row), bound) for row, bound in rows])
     low, high, begun = times[at], times[at + 1], place[at] >= target
     for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        order = np.argsort(middle, kind="stable")
-        there = np.empty(len(middle))
-        there[order] = np.broadcast_to(law.place(motion_at(middle[order])), len(middle))
+        half = (low + high) / 2
+        order = np.argsort(half, kind="stable")
+        there = np.empty(len(half))
+        there[order] = np.broadcast_to(place_of(motion_at(half[order])), len(half))
         same = (there >= target) == begun
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    yield from high.tolist()
+        low, high = np.where(same, half, low), np.where(same, high, half)
+    found: list[float] = high.tolist()
+    return found

@@ -1,10 +1,11 @@
 """Loads that depend on the direction of motion: pump pressure, blade friction."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rigid.arrays import Columns, Flags, Reals
 from rigid.kinematics import Motion
 from rigid.kinetostatics.friction import direction_of, speeds
 from rigid.parts import Law, PointForce, PointLoad
@@ -60,10 +61,20 @@ class Resistance:
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Force in the ground's axes and moment at every position."""
-        fastest, spin = speeds(motion)
         for link, point, force, moment in self.load.forces(motion):
-            power = dot(np.asarray(force), velocity_of(motion, link, point))
-            power = power + moment * motion.angular_velocity[motion.mechanism.index[link]]
-            helps = direction_of(power, np.abs(force) * fastest + np.abs(moment) * spin)
+            helps = _helps(motion, link, point, force, moment)
             factor = np.where(helps < 0, 1.0, 0.0) if self.one_way else -helps
             yield link, point, force * factor, moment * factor
+
+    def resisting(self, motion: Motion) -> Flags:
+        """True where the load without its law opposes the motion of its point, shape (..., positions)."""
+        [force] = replace(self.load, law=None).forces(motion)
+        return _helps(motion, *force) < 0
+
+
+def _helps(motion: Motion, link: str, point: str, force: Columns, moment: Columns) -> Reals:
+    """Sign of the power of a force [N], complex, and moment [N m]; 0.0 at rest."""
+    fastest, spin = speeds(motion)
+    power = dot(np.asarray(force), velocity_of(motion, link, point))
+    power = power + moment * motion.angular_velocity[motion.mechanism.index[link]]
+    return direction_of(power, np.abs(force) * fastest + np.abs(moment) * spin)

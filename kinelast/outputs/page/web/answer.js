@@ -97,7 +97,7 @@ function foundWords(each) {
       ? `not settled within the ${quantity(end.value - start.value, "s")} computed`
       : "endless";
   }
-  return besideWords(each) + errorWords(found);
+  return besideWords(each) + errorWords(each.outcome === "kept" ? { ...found, unreliable: false } : found);
 }
 
 // A time has the unit of its limit.
