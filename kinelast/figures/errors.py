@@ -264,13 +264,16 @@ def _of_items(
     units = figure.units(answer.scene)
     scale = np.array([scales.get(unit, 0.0) for unit in units])
     if figure.key in RECIPROCAL:  # the same share of the largest stress
-        known = np.where(np.isfinite(here), here, 0.0)
-        wide = np.square(known) / np.min(known, where=known > 0.0, initial=np.inf)
+        finite = np.where(np.isfinite(here), here, 0.0)
+        wide = np.square(finite) / np.min(finite, where=finite > 0.0, initial=np.inf)
     elif figure.over == LEAST:  # a quotient
         wide = base
     else:
         wide = np.full(np.shape(here), np.max(scale if figure.of == POINT else base, initial=0.0))
-    parts |= {name: figure.power * share * wide for name, share in off.shares.items()}
+    known: Any = sum((parts[name] for name in BY_MOTION if name in parts), start=np.zeros(np.shape(here)))
+    away = np.where(known < 0.0, -1.0, 1.0)  # a share has no sign of its own, so it must not cancel what is known
+    for name, share in off.shares.items():
+        parts[name] = (away if name in BY_MOTION else 1.0) * figure.power * share * wide
     if VIBRATION in off.shares and figure.over == AVERAGE:  # it may be zero without vibration
         parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
     if TIME in off.shares:

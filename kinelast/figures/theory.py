@@ -238,7 +238,7 @@ class _Rungs:
         self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
-            if asked is None and not rests and not has_dry_friction(self.scene.mechanism):
+            if asked is None and not has_dry_friction(self.scene.mechanism):
                 tolerance = max(EXACT * wanted, FINEST)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
