@@ -11,7 +11,11 @@ import pytest
 from browser import Page
 from scene_texts import PARALLELOGRAM
 
+import kinelast
 from kinelast.cli.command import main
+from kinelast.outputs.pictures import draw_mechanism
+from kinelast.runs import computed
+from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
 
 pytestmark = pytest.mark.slow  # seven reports, each printed
@@ -191,3 +195,18 @@ def test_figures_do_not_overlap_the_picture(width, driver, out):
     page = Page(driver, out / "steel_four_bar" / "report.html", width, folded=True)
     wide = "return Array.from(document.querySelectorAll('.tiles'), (each) => each.scrollWidth - each.clientWidth)"
     assert page.run(wide) == [0, 0]
+
+
+@pytest.mark.parametrize("name", ["pusher", "quick_return"])
+def test_names_of_links_on_paper_lie_on_no_link(name):
+    from matplotlib.figure import Figure
+
+    scene = kinelast.load(name)
+    axes = Figure(figsize=(7.0, 4.0)).add_axes((0, 0, 1, 1))
+    draw_mechanism(computed(scene, Request()), axes, 7 + 4j)
+    links = [line.get_path().transformed(line.get_transform()) for line in axes.lines if line.get_zorder() == 3]
+    named = [text for text in axes.texts if text.get_text() in {link.name for link in scene.mechanism.links}]
+    assert len(named) > 2
+    for text in named:
+        box = text.get_window_extent()
+        assert not any(link.intersects_bbox(box, filled=False) for link in links), text.get_text()

@@ -40,6 +40,7 @@ GHOSTS = 12  # positions drawn in pale
 FOOT = 0.3  # [in] space below the mechanism for its scales
 EDGE = 0.06  # [in] margin around parts beyond the frame
 SHARE = 0.08  # drawn size of the largest displacement, relative to the mechanism
+MIN_NAMED = 6  # span of a link with a name / unit of the symbols
 STATIONS = np.linspace(0.0, 1.0, 25)
 
 
@@ -192,6 +193,7 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
     """Draw the displaced links with their names, beams with their deflection."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
+    drawn: dict[str, list[Any]] = {}
     for at, link in enumerate(results.mechanism.links[1:], 1):
         lines = []
         for beam in link.beams:
@@ -199,21 +201,25 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
             bent = results.deflection.length[number] * STATIONS + _enlarged(along[number] + 1j * across[number], factor)
             lines.append(start + directions[number] * bent)
             number += 1
-        corners = np.array([sheet.places[link.name, point] for point in link.points])
         width = 2.4 if lines else 1.6
-        for line in lines or [np.append(corners, corners[0])]:
+        if not lines:
+            corners = [sheet.places[link.name, point] for point in link.points]
+            lines = [np.array(corners)]
+        for line in lines:
             style: dict[str, Any] = {"color": sheet.colors[link.name], "solid_capstyle": "round", "zorder": 3}
-            axes.plot(line.real, line.imag, linewidth=width, **style)
-        _name(sheet, link.name, max(lines or [corners], key=lambda line: float(abs(line[-1] - line[0]))))
+            closed = line if link.beams else np.append(line, line[0])
+            axes.plot(closed.real, closed.imag, linewidth=width, **style)
+        drawn[link.name] = lines
+    for name, lines in drawn.items():
+        longest = max(lines, key=_span)
+        if _span(longest) > MIN_NAMED * sheet.unit:
+            others = [line for other, each in drawn.items() if other != name for line in each]
+            sheet.name_beside(name, longest, others, 8)
 
 
-def _name(sheet: MechanismAxes, name: str, line: Any) -> None:
-    """Draw the name of a link at the middle of its line, if the line is long enough."""
-    way = line[-1] - line[0]
-    if abs(way) > 6 * sheet.unit:
-        aside = 1.4j * sheet.unit * way / abs(way) * (1 if way.real >= 0 else -1)
-        middle = line[len(line) // 2] if len(line) > 2 else (line[0] + line[-1]) / 2
-        sheet.beside(complex(middle), complex(aside), name, color=sheet.colors[name], fontsize=8)
+def _span(line: Any) -> float:
+    """Return the distance between the ends of a line."""
+    return float(abs(line[-1] - line[0]))
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:

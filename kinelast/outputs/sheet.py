@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,10 @@ COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": 
 ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links are at 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
+SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # of a bar: places for its name
+LETTER = 0.9  # width of a letter of 10 points / unit of the symbols, at their full size
+NAME_OFFSET = 1.2  # from a bar to its name / unit of the symbols
+TINY = 1e-30  # [m^2] avoids a division by zero
 
 
 class MechanismAxes:
@@ -118,12 +122,37 @@ class MechanismAxes:
             self._text(complex(np.mean(corners)), name, color=color, fontsize=10)
         elif len(corners) == 2:
             self._line(corners, color=color, linewidth=3.2, zorder=3, solid_capstyle="round")
-            way = (corners[1] - corners[0]) / abs(corners[1] - corners[0])
-            across = 1j * way * (1 if way.real >= 0 else -1)
-            self.beside((corners[0] + corners[1]) / 2, across * self.unit, name, color=color, fontsize=10)
+            others = [
+                [spot for (link, _), spot in self.places.items() if link == other]
+                for other in self.colors
+                if other not in (name, GROUND)
+            ]
+            self.name_beside(name, corners, others, 10)
         else:
             block = self._block_line(next(point for link, point in self.places if link == name))
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
+
+    def name_beside(self, name: str, line: Any, others: Iterable[Any], fontsize: float) -> None:
+        """Draw the name of a link beside its line, as clear as possible of the lines of the other links."""
+        way = line[-1] - line[0]
+        across = 1j * way / abs(way) * (1 if way.real >= 0 else -1) * NAME_OFFSET * self.unit
+        bars = np.array([bar for other in others for bar in pairwise(np.asarray(other).tolist())])
+        letter = LETTER * self.unit / self.letters * fontsize / 10
+
+        def room(place: complex, offset: complex) -> float:
+            if not bars.size:
+                return 0.0
+            ends = {"left": (0, 1), "right": (-1, 0), "center": (-0.5, 0.5)}[_side(offset)]
+            words = place + offset + letter * len(name) * np.linspace(*ends, 5)[:, None]
+            start, along = bars[:, 0], bars[:, 1] - bars[:, 0]
+            share = ((words - start) * along.conj()).real / np.maximum(abs(along) ** 2, TINY)
+            return min(float(abs(words - start - np.clip(share, 0, 1) * along).min()), letter)
+
+        spots = [complex(line[int(share * (len(line) - 1))]) for share in SHARES]
+        if len(line) == 2:
+            spots = [complex(line[0] + share * way) for share in SHARES]
+        place, offset = max(((spot, side * across) for spot in spots for side in (1, -1)), key=lambda each: room(*each))
+        self.beside(place, complex(offset), name, color=self.colors[name], fontsize=fontsize)
 
     def _block_line(self, point: str) -> complex | None:
         """Return the direction of the slider with its block at a point, to the right or up."""
@@ -188,14 +217,18 @@ class MechanismAxes:
 
     def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
         """Draw words at an offset from a place."""
-        lean = offset.real / abs(offset)
-        side = "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
-        self._text(place + offset, words, ha=side, **style)
+        self._text(place + offset, words, ha=_side(offset), **style)
 
     def _text(self, place: complex, words: str, **style: Any) -> None:
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         self.axes.text(*_xy(place), words, **{**style, "fontsize": self.letters * style["fontsize"]})
+
+
+def _side(offset: complex) -> str:
+    """Return the end of the words that lies at an offset from a place."""
+    lean = offset.real / abs(offset)
+    return "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
 
 
 def _xy(place: complex) -> tuple[float, float]:
