@@ -442,18 +442,25 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
         items = bounded_items(scene, limit)
         return not any(np.any(refused) for _, refused in refusals(scene, limit.figure, items, values))
 
-    return [
+    rows = [
         {
             "name": LIMIT_NAMES.get(limit.kind) or names.get(limit.figure, limit.kind.replace("_", " ")),
             "on": limit.item,
             "bound": float(np.ravel(limit.bound)[0]),
             "value": float(value),
             "unit": limit.unit or "m",
+            "used": float(np.ravel(limit.used(value))[0]),
             "kept": judged(limit) and bool(limit.kept(value)),
         }
         for limit in limits_of(scene)
         for value in [decisive(scene, limit, values)]
     ]
+    return most_used_first(rows)
+
+
+def most_used_first(limits: Iterable[Answer]) -> list[Answer]:
+    """Return the limits: broken ones first, then the most used."""
+    return sorted(limits, key=lambda row: (row["kept"], -float(np.nan_to_num(row["used"] or 0.0))))
 
 
 def packed(answer: Answer, data: bytes) -> bytes:

@@ -36,7 +36,7 @@ def keys() -> dict[str, list[tuple[str, str]]]:
     described = {}
     for name, entry in schema["SceneTable"]["properties"].items():
         known = {
-            key: value.get("description", "")
+            key: value.get("description", "").replace("`", "")
             for table in _tables(entry)
             for key, value in schema[table]["properties"].items()
         }

@@ -29,7 +29,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     from kinelast.scene.document import document_from_text
     from kinelast.scene.text import beside
     from kinelast.tasks.request import Request
-    from live.answer import whole_picture
+    from live.answer import most_used_first, whole_picture
     from live.mistakes import mistakes_of
 
     empty: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
@@ -51,7 +51,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "buckles": report.buckles or "",
                 "problem": report.theory.problem,
                 "verdict": report.acceptance.verdict,
-                "limits": [_limit(row) for row in report.acceptance.limits or ()],
+                "limits": most_used_first(_limit(row) for row in report.acceptance.limits or ()),
             }
             return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
     except (ValueError, ArithmeticError) as error:  # of the scene, the mechanism or the request
@@ -70,6 +70,7 @@ def _limit(row: JudgedLimit) -> dict[str, Any]:
         "bound": row.limit.value,
         "value": row.found.value,
         "unit": row.limit.unit,
+        "used": row.used,
     }
 
 

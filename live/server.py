@@ -42,7 +42,8 @@ HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
 MAX_REQUEST = 4_000_000  # bytes
 MAX_REPORTS = 4  # reports kept in memory
-WEB, SHARED = files("live") / "web", files("kinelast.outputs.page") / "web"
+WEB, PAGE = files("live") / "web", files("kinelast.outputs.page") / "web"
+SHARED = ("placing.js", "symbols.js")  # scripts of the report that the editor uses too
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 SAFE = {
     "Cache-Control": "no-store",
@@ -131,7 +132,7 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
 
 def page_file(name: str) -> Any:
     """File of the page by its name, its own or one shared with the report; None if there is none."""
-    folder = SHARED if name == "symbols.js" else WEB
+    folder = PAGE if name in SHARED else WEB
     return next((each for each in folder.iterdir() if each.name == name), None)
 
 

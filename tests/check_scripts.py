@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from kinelast.outputs import page
+from live.server import SHARED
 
 ROOT = Path(__file__).parents[1]
 EDITOR = ROOT / "live" / "web"
@@ -48,7 +49,8 @@ def type_faults(folder: Path) -> list[str]:
         (folder / f"{name}.js").write_text("\n".join(lines), encoding="utf-8")
         origin[f"{name}.js"] = places
     shutil.copytree(EDITOR, folder / "live")
-    shutil.copy(page.WEB / "symbols.js", folder / "live")
+    for name in SHARED:
+        shutil.copy(page.WEB / name, folder / "live")
     files = [*origin, "live/main.js", "live/widget.js"]
     done = deno("check", "--quiet", *files, cwd=folder)
     if not done.returncode:

@@ -35,6 +35,30 @@ def errors(hand):
     return [entry["message"] for entry in hand.driver.get_log("browser")]
 
 
+ON_LINES = """
+    const lines = [...document.querySelectorAll("#layer-rigid path, #layer-bent path")], inside = [];
+    for (const text of document.querySelectorAll("#layer-sizes text, #layer-names text")) {
+        const { x, y, width, height } = text.getBBox(), low = y + 0.25 * height, high = y + 0.8 * height;
+        for (const line of lines) for (let k = 0; k <= 200; k++) {
+            const at = line.getPointAtLength(line.getTotalLength() * k / 200);
+            if (at.x > x && at.x < x + width && at.y > low && at.y < high) { inside.push(text.textContent); break; }
+        }
+    }
+    return inside"""
+
+
+def test_sizes_lie_on_no_link_and_all_figures_are_in_sight(driver, scene):
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address, 1400, 900)
+        width = hand.run("return document.documentElement.clientWidth")
+        hand.until("return live.state.whole > 0")
+        assert hand.run("return document.documentElement.clientWidth") == width  # a scroll bar shifts nothing
+        hand.run("document.getElementById('sizes').click()")
+        assert len(hand.run("return [...document.querySelectorAll('#layer-sizes text')]")) == 3
+        assert hand.run(ON_LINES) == []
+        assert hand.run("return document.querySelector('.tile:last-child').getBoundingClientRect().bottom") < 900
+
+
 def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
     before = scene.read_text()
     with live_page.editing(scene) as live:

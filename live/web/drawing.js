@@ -2,6 +2,7 @@
 import { fill } from "./layers.js";
 import { inCylinder, isMiddle, loop } from "./links.js";
 import { symbols } from "./marks.js";
+import { around, BELOW, besideLine, boxAt, freeBoxes } from "./placing.js";
 import { gridStep, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 const STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]]; // colours of the smallest, middle and largest stress
 
@@ -10,10 +11,9 @@ const colour = (share) => {
   return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
 };
 
-const px = (place) => {
-  const [x, y] = toScreen(place);
-  return `${x.toFixed(1)},${y.toFixed(1)}`;
-};
+const LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
+const inPixels = ([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`;
+const px = (place) => inPixels(toScreen(place));
 const linkPath = (link, place) =>
   loop(link).map((ends) => ends.map(place)).filter((ends) => ends.every(Boolean)).map(([a, b]) => `M${px(a)}L${px(b)}`)
     .join("");
@@ -91,7 +91,13 @@ export function draw() {
       }).filter(Boolean)
       : [],
   );
-  const rigid = [], bent = [], last = [];
+  const rigid = [], bent = [], last = [], lines = [];
+  for (const link of moving) {
+    for (const ends of loop(link)) {
+      const line = ends.map(place);
+      if (line.every(Boolean)) lines.push(line.map(toScreen));
+    }
+  }
   if (picture?.arrays.bent) {
     const { ends, bent: moved, stress } = picture.arrays, count = ends.shape[2], stations = moved.shape[2];
     const end = (beam, which, k) => {
@@ -107,12 +113,13 @@ export function draw() {
       let from = null;
       for (let s = 0; s < stations; s++) {
         const at = (beam * count + i) * stations + s, xi = s / (stations - 1);
-        const to = px([0, 1].map((c) => a[c] + (b[c] - a[c]) * xi + view.factor * moved.values[2 * at + c]));
-        if (from && !to.includes("NaN")) {
+        const to = toScreen([0, 1].map((c) => a[c] + (b[c] - a[c]) * xi + view.factor * moved.values[2 * at + c]));
+        if (from && to.every(Number.isFinite)) {
+          lines.push([from, to]);
           const size = (stress.values[at] + stress.values[at - 1]) / 2;
           bent.push(["path", {
             class: stale ? "bent stale" : "bent",
-            d: `M${from}L${to}`,
+            d: `M${inPixels(from)}L${inPixels(to)}`,
             stroke: Number.isFinite(size) && view.most ? colour(size / view.most) : "var(--accent)",
           }]);
         }
@@ -124,12 +131,34 @@ export function draw() {
   fill("bent", bent);
   fill("last", last);
   symbols(sheet, place, live, picture, i);
-  fill("sizes", sizes(sheet, place));
+  fillWords(sheet, place, lines);
   fill("guides", [
     ...view.guides.map((d) => ["path", { class: "guide", d }]),
     ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []),
     ...(view.cursor ? [["path", { class: "cursor", d: crosshair(toScreen(view.cursor)) }]] : []),
   ]);
+}
+
+// Names of points, and sizes: on no link and on no other words, if there is room.
+function fillWords(sheet, place, lines) {
+  const word = (words, spots) => ({ words, spots, wide: LETTER * words.length + 2 });
+  const pins = sheet.pins.map(({ at: { point } }) => point).filter(place);
+  const names = pins.map((point) => word(point, around(toScreen(place(point)), NAME_AWAY)));
+  const ofLine = ([[x0, y0], [x1, y1]]) => {
+    const [dx, dy] = [x1 - x0, y1 - y0], long = Math.hypot(dx, dy) || 1;
+    return besideLine((part) => [x0 + part * dx, y0 + part * dy], [dx / long, dy / long], SIZE_AWAY);
+  };
+  const all = [...names, ...sizes(sheet, place).map(([line, words]) => word(words, ofLine(line)))];
+  const texts = freeBoxes(all, lines, [view.width, view.height]).map((box, k) => {
+    const [left, , , foot] = box ?? boxAt(all[k].spots[0], all[k].wide);
+    return [
+      "text",
+      { class: k < names.length ? "name" : "size", x: left.toFixed(1), y: (foot - BELOW).toFixed(1) },
+      all[k].words,
+    ];
+  });
+  fill("names", texts.slice(0, names.length));
+  fill("sizes", texts.slice(names.length));
 }
 
 // Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.
@@ -142,9 +171,9 @@ function sizes(sheet, place) {
   const lines = links.flatMap((link) => loop(link).map((ends) => ends.map(place)));
   if (preview?.length > 1) lines.push(preview.slice(-2));
   return lines.filter(([a, b]) => a && b).map(([a, b]) => {
-    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], [x, y] = toScreen([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     const words = `${quantity(Math.hypot(dx, dy), "m", 4)}, ${quantity(Math.atan2(dy, dx), "rad", 3)}`;
-    return ["text", { class: "size", x: x.toFixed(1), y: (y - 8).toFixed(1), "text-anchor": "middle" }, words];
+    return [[a, b].map(toScreen), words];
   });
 }
 

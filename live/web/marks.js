@@ -1,4 +1,4 @@
-// Symbols of the sheet or of the moving scene, points and their names.
+// Symbols of the sheet or of the moving scene, and its points.
 import { isUnder, markAttributes } from "./symbols.js";
 import { fill } from "./layers.js";
 import { toScreen, view } from "./view.js";
@@ -43,13 +43,6 @@ export function symbols(sheet, place, live, picture, i) {
     pins.map((mark) => {
       const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
       return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
-    }),
-  );
-  fill(
-    "names",
-    pins.map(({ at: { point } }) => {
-      const [x, y] = toScreen(place(point));
-      return ["text", { x: x + 10, y: y - 9 }, point];
     }),
   );
 }

@@ -4,6 +4,8 @@ import { quantity, view } from "./view.js";
 import { drawGraph, listFigures } from "./graph.js";
 import { $, state } from "./state.js";
 
+const FIRST_LIMITS = 5; // tiles of limits above those of figures
+
 export const stopWords = (words) =>
   `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position that closes; figures are of those up to it.`;
 
@@ -39,7 +41,12 @@ export function show() {
       ]
       : []),
   );
-  $("tiles").replaceChildren(...picture.limits.map(limitTile), ...picture.figures.map(figureTile));
+  const limits = picture.limits.map(limitTile); // the most used first
+  $("tiles").replaceChildren(
+    ...limits.slice(0, FIRST_LIMITS),
+    ...picture.figures.map(figureTile),
+    ...limits.slice(FIRST_LIMITS),
+  );
 }
 
 export function tile(kind, name, value, more) {
@@ -105,7 +112,7 @@ export function play(on = state.playing === null) {
 export const theoryWords = ({ theory, quick, error, problem }) =>
   `${theory}${
     quick
-      ? ` (quick: ${view.picture.positions} positions, error not told)`
+      ? ` (quick: ${view.picture.positions} positions, error unknown)`
       : error !== null && error !== undefined
       ? `, within ${Number((100 * error).toPrecision(2))} %`
       : problem

@@ -1,68 +1,19 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
 import { draw, drawGrid } from "./drawing.js";
 import { linkUnder, nearestPosition, pointUnder } from "./links.js";
+import { direction, joint, near, onGrid, onLink, picked, placed, snapped } from "./places.js";
+import { fillToolbar, showTool, TOOLS } from "./toolbar.js";
 import { gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");
-export const TOOLS = [
-  ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
-  ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
-  ["fix", "Support", "g", "Click a point to stand it on the ground; once more frees it"],
-  [
-    "drive",
-    "Drive",
-    "d",
-    "Click a link to turn it about its pin, or a point to push it along its slot; once more takes the drive away",
-  ],
-  ["load", "Force", "f", "Drag from the point where a force acts: 1 N to a pixel"],
-  ["plate", "Plate", "p", "Click the points of a plate, and the first once more; Enter ends an open one"],
-  ["trace", "Trace", "t", "Click a link to put a point on it, or drag to a place beside it; on a point: a pin"],
-  [
-    "slot",
-    "Slot",
-    "s",
-    "Click a point to let it slide in the link under it, or on the ground along x; drag from it for " +
-    "another line; once more frees it",
-  ],
-  ["weld", "Weld", "w", "Click a point to join its links rigidly; once more pins them"],
-  ["spring", "Spring", "k", "Drag from a point to another"],
-  ["mass", "Mass", "m", "Click a point to give it a mass; once more takes it away"],
-  ["cylinder", "Cylinder", "c", "Drag from its foot to the point that it pushes"],
-  [
-    "gear",
-    "Gear",
-    "r",
-    "Click the link that drives, then the one that follows: wheels that mesh from outside; a point in a " +
-    "slot is a rack; once more takes them away",
-  ],
-];
-const FIRST = 5; // tools that are needed first, before the others
 /** @type {any} */
 let gesture = null;
-let tool = "move", clicks = [], driver = null, actions = null, exact = false, visited = -1;
+let tool = "move", clicks = [], driver = null, actions = null, visited = -1;
 
 export function begin(given) {
   actions = given;
-  const buttons = TOOLS.map(([name, words, key, hint]) => {
-    const button = document.createElement("button");
-    Object.assign(button, { textContent: words, title: `${hint} (${key.toUpperCase()})`, onclick: () => take(name) });
-    button.dataset.tool = name;
-    return button;
-  });
-  const act = (id, words, title) =>
-    Object.assign(document.createElement("button"), { id, textContent: words, title, onclick: () => actions[id]() });
-  $("tools").replaceChildren(...buttons.slice(0, FIRST));
-  $("moretools").replaceChildren(
-    ...buttons.slice(FIRST),
-    act("copy", "Copy", "The chosen link, or all links, once more beside"),
-    act(
-      "mirror",
-      "Mirror",
-      "The chosen link, or all links, once more across the upright line through the chosen point",
-    ),
-    act("delete", "Delete", "Take away the chosen part (Del)"),
-  );
+  fillToolbar(take, actions);
   take("move");
   svg.addEventListener("pointerdown", down);
   svg.addEventListener("pointermove", moved);
@@ -82,10 +33,7 @@ export function begin(given) {
 export function take(name) {
   tool = name;
   clear();
-  /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-tool]")).forEach((button) =>
-    button.setAttribute("aria-pressed", String(button.dataset.tool === name))
-  );
-  $("hint").textContent = TOOLS.find(([each]) => each === name)[3];
+  showTool(name);
 }
 
 function clear() {
@@ -108,44 +56,6 @@ export function zoom(factor, around = [view.width / 2, view.height / 2]) {
   drawGrid();
   draw();
 }
-
-// A place in the plane, on the grid, or level with another point.
-function snapped(screen, except) {
-  let [x, y] = toPlane(screen);
-  view.guides = [];
-  if (exact) return [x, y].map((value) => Number(value.toPrecision(9)));
-  if (!$("snap").checked) return [x, y];
-  const step = gridStep(6), round = (value) => Math.round(value / step) * step, near = 7 / view.scale;
-  let [fromX, fromY] = [null, null];
-  for (const name of Object.keys(view.sheet?.points ?? {})) {
-    const place = name === except ? null : handle(name);
-    if (!place) continue;
-    if (Math.abs(place[0] - x) < near && (!fromX || Math.abs(place[0] - x) < Math.abs(fromX[0] - x))) fromX = place;
-    if (Math.abs(place[1] - y) < near && (!fromY || Math.abs(place[1] - y) < Math.abs(fromY[1] - y))) fromY = place;
-  }
-  [x, y] = [fromX ? fromX[0] : round(x), fromY ? fromY[1] : round(y)];
-  const here = toScreen([x, y]);
-  for (const from of [fromX, fromY]) {
-    if (from) {
-      const there = toScreen(from);
-      view.guides.push(`M${there}L${here}`);
-    }
-  }
-  return [x, y].map((value) => Number(value.toPrecision(9)));
-}
-
-// A point of the scene under the pointer, or else a place: edits take either.
-const picked = (screen) => pointUnder(screen) ?? snapped(screen);
-const JOINED = 8, MIDDLE = 0.06; // pixels from a link, and of its length from its middle
-// What a new link is drawn to: a point, a place on a link, which becomes a point of it, or a free place.
-function joint(screen) {
-  const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
-  if (!on?.link) return point ?? snapped(screen);
-  view.guides = [];
-  return { link: on.link, between: on.ends, share: !exact && Math.abs(on.t - 0.5) < MIDDLE ? 0.5 : on.t };
-}
-const placed = (each) =>
-  typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;
 
 function down(event) {
   if (event.button > 0 || !view.sheet) return;
@@ -179,15 +89,6 @@ function pressed(screen, touch, id) {
     Object.assign(gesture, { kind: "trace", link });
     actions.position(0);
   } else gesture.kind = "click";
-}
-
-// A direction from a point to a place on the screen, to whole steps of 5 degrees where places snap.
-function direction(point, screen) {
-  const from = toScreen(pointNow(point)),
-    step = Math.PI / 36,
-    raw = Math.atan2(from[1] - screen[1], screen[0] - from[0]),
-    angle = $("snap").checked ? Math.round(raw / step) * step : raw;
-  return [Math.cos(angle), Math.sin(angle)];
 }
 
 function moved(event) {
@@ -255,12 +156,6 @@ function released(done, screen) {
   draw();
 }
 
-// The place of a link that was clicked, on its line.
-function onLink({ ends, t }) {
-  const [a, b] = ends.map((name) => pointNow(name));
-  return [0, 1].map((k) => Number((a[k] + (b[k] - a[k]) * t).toPrecision(6)));
-}
-
 function cancel() {
   if (gesture?.kind === "point" && gesture.moved) actions.drop();
   gesture = null;
@@ -321,11 +216,6 @@ function click(screen) {
   else if (tool === "fix") actions.edit({ do: "point", at: snapped(screen), fixed: true });
 }
 
-const near = (each, screen) => {
-  const p = toScreen(placed(each));
-  return Math.hypot(p[0] - screen[0], p[1] - screen[1]) < 14;
-};
-
 function plate(closed) {
   const points = clicks;
   clear();
@@ -385,18 +275,16 @@ function next(back) {
   put(known[visited][1], known[visited][0]);
 }
 
-const onGrid = (place) => place.map((value) => Number((Math.round(value / gridStep(6)) * gridStep(6)).toPrecision(9)));
-
 function press() {
   if (!view.cursor) return put(onGrid([view.x, view.y]));
   const screen = toScreen(view.cursor), last = clicks.at(-1), again = tool === "plate" && last && near(last, screen);
   if (again) return plate(false);
-  exact = true;
+  view.exact = true;
   pressed(screen, false, "keys");
   const done = gesture;
   gesture = null;
   released(done, screen);
-  exact = false;
+  view.exact = false;
   put(view.cursor, clicks.length ? "first taken: go to the next, and Enter" : undefined);
 }
 

@@ -18,6 +18,7 @@ export const view = {
   paths: true,
   sizes: false,
   trace: null,
+  exact: false, // places are taken as they are, without the grid
   width: 1,
   height: 1,
 };
@@ -36,6 +37,8 @@ export function quantity(value, unit, digits = 3) {
   if (told) return `${Number((value * told[0]).toPrecision(digits))} ${told[1]}`;
   const prefixes = unit === "m"
     ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]]
+    : unit === "s"
+    ? [[3600, "h"], [1, "s"], [1e-3, "ms"]]
     : /^(N|Pa|W|N m)$/.test(unit)
     ? [[1e9, `G${unit}`], [1e6, `M${unit}`], [1e3, `k${unit}`], [1, unit], [1e-3, `m${unit}`]]
     : [[1, unit]];

@@ -28,9 +28,9 @@ from kinelast.scene.parts import PARTS
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "names", "symbols",
-           "view", "mechanism", "pointing", "controls", "charts", "curves", "speeds", "what_if", "sizing", "maps",
-           "answer", "figures", "drives", "breaks_first",
+SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "placing", "names",
+           "symbols", "view", "mechanism", "pointing", "controls", "charts", "curves", "speeds", "what_if", "sizing",
+           "maps", "answer", "figures", "drives", "breaks_first",
            *(part.key for part in PARTS if (WEB / f"{part.key}.js").is_file()), "main")  # fmt: skip
 """Scripts of a report. The script of a part has the name of its tables and adds its section to `partSections`."""
 

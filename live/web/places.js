@@ -1,0 +1,66 @@
+// Places that a tool takes: points, places on links, places on the grid.
+import { linkUnder, pointUnder } from "./links.js";
+import { gridStep, handle, pointNow, toPlane, toScreen, view } from "./view.js";
+/** @type {(id: string) => any} */
+const $ = (id) => document.getElementById(id);
+
+// A place in the plane, on the grid, or level with another point.
+export function snapped(screen, except) {
+  let [x, y] = toPlane(screen);
+  view.guides = [];
+  if (view.exact) return [x, y].map((value) => Number(value.toPrecision(9)));
+  if (!$("snap").checked) return [x, y];
+  const step = gridStep(6), round = (value) => Math.round(value / step) * step, near = 7 / view.scale;
+  let [fromX, fromY] = [null, null];
+  for (const name of Object.keys(view.sheet?.points ?? {})) {
+    const place = name === except ? null : handle(name);
+    if (!place) continue;
+    if (Math.abs(place[0] - x) < near && (!fromX || Math.abs(place[0] - x) < Math.abs(fromX[0] - x))) fromX = place;
+    if (Math.abs(place[1] - y) < near && (!fromY || Math.abs(place[1] - y) < Math.abs(fromY[1] - y))) fromY = place;
+  }
+  [x, y] = [fromX ? fromX[0] : round(x), fromY ? fromY[1] : round(y)];
+  const here = toScreen([x, y]);
+  for (const from of [fromX, fromY]) {
+    if (from) {
+      const there = toScreen(from);
+      view.guides.push(`M${there}L${here}`);
+    }
+  }
+  return [x, y].map((value) => Number(value.toPrecision(9)));
+}
+
+// A point of the scene under the pointer, or else a place: edits take either.
+export const picked = (screen) => pointUnder(screen) ?? snapped(screen);
+const JOINED = 8, MIDDLE = 0.06; // pixels from a link, and of its length from its middle
+// What a new link is drawn to: a point, a place on a link, which becomes a point of it, or a free place.
+export function joint(screen) {
+  const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
+  if (!on?.link) return point ?? snapped(screen);
+  view.guides = [];
+  return { link: on.link, between: on.ends, share: !view.exact && Math.abs(on.t - 0.5) < MIDDLE ? 0.5 : on.t };
+}
+export const placed = (each) =>
+  typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;
+
+// A direction from a point to a place on the screen, to whole steps of 5 degrees where places snap.
+export function direction(point, screen) {
+  const from = toScreen(pointNow(point)),
+    step = Math.PI / 36,
+    raw = Math.atan2(from[1] - screen[1], screen[0] - from[0]),
+    angle = $("snap").checked ? Math.round(raw / step) * step : raw;
+  return [Math.cos(angle), Math.sin(angle)];
+}
+
+// The place of a link that was clicked, on its line.
+export function onLink({ ends, t }) {
+  const [a, b] = ends.map((name) => pointNow(name));
+  return [0, 1].map((k) => Number((a[k] + (b[k] - a[k]) * t).toPrecision(6)));
+}
+
+export const near = (each, screen) => {
+  const p = toScreen(placed(each));
+  return Math.hypot(p[0] - screen[0], p[1] - screen[1]) < 14;
+};
+
+export const onGrid = (place) =>
+  place.map((value) => Number((Math.round(value / gridStep(6)) * gridStep(6)).toPrecision(9)));
