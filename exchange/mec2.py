@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
+from exchange.drawing import Drive, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 
 SOURCE = "mec2"
 CURVES = {
@@ -14,24 +14,7 @@ CURVES = {
 
 
 def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
-    """Return the mechanism in a JSON object of mec2.
-
-    Raises
-    ------
-    ExchangeError
-        The object is damaged.
-    """
-    try:
-        return _drawing(data, title)
-    except KeyError as error:
-        raise ExchangeError(f"a part of this file of mec2 has no {error}") from None
-    except (TypeError, AttributeError, IndexError, StopIteration):
-        raise ExchangeError("a part of this file of mec2 has an unknown form") from None
-    except ValueError as error:
-        raise ExchangeError(f"a number in this file of mec2 cannot be read: {error}") from None
-
-
-def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
+    """Return the mechanism in a JSON object of mec2."""
     names, called = Names(), Names(["ground"])
     notes = ["mec2 draws in pixels: each is taken as a millimetre"]
     nodes = {str(each["id"]): each for each in data["nodes"]}

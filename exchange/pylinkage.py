@@ -4,31 +4,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Drive, ExchangeError, ForeignLink, ForeignMechanism, Names, Slot, link_with
+from exchange.drawing import Drive, ForeignLink, ForeignMechanism, Names, Slot, link_with
 
 SOURCE = "pylinkage"
 TURN = "60 rpm"  # pylinkage saves angles per step, without the duration of a step
 
 
 def of_pylinkage(data: Mapping[str, Any], title: str) -> ForeignMechanism:
-    """Return the mechanism in a JSON object of pylinkage.
-
-    Raises
-    ------
-    ExchangeError
-        The object is damaged.
-    """
-    try:
-        return _drawing(data, title)
-    except KeyError as error:
-        raise ExchangeError(f"a part of this file of pylinkage has no {error}") from None
-    except (TypeError, AttributeError, IndexError, StopIteration):
-        raise ExchangeError("a part of this file of pylinkage has an unknown form") from None
-    except ValueError as error:
-        raise ExchangeError(f"a number in this file of pylinkage cannot be read: {error}") from None
-
-
-def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
+    """Return the mechanism in a JSON object of pylinkage."""
     names, called, notes = Names(), Names(["ground"]), ["pylinkage has no unit of length: millimetres are assumed"]
     joints = {str(each["id"]): each for each in data["joints"]}
     points = {names(key, each.get("name", "")): complex(*map(float, each["position"])) for key, each in joints.items()}

@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -82,11 +83,27 @@ def _of_json(text: str, title: str) -> ForeignMechanism:
     except (ValueError, RecursionError) as error:
         raise ExchangeError(f"the JSON of this file is damaged: {error}") from None
     if isinstance(data, dict):
-        for keys, reader in (
-            ({"nodes", "constraints"}, of_mec2),
-            ({"bodies", "joints"}, of_linkage_sim),
-            ({"joints", "links"}, of_pylinkage),
+        for keys, program, reader in (
+            ({"nodes", "constraints"}, "mec2", of_mec2),
+            ({"bodies", "joints"}, "linkage_sim", of_linkage_sim),
+            ({"joints", "links"}, "pylinkage", of_pylinkage),
         ):
             if keys <= data.keys():
-                return reader(data, title)
+                with _damage_of(program):
+                    return reader(data, title)
     raise ExchangeError(f"this JSON file is of an unknown program; kinelast reads {FORMATS}")
+
+
+@contextmanager
+def _damage_of(program: str) -> Iterator[None]:
+    """Raise ExchangeError with the reason if a file of a program is damaged."""
+    try:
+        yield
+    except ExchangeError:
+        raise
+    except KeyError as error:
+        raise ExchangeError(f"a part of this file of {program} has no {error}") from None
+    except (TypeError, AttributeError, IndexError, StopIteration):
+        raise ExchangeError(f"a part of this file of {program} has an unknown form") from None
+    except ValueError as error:
+        raise ExchangeError(f"a number in this file of {program} cannot be read: {error}") from None
