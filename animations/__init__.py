@@ -6,10 +6,9 @@ Everything is drawn off screen by pyvista, which is imported when the first pict
 from animations.diagrams import DIAGRAMS, Diagram, diagram_named
 from animations.files import RATE, movie, spread, stills
 from animations.layout import Scales, View, drawable
-from animations.paints import colour
 from animations.picture import Picture
 from animations.rendering import RenderingUnavailable, off_screen, probe
-from animations.style import LOOKS, SHOWN, Style
+from animations.style import LOOKS, SHOWN, Style, colour
 
 __all__ = [
     "DIAGRAMS",

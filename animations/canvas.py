@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 
 from animations.legend import MIN_LETTER_HEIGHT, Words
-from animations.paints import paints
 from animations.shapes import LEVELS, Cells, Complexes, FlatShape
 from animations.solid import SolidShape
-from animations.style import Style
+from animations.style import Style, paints
 from rigid import Reals
 from rigid.arrays import Integers
 

@@ -12,7 +12,6 @@ from animations.labels import DOT_RADIUS, name_labels, peak_label
 from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
-from animations.paths import path_shapes
 from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import (
     INK,
@@ -27,7 +26,7 @@ from animations.shapes import (
 from animations.solid import SolidShape
 from animations.solid_mechanism import mechanism_bodies
 from animations.style import Style
-from animations.symbols import symbol_shapes
+from animations.symbols import path_shapes, symbol_shapes
 from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers

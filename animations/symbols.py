@@ -1,4 +1,4 @@
-"""Symbols of the display list as flat shapes, at displaced places."""
+"""Symbols of the display list, and paths of points, as flat shapes at displaced places."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -8,6 +8,7 @@ import numpy as np
 from animations.shapes import Complexes, FlatShape, carried
 from elastic import Deflection, displacement_of
 from rigid import position_of
+from rigid.arrays import Integers
 from symbols import NONE, SHADE, Mark, Spot
 
 
@@ -61,3 +62,26 @@ def _shape(deflection: Deflection, mark: Mark, size: float, exaggeration: float)
     opacity = 0.4 if mark.fill == SHADE else 1.0
     return FlatShape(mark.level, points, tuple(faces), tuple(lines) if mark.stroke != NONE else (), mark.fill,
                      mark.stroke, mark.width, opacity)  # fmt: skip
+
+
+MAX_CLOSING_GAP = 1.5  # largest gap between the ends of a closed path, relative to the longest step
+
+
+def path_shapes(deflection: Deflection, positions: Integers, exaggeration: float = 0.0) -> list[FlatShape]:
+    """Draw the paths of all moving points, with exaggerated displacements."""
+    motion = deflection.motion
+    seen, shapes = set(motion.mechanism.links[0].points), []
+    for link in motion.mechanism.links[1:]:
+        for name in [name for name in link.points if name not in seen]:
+            seen.add(name)
+            shapes += _path(moved_place(deflection, link.name, name, exaggeration)[positions])
+    return shapes
+
+
+def _path(places: Complexes) -> list[FlatShape]:
+    strides = np.abs(np.diff(places))
+    if not strides.any():
+        return []
+    round_trip = abs(places[-1] - places[0]) <= MAX_CLOSING_GAP * strides.max()
+    points = np.append(places, places[0]) if round_trip else places
+    return [FlatShape("guide", lambda position: points, lines=(np.arange(len(points)),), ink="accent", width=1.0)]

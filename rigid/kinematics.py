@@ -156,7 +156,7 @@ def motion(
     """
     order = structure(mechanism)
     if order.surplus:
-        from rigid.topology.redundancy import require_fit
+        from rigid.topology.planar import require_fit
 
         require_fit(mechanism)
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)

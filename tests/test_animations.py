@@ -28,9 +28,9 @@ from animations.canvas import font_file
 from animations.diagrams import STATIONS, diagram_named, quantity, round_below
 from animations.layout import FOOT, HEAD, drawable, scales_of
 from animations.legend import drive_words, legend
-from animations.paints import paints
 from animations.picture import shapes_of, view_for
 from animations.shapes import FILL_OPACITY, NEGATIVE, POSITIVE, diagram_shapes
+from animations.style import paints
 from elastic import RIGID, Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 

@@ -14,14 +14,13 @@ from animations.diagrams import diagram_named
 from animations.extents import stack_of
 from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
-from animations.paints import paints
-from animations.paths import path_shapes
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of
 from animations.shapes import NEGATIVE, POSITIVE, FlatShape
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
-from animations.symbols import symbol_shapes
+from animations.style import paints
+from animations.symbols import path_shapes, symbol_shapes
 from elastic import Section, circle, deflection, displacement_of, rectangle, section_of, tapered, tube
 from kinelast.cli.command import main
 from rigid import Gear, Link, Mechanism, PinDrive, Spring, motion

@@ -31,8 +31,7 @@ from elastic.links import spans_of
 from elastic.links.added_loads import AddedLoads
 from elastic.links.compatibility import bent_links, compatible_forces, problem_of, under_blocks
 from elastic.links.configuration import ElasticProblem
-from elastic.links.free_body import resultants, with_points
-from elastic.links.gearing import NO_DISPLACEMENT
+from elastic.links.free_body import NO_DISPLACEMENT, resultants, with_points
 from elastic.links.sliding_blocks import block_loads
 from elastic.solution import Deflection
 from rigid import JointForces, LineLoad

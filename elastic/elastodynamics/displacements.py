@@ -16,7 +16,7 @@ import numpy as np
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.links.beam_trees import trees_of
-from elastic.links.gearing import follower_displacement
+from elastic.links.free_body import follower_displacement
 from elastic.links.sliding_blocks import OnBeam, block_places
 from rigid import Motion
 from rigid.arrays import Columns, Complexes, Flags, Reals

@@ -18,8 +18,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import LinkResponse
 from elastic.links.configuration import ElasticProblem, LinkLoads, configuration_of
-from elastic.links.free_body import node_loads, with_joint_forces, with_points
-from elastic.links.gearing import NO_DISPLACEMENT, follower_displacement
+from elastic.links.free_body import NO_DISPLACEMENT, follower_displacement, node_loads, with_joint_forces, with_points
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion

@@ -1,4 +1,4 @@
-"""Free bodies: load on each beam's end, by balance of the tree beyond it."""
+"""Free bodies: load on each beam's end, by balance of the tree beyond it. Loads and displacements of gears."""
 
 from collections.abc import Iterable, Iterator
 
@@ -7,12 +7,40 @@ import numpy as np
 from elastic.arrays import PerBeam, VectorPerBeam
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
-from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
-from elastic.links.gearing import gear_node_loads
+from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.closures import gear_input, gear_loads
+from rigid.joints import JointPlace
 from rigid.kinetostatics import point_loads
-from rigid.plane import cross
+from rigid.plane import ZERO, cross
+
+NO_DISPLACEMENT = (ZERO, ZERO)
+
+
+def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
+    """Yield the loads of gears at the points of driving joints and followers, without the joint forces.
+
+    Yields
+    ------
+    Link index, point name, force in ground axes [N], complex, moment [N m].
+    """
+    for number, place in enumerate(motion.places):
+        if place.joint.gear is not None:
+            for load in gear_loads(place, *forces.without_friction(number), forces.flank.get(number, 0.0)):
+                yield load.link, load.joint.point(load.link) or "", load.force, load.moment
+
+
+def follower_displacement(
+    place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
+) -> tuple[Columns, Columns]:
+    """Return the displacement [m], complex, and rotation [rad] of a gear's follower due to bent links.
+
+    `flank` is the loaded tooth flank, see `JointForces`; None for a gear without teeth.
+    """
+    return place.driven(
+        gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), NO_DISPLACEMENT), flank)
+    )
 
 
 def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:

@@ -14,7 +14,7 @@ from rigid.topology.graph import (
 from rigid.topology.input_output import Action, force_law, joint_rates, velocity_law
 from rigid.topology.kinematic_pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
 from rigid.topology.mechanism_graphs import bar_graph, link_graph
-from rigid.topology.planar import mechanism_mobility, planar_chain
+from rigid.topology.planar import mechanism_mobility, planar_chain, require_fit
 from rigid.topology.ranks import (
     RANK_TOLERANCE,
     Chain,
@@ -26,7 +26,6 @@ from rigid.topology.ranks import (
     static_matrix,
     stressed_joints,
 )
-from rigid.topology.redundancy import require_fit
 from rigid.topology.spatial import (
     JOINT_TYPES,
     SYNONYMS,
