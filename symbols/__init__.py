@@ -56,3 +56,7 @@ __all__ = [
     "weld",
     "wheels_of_pair",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -119,12 +119,6 @@ class TestLimitsOfSwing:
         )
         assert high.value == pytest.approx(-best.fun, abs=1e-11)
 
-    def test_several_designs_are_an_error(self):
-        links = (Link("ground", {"O": 0.0}), Link("crank", {"O": 0.0, "A": np.array([[1.0], [2.0]])}))
-        course = motion(Mechanism(links, (PinDrive("crank", "O"),), {}), turn(8))
-        with pytest.raises(MechanismError, match="one design"):
-            limits(course, PointCoordinate("crank", "A"))
-
 
 class TestTimeRatio:
     def test_of_an_offset_slider_crank(self):

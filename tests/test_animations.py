@@ -350,15 +350,6 @@ class TestFiles:
         with pytest.raises(ValueError, match="position 12 is not among the 12 positions, 0 to 11"):
             stills(four_bar, "slope", [12], tmp_path / "x.png")
 
-    def test_several_designs_are_an_error(self):
-        ground = Link("ground", {"O": 0.0, "D": 0.35})
-        crank = steel_bar("crank", "O", "A", np.array([[0.1], [0.09]]))
-        links = (ground, crank, steel_bar("coupler", "A", "B", 0.3), steel_bar("rocker", "D", "B", 0.25))
-        drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
-        bent = turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
-        with pytest.raises(ValueError, match=r"one design, .* shape \(2, 12\)"):
-            drawable(bent, diagram_named("slope"))
-
     @pytest.mark.parametrize(
         ("change", "message"),
         [

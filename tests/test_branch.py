@@ -11,8 +11,6 @@ from tiers import in_tiers
 from elastic import Section, deflection, sample
 from rigid import Beam, Link, Mechanism, PinDrive, Slider, drive_efforts, motion
 from rigid.dynamics import Effort, ForwardError, forward, motion_during
-from rigid.positions.branch import TrackedBranch
-from rigid.positions.enclosure import StepCertificate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import branch_certainty
@@ -281,34 +279,6 @@ class TestForwardDynamics:
         assert caught.value.kind == "interrupted"
         assert caught.value.course.time[-1] == instants[-1]
         assert 0 < instants[0] < instants[1] < instants[2] < 1.5
-
-
-class FirstTimeOnlyError(Exception):
-    pass
-
-
-def test_uncertain_steps_are_halved_a_limited_number_of_times(monkeypatch):
-    """Twenty halvings would make a million steps of one."""
-    monkeypatch.setattr("rigid.positions.branch.MAX_HALVED", 200)
-    monkeypatch.setattr(
-        StepCertificate, "box", property(lambda own: np.full((len(own.group.free), len(own.step.row)), np.nan))
-    )
-    refine, between, halved = TrackedBranch.refine, TrackedBranch._between, []
-
-    def once(*given):
-        refine(*given)
-        raise FirstTimeOnlyError
-
-    def counted(branch, low, high, number):
-        halved.append(len(low["place"]))
-        assert halved[-1] <= max(200, halved[0])
-        return between(branch, low, high, number)
-
-    monkeypatch.setattr(TrackedBranch, "refine", once)
-    monkeypatch.setattr(TrackedBranch, "_between", counted)
-    with pytest.raises(FirstTimeOnlyError):
-        motion(parallelogram(), [np.pi / 2, np.pi / 2 + 0.1])
-    assert halved
 
 
 def test_requested_instants_are_on_the_integrated_branch():

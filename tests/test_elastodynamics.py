@@ -681,11 +681,6 @@ class TestErrors:
         with pytest.raises(MechanismError, match="singular or out of reach"):
             steady(moved, FOUR_BAR.sections, 10.0)
 
-    def test_several_designs_are_an_error(self):
-        sections = [Section(np.array([[1e6], [2e6]]), 40.0), *FOUR_BAR.sections[1:]]
-        with pytest.raises(ValueError, match="one design"):
-            four_bar_with(sections)
-
     def test_instants_that_do_not_increase(self):
         motion_at, _ = turning(FOUR_BAR.mechanism, 10.0)
         with pytest.raises(ValueError, match="do not all grow"):

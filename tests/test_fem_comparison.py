@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from mechanisms import four_bar
 
-import fem_check
 from elastic import PRIMARY, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
@@ -235,7 +234,3 @@ def test_repr_of_results_is_one_line(answers):
     assert repr(found.ties[0]).startswith("TieForce('")
     assert repr(compare(exact, found)).startswith("Comparison(passed=True, 24 positions, ")
     assert "\n" not in repr(compare(exact, found))
-
-
-def test_dir_of_fem_check_lists_only_its_public_names():
-    assert set(dir(fem_check)) == set(fem_check.__all__)

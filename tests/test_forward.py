@@ -410,16 +410,6 @@ class TestErrors:
         with pytest.raises(MechanismError, match="cannot be assembled at the start"):
             forward(mechanism, [FREE], 3.0, 0.0, 1.0)
 
-    def test_several_designs_are_an_error(self):
-        links = (
-            Link("ground", {"O": 0.0}),
-            Link("arm", {"O": 0.0, "A": np.array([[1.0], [2.0]])}, lumps=(Lump("A", 1.0),)),
-            Link("fore", {"A": 0.0, "T": 1.0}, lumps=(Lump("T", 1.0),)),
-        )
-        mechanism = Mechanism(links, (PinDrive("arm", "O"), PinDrive("fore", "A", "arm")), {})
-        with pytest.raises(MechanismError, match="one design"):
-            forward(mechanism, [FREE, FREE], 0.0, 0.0, 1.0)
-
     def test_times_beyond_the_integration(self):
         course = forward(flywheel(), [Effort(lambda course: np.ones(course.columns))], 0.0, 0.0, 1.0)
         with pytest.raises(ForwardError, match=r"asked at 0 to 1\.5 s, integrated from 0 to 1 s"):

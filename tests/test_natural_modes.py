@@ -114,8 +114,3 @@ def test_positions_out_of_reach_are_nan():
     found = natural_modes(motion(mechanism, reach), [SLENDER] * 3, 2)
     for values in (found.omega[0], found.damping[0], found.displacement[0, 0, :, 50]):
         assert np.isfinite(values).tolist() == [True, False]
-
-
-def test_several_designs_are_an_error():
-    with pytest.raises(ValueError, match="one design"):
-        modes_of(cantilever({"A": 0, "B": LENGTH}, MASS), [Section(1e6, np.array([[1.0], [2.0]]))])

@@ -16,13 +16,10 @@ from tiers import in_tiers
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.designs import full_sample
 from kinelast.designs.plan import plan_of
 from kinelast.designs.problem import optimization_task, tolerance_task
 from kinelast.designs.search import batched
-from kinelast.designs.studies import MAX_ROUNDS
 from kinelast.outputs.sensitivities import Bars, bars_svg
-from kinelast.scene import build, parsing
 from kinelast.scene.document import document_from_text, read_document
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
@@ -210,23 +207,6 @@ def test_errors_name_the_file_and_the_problem(option, old, new, said, scene, tmp
     assert said in errors
     assert "four.toml" in errors
     assert not (tmp_path / "out" / "four").exists()
-
-
-@pytest.mark.parametrize("option", in_tiers(["--sensitivities", "--tolerances", "--optimize"], 0, 2))
-def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
-    """Parse text and tables once; build the scene, each full answer and each best design once."""
-    calls = {"parse": [], "built": []}
-    toml, parsed, built = parsing.tomllib.loads, parsing._parsed, build.built
-    monkeypatch.setattr(parsing.tomllib, "loads", lambda text: calls["parse"].append("text") or toml(text))
-    monkeypatch.setattr(parsing, "_parsed", lambda *given: calls["parse"].append("tables") or parsed(*given))
-    monkeypatch.setattr("kinelast.scene.document.built", lambda *given: calls["built"].append(given) or built(*given))
-    options = [option, "--theory", "quasi-static", *(["--samples", "64"] if option == "--tolerances" else [])]
-    assert main([str(scene()), *options, "-o", str(tmp_path / "out"), "--quiet"]) in (0, 1)
-    assert calls["parse"] == ["text", "tables"]
-    tables = [given[0] for given in calls["built"]]
-    assert all(tables.count(table) == 1 for table in tables)
-    more = {"--optimize": MAX_ROUNDS + 1, "--tolerances": full_sample.SAMPLE_SIZES[-1]}  # also the best design
-    assert len(tables) <= 1 + more.get(option, 0)
 
 
 class TestRewrittenScenes:

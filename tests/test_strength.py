@@ -490,12 +490,6 @@ class TestCautions:
         assert found[0].position == greatest.argmax()
         assert found[0].limit in (LIMITS["deflection"].watch, LIMITS["deflection"].beyond)
 
-    def test_several_designs_are_an_error(self):
-        link = Link("beam", {"A": 0.0, "B": np.array([[0.5], [0.6]])}, (Beam("A", "B"),))
-        mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), {"A": 0, "B": 0.5})
-        with pytest.raises(ValueError, match="expected one design"):
-            exceedances(deflection(motion(mechanism, [0.0, 0.1]), [Section(1e6, 1e3)]))
-
 
 @pytest.mark.parametrize(("linear", "low", "high"), [(0.01, 0.5e-4, 2e-4), (0.1, 5e-3, 2e-2)])
 def test_the_error_of_linear_theory_is_as_documented(linear, low, high):
