@@ -22,15 +22,15 @@ class ForeignLink:
     points
         Their names.
     mass
-        [kg], or None if the file gives no mass.
+        [kg]; None if unknown.
     center
-        Centre of mass in the drawing, or None for a uniform bar.
+        Centre of mass in the drawing; as a uniform bar if not given.
     inertia
-        Moment of inertia about the centre of mass [kg m^2], or None for a uniform bar.
+        Moment of inertia about the centre of mass [kg m^2]; as a uniform bar if not given.
     rigid
         True if it does not bend.
     braces
-        Beams in addition to those from each point to the next.
+        Further beams; each point already has a beam to the next.
     """
 
     points: tuple[str, ...]
@@ -41,7 +41,7 @@ class ForeignLink:
     braces: tuple[tuple[str, str], ...] = ()
 
     def with_beam(self, start: str, end: str) -> ForeignLink:
-        """The same link with a beam between two of its points, so that a slot can load it."""
+        """Return the link with a beam between two points, so that a slot can load it."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
         return self if known else replace(self, braces=(*self.braces, (start, end)))

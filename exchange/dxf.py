@@ -31,7 +31,7 @@ class DrawnLink:
     Attributes
     ----------
     points
-        Places of its points, by name.
+        Place of each point, by name.
     beams
         Start, end and half depth at either end of every beam; nan if a beam has no depth.
     holes
@@ -85,7 +85,7 @@ def dxf_text(
     unit
         Of all lengths: "mm", "cm", "m" or "in".
     curves
-        Corners of closed curves, by the names of their layers.
+        Corners of closed curves, by layer name.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     Parameters
     ----------
     unit
-        Unit of a drawing that names none.
+        Unit of a drawing without a unit.
 
     Raises
     ------

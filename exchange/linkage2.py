@@ -26,13 +26,13 @@ DRAWN_ONLY = 1 << 0  # layer of drawings and measures that are no part of the me
 TURNS = 15.0  # rpm or cycles a minute, Linkage's own default
 MAX_OFFSET = 1e-3  # distance of a pin from its slot / length of the slot
 MAX_ARC_OFFSET = 0.02  # distance of a pin from its curved slot / radius
-LIGHT = 1e-6  # [kg] mass of the link that stands for a curved slot
+LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
 TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # attributes without a space between them, which Linkage reads
 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector: its name in the scene, its place, counter-clockwise speed [rpm] if an input, ends of its slot.
+    """A connector: scene name, place, counter-clockwise speed [rpm] if an input, ends of the slot.
 
     An input with a `swing` [deg] oscillates; it starts at `offset` [deg] of it, or on the way back if that is more.
     """
@@ -258,7 +258,7 @@ def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Conn
 
 
 def _turning(read: _LinkageReading) -> Iterator[Drive]:
-    """Drives of the input connectors, each of its first link."""
+    """Drives of the input connectors; each moves the first link there."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
@@ -301,7 +301,7 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Wheels by the ratio of their sizes, turning on the link that carries both, or on the ground."""
+    """Gears by the ratio of two sizes; both wheels turn on the link that carries both, or on the ground."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
@@ -317,7 +317,7 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
         on = {} if carrier is None else {"on": carrier}
         driver = {"link": first, **on, "at": pins[0].name}
         teeth, standing = ratio.get("type") == "gears", first == GROUND
-        if standing:  # from a wheel that stands, its carrier turns the other way
+        if standing:  # relative to a fixed wheel, the carrier turns the other way
             driver = {"link": carrier or "", "at": pins[0].name}
         sign = -1 if teeth != standing else 1
         follower = {"link": second, **on, "at": pins[1].name}

@@ -7,7 +7,7 @@ from exchange.drawing import GROUND, ExchangeError, ForeignGear, ForeignMechanis
 from exchange.linkage2 import SOURCE
 
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # extra length of a slot at either end / travel of its pin
+MARGIN = 0.05  # extra length of a slot at either end / the pin's travel
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
@@ -81,7 +81,7 @@ def _slot_limits(
 
 
 def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
-    """Drawn places of the two ends of a slot: a little beyond the travel of its pin."""
+    """Drawn places of a slot's two ends, a little beyond the pin's travel."""
     low, high = slot.travel
     if low == high:
         spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]

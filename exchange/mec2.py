@@ -98,7 +98,7 @@ def _with_blocks(
 
 
 def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
-    """Return the first link at a slot's point, else the slide that drives it, else None."""
+    """Return the first link at a slot's point, else the slide that drives it, if any."""
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 

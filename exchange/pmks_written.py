@@ -8,7 +8,7 @@ from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints; a link has those of its joints
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints; a link has all its letters
 ON_LINE = 1e-6  # distance of a point from a slot's line / size of the drawing, to be taken as on it
 SPARE = 0.1  # length of a slot beyond the pin's place / size of the drawing
 
@@ -54,7 +54,7 @@ class _Writing:
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
-        """Store a slot by its pin; a moving slot needs two joints of its link on its line."""
+        """Store a slot by its pin; a moving slot needs two joints of the slotted link on the line."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')

@@ -29,7 +29,7 @@ def svg_text(
     unit
         Of all lengths: "mm", "cm" or "in".
     curves
-        Corners of closed curves, by the names of their layers.
+        Corners of closed curves, by layer name.
     """
     links = list(links)
     ends = [

@@ -22,10 +22,10 @@ SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of the block of a slider, in symbol sizes, complex."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
-STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance of its strokes
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance between strokes
 RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, excess, half length
 
-NOWHERE = np.zeros(2, complex)  # `far` of both ends of a line whose lengths are all in symbol sizes
+NOWHERE = np.zeros(2, complex)  # `far` of both ends of a line with all lengths in symbol sizes
 
 
 def pin(at: Spot) -> Mark:
@@ -73,7 +73,7 @@ def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | No
     Parameters
     ----------
     reach
-        Smallest and largest slide coordinate [m]; None if only one position is known.
+        Smallest and largest slide coordinate [m], if more than one position is known.
     size
         Approximate symbol size [m].
     """
@@ -110,7 +110,7 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
 
 
 def travel(placed: Placed, slider: Slider) -> tuple[float, float] | None:
-    """Smallest and largest slide coordinate over the positions [m]; None if fewer than two positions are known."""
+    """Smallest and largest slide coordinate over the positions [m], if two or more positions are known."""
     number = placed.mechanism.index[slider.on]
     place = anchor(placed, Spot(slider.link, slider.point))
     local = np.conj(placed.direction[number]) * (place - placed.origin[number])

@@ -62,9 +62,9 @@ class Mark:
     Attributes
     ----------
     kind
-        What it shows, such as `pin`.
+        Kind of symbol, such as `pin`.
     at, to
-        Its place, and its second place or None. With a second place, the x axis points from the first to the second.
+        Place, and second place if any. With a second place, the x axis points from the first to the second.
     axis
         Link with which the axes turn, and the direction of the x axis in that link's axes.
         None for axes parallel to the ground axes.
@@ -77,11 +77,11 @@ class Mark:
     level
         One of `LEVELS`.
     drive
-        Number of a drive, or None. While the drive's rate is negative, the mark is mirrored about its y axis.
+        Number of a drive, if any. While the drive's rate is negative, the mark is mirrored about its y axis.
     spin
         Function that maps a motion to the x axis at each position, for a body that is not a link.
     replaces
-        Name of a slider whose own symbol this mark replaces; empty if there is none.
+        Name of a slider whose own symbol this mark replaces; else empty.
     """
 
     kind: str
@@ -153,7 +153,7 @@ class Mark:
         return np.asarray(placed.direction[placed.mechanism.index[link]]) * way
 
     def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Its content for JSON. Links are given by the numbers in `links`, or by name if `links` is None."""
+        """Content for JSON. Links are given by the numbers in `links`, or by name without `links`."""
 
         def link(name: str) -> Any:
             return name if links is None else links[name]

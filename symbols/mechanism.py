@@ -73,7 +73,7 @@ def _loads(mechanism: Mechanism) -> Iterator[Mark]:
 
 
 def _gears(placed: Placed) -> Iterator[Mark]:
-    """Pitch circles of toothed wheels, or a line if there are none or their distance varies."""
+    """Pitch circles of toothed wheels, or a line without teeth or at a varying distance."""
     for gear in placed.mechanism.gears:
         driver, driving, sense = _end(placed.mechanism, gear.driver, gear.follower)
         follower, driven, other_sense = _end(placed.mechanism, gear.follower, gear.driver)
@@ -112,7 +112,7 @@ def plain_marks(marks: Iterable[Mark], mechanism: Mechanism) -> list[dict[str, A
 
 
 def extent_of(placed: Placed, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
-    """Corners of the box around all points of links and marks [m]; None if no position is known."""
+    """Corners of the box around all points of links and marks [m], if any position is known."""
     links = placed.mechanism.links
     places = [np.ravel(anchor(placed, Spot(link.name, point))) for link in links for point in link.points]
     for mark in marks:
