@@ -18,36 +18,3 @@ from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
 from elastic.elastodynamics.transient import transient
-
-__all__ = [
-    "Bounded",
-    "Damping",
-    "Elastodynamic",
-    "NaturalModes",
-    "Resonance",
-    "SpeedAnswers",
-    "SpeedMap",
-    "SpeedSearch",
-    "TheoryError",
-    "Vibration",
-    "critical_speeds",
-    "deflection_at",
-    "discretized_finer",
-    "elastodynamic",
-    "finer_vibration",
-    "geometrically_exact",
-    "has_dry_friction",
-    "large_displacement_error",
-    "natural_modes",
-    "prominences",
-    "speed_map",
-    "stable_below",
-    "theory_error",
-    "transient",
-    "with_large_displacement",
-    "worth_halving",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -2,9 +2,3 @@
 
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.scene.variables import Variable
-
-__all__ = ["Designs", "Variable", "evaluate"]
-
-
-def __dir__() -> list[str]:
-    return __all__
