@@ -29,34 +29,13 @@ LOAD = '[[loads]]\nlink = "block"\npoint = "B"\nforce = [-20, 0]\n'
 SPRING = '[[springs]]\nlink = "rocker"\npoint = "B"\nanchor = "O"\nlength = 0.3\n'
 # Crank pin in a slot of a rocker.
 SLOTTED = """
-[materials.steel]
-E = 210e9
-poisson = 0.3
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = "8 mm"
-width = "10 mm"
-[points]
-C = [0, 0]
-O = [0, 0.3]
-A = [0.0, 0.35]
-D = [0.0, 0.5]
-[links.ground]
-points = ["C", "O"]
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.rocker]
-points = ["C", "D"]
-section = "bar"
-material = "steel"
-[slots.slot]
-point = "A"
-link = "crank"
-on = "rocker"
-direction = [0, 1]
+materials.steel = {E = 210e9, poisson = 0.3, density = 7850}
+sections.bar = {shape = "rectangle", depth = "8 mm", width = "10 mm"}
+points = {C = [0, 0], O = [0, 0.3], A = [0.0, 0.35], D = [0.0, 0.5]}
+links.ground.points = ["C", "O"]
+links.crank = {points = ["O", "A"], section = "bar", material = "steel"}
+links.rocker = {points = ["C", "D"], section = "bar", material = "steel"}
+slots.slot = {point = "A", link = "crank", on = "rocker", direction = [0, 1]}
 [[drives]]
 link = "crank"
 speed = 10
@@ -64,20 +43,10 @@ speed = 10
 positions = 12
 """
 ARM = """
-[materials.steel]
-E = 210e9
-poisson = 0.3
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = "8 mm"
-width = "10 mm"
-[points]
-O = [0, 0]
-A = [0.2, 0]
-B = [0.4, 0]
-[links.ground]
-points = ["O"]
+materials.steel = {E = 210e9, poisson = 0.3, density = 7850}
+sections.bar = {shape = "rectangle", depth = "8 mm", width = "10 mm"}
+points = {O = [0, 0], A = [0.2, 0], B = [0.4, 0]}
+links.ground.points = ["O"]
 [[drives]]
 link = "upper"
 speed = 10
@@ -89,21 +58,10 @@ speed = 5
 positions = 12
 """ + linked('section = "bar"\nmaterial = "steel"', upper="OA", fore="AB")
 WHEELS = """
-[materials.steel]
-E = 210e9
-poisson = 0.3
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = "8 mm"
-width = "10 mm"
-[points]
-O = [0, 0]
-D = [0.3, 0]
-A = [0.1, 0]
-B = [0.4, 0]
-[links.ground]
-points = ["O", "D"]
+materials.steel = {E = 210e9, poisson = 0.3, density = 7850}
+sections.bar = {shape = "rectangle", depth = "8 mm", width = "10 mm"}
+points = {O = [0, 0], D = [0.3, 0], A = [0.1, 0], B = [0.4, 0]}
+links.ground.points = ["O", "D"]
 [[drives]]
 link = "first"
 speed = 10
@@ -119,7 +77,7 @@ gravity = [0, -9.81]
 PLANET = edited(
     WHEELS,
     ('points = ["O", "D"]', 'points = ["O"]'),
-    ("D = [0.3, 0]\n", ""),
+    ("D = [0.3, 0], ", ""),
     ("B = [0.4, 0]", "B = [0.2, 0]"),
     ("points = ['D', 'B']", "points = ['A', 'B']"),
     ("ratio = -1", "ratio = 2"),
@@ -152,7 +110,7 @@ FEATURES = {
     "a gear": WHEELS,
     "a gear on a moving carrier": PLANET,
     "a slider on the ground": CRANK,
-    "a slot in a rigid link": edited(SLOTTED, ('["C", "D"]\nsection', '["C", "D"]\nrigid = true\nsection')),
+    "a slot in a rigid link": edited(SLOTTED, ('["C", "D"], section', '["C", "D"], rigid = true, section')),
     "a slot in an elastic link": SLOTTED,
     "a slot over several beams": edited(TEE, ("density = 7850", "density = 7850\npoisson = 0.3")),
     "Coulomb friction at a pin": BARS + '[joints.B]\nfriction = 0.1\nradius = "5 mm"\n',

@@ -188,24 +188,11 @@ def test_axial_ringing_of_a_slender_arm_is_an_error():
 
 
 PUSHED = """
-[sections.bar]
-shape = "rigidities"
-EA = "4e6 N"
-EI = "50 N m^2"
-mass_per_length = "0.16 kg/m"
-[points]
-O = [0.0, 1.0]
-A = [0.0, 0.0]
-B = [1.0, 0.0]
-[links.ground]
-points = ["O"]
-[links.rod]
-points = ["A", "B"]
-section = "bar"
-[sliders.block]
-link = "rod"
-through = "A"
-direction = "60 deg"
+sections.bar = {shape = "rigidities", EA = "4e6 N", EI = "50 N m^2", mass_per_length = "0.16 kg/m"}
+points = {O = [0.0, 1.0], A = [0.0, 0.0], B = [1.0, 0.0]}
+links.ground.points = ["O"]
+links.rod = {points = ["A", "B"], section = "bar"}
+sliders.block = {link = "rod", through = "A", direction = "60 deg"}
 [[drives]]
 slider = "block"
 law = [{curve = "cycloidal", duration = "50 ms", by = "2 mm"}]

@@ -7,7 +7,8 @@ import time
 import numpy as np
 import pytest
 from browser import Page, accessibility_faults
-from scene_texts import PUSHED
+from scene_texts import ARM as TURNING_ARM
+from scene_texts import PUSHED, edited
 from tiers import in_tiers
 
 from elastic import FIELDS, Field, FieldKind, coefficients, displacement_of, sample
@@ -301,31 +302,17 @@ def test_curves_are_handed_out(steel):
     assert size > 2000
 
 
-ODD = """
-title = '</script><script>window.hit = 1</script> & <b>bold</b> {{title}}'
-source = '<img src=x onerror="window.hit = 1">'
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 0.006
-width = 0.01
-[points]
-O = [0, 0]
-A = [0.2, 0]
-[links.ground]
-points = ["O"]
-[links.arm]                       # </script><script>window.hit = 1</script>
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "arm"
-speed = -50.0
-[run]
-positions = 12
-"""
+ODD = edited(
+    TURNING_ARM,
+    (
+        'title = "A turning arm"',
+        "title = '</script><script>window.hit = 1</script> & <b>bold</b> {{title}}'\n"
+        "source = '<img src=x onerror=\"window.hit = 1\">'",
+    ),
+    ("[links.arm]", "[links.arm]  # </script><script>window.hit = 1</script>"),
+    ("speed = 50.0", "speed = -50.0"),
+    ("positions = 8", "positions = 12"),
+)
 
 
 def test_words_of_a_scene_are_data(driver, tmp_path):
@@ -344,19 +331,10 @@ def test_words_of_a_scene_are_data(driver, tmp_path):
 
 
 ARM = """
-[points]
-O = [0, 0]
-A = [0.2, 0]
-[sections.bar]
-shape = "rigidities"
-EA = 1e7
-EI = 40.0
-mass_per_length = 0.5
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
+points = {O = [0, 0], A = [0.2, 0]}
+sections.bar = {shape = "rigidities", EA = 1e7, EI = 40.0, mass_per_length = 0.5}
+links.ground.points = ["O"]
+links.arm = {points = ["O", "A"], section = "bar"}
 [[drives]]
 link = "arm"
 speed = 6.283185307179586
@@ -537,31 +515,11 @@ def test_the_table_of_a_batch(driver, tmp_path):
 
 
 GEARED = """
-[points]
-O = [0, 0]
-D = [0.3, 0]
-E = [0.3, 0.25]
-P = [0.1, 0]
-[links.ground]
-points = ["O", "D", "E"]
-[links.wheel]
-points = {O = [0, 0], P = [0.1, 0]}
-rigid = true
-mass = 1
-center = "O"
-inertia = 0.1
-[links.other]
-points = {D = [0, 0]}
-rigid = true
-mass = 1
-center = "D"
-inertia = 0.1
-[links.pulley]
-points = {E = [0, 0]}
-rigid = true
-mass = 1
-center = "E"
-inertia = 0.1
+points = {O = [0, 0], D = [0.3, 0], E = [0.3, 0.25], P = [0.1, 0]}
+links.ground.points = ["O", "D", "E"]
+links.wheel = {points = {O = [0, 0], P = [0.1, 0]}, rigid = true, mass = 1, center = "O", inertia = 0.1}
+links.other = {points = {D = [0, 0]}, rigid = true, mass = 1, center = "D", inertia = 0.1}
+links.pulley = {points = {E = [0, 0]}, rigid = true, mass = 1, center = "E", inertia = 0.1}
 [[drives]]
 link = "wheel"
 speed = "60 rpm"

@@ -25,33 +25,14 @@ from kinelast.tasks.progress import Progress
 
 L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
 ARM = """
-[materials.aluminium]
-E = "70 GPa"
-poisson = 0.33
-density = 2700
-
-[sections.bar]
-shape = "rectangle"
-depth = "20 mm"
-width = "10 mm"
-
-[points]
-O = [0, 0]
-A = [0.3, 0]
-
-[links.ground]
-points = ["O"]
-
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "aluminium"
-masses = { A = 0.2 }
-
+materials.aluminium = {E = "70 GPa", poisson = 0.33, density = 2700}
+sections.bar = {shape = "rectangle", depth = "20 mm", width = "10 mm"}
+points = {O = [0, 0], A = [0.3, 0]}
+links.ground.points = ["O"]
+links.arm = {points = ["O", "A"], section = "bar", material = "aluminium", masses = { A = 0.2 }}
 [[drives]]
 link = "arm"
 law = [{ curve = "cycloidal", duration = 1, by = 1 }]
-
 [run]
 beams = "euler-bernoulli"
 positions = 5
@@ -287,12 +268,12 @@ minimize = "mass"
     def test_a_stepped_arm_of_equal_stress(self):
         """Under a tip force each piece has the depth that its root requires: 6 F s / (b h^2) = sigma."""
         pieces = [f'[sections.s{k}]\nshape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"' for k in (1, 2, 3)]
-        head = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace(
+        head = SLOW_ARM.replace(", masses = { A = 0.2 }", "").replace(
             'points = ["O", "A"]', 'points = ["O", "P", "Q", "A"]'
         )
         beams = 'beams = [{from="O",to="P",section="s1"},{from="P",to="Q",section="s2"},{from="Q",to="A",section="s3"}]'
-        head = head.replace('section = "bar"\n', beams + "\n").replace(
-            "A = [0.3, 0]", "P=[0.1,0]\nQ=[0.2,0]\nA=[0.3,0]"
+        head = head.replace('section = "bar"', beams).replace(
+            "A = [0.3, 0]", "P = [0.1, 0], Q = [0.2, 0], A = [0.3, 0]"
         )
         variables = "\n".join(f'"sections.s{k}.depth" = ["2 mm", "40 mm"]' for k in (1, 2, 3))
         study = (
@@ -312,7 +293,7 @@ minimize = "mass"
     @pytest.mark.slow
     def test_a_tapered_arm_of_equal_stress(self):
         """Linear taper under a tip force: three times as deep at the root, with the largest stress in the middle."""
-        text = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace('depth = "20 mm"', 'depth = ["24 mm", "12 mm"]')
+        text = SLOW_ARM.replace(", masses = { A = 0.2 }", "").replace('depth = "20 mm"', 'depth = ["24 mm", "12 mm"]')
         study = """
 [optimize]
 minimize = "mass"

@@ -36,23 +36,11 @@ from rigid import with_rates
 SLOW, FAST = "20 rad/s", "60 rad/s"
 RIGIDITIES = 'shape = "rigidities"\nEA = "12.6 MN"\nEI = "37.8 N m^2"\nmass_per_length = "0.471 kg/m"'
 RAISED = """
-[materials.steel]
-E = "210 GPa"
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = "10 mm"
-width = "10 mm"
-[points]
-O = [0.0, 0.0]
-A = [0.5, 0.0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-masses = {A = "0.3 kg"}
+materials.steel = {E = "210 GPa", density = 7850}
+sections.bar = {shape = "rectangle", depth = "10 mm", width = "10 mm"}
+points = {O = [0.0, 0.0], A = [0.5, 0.0]}
+links.ground.points = ["O"]
+links.arm = {points = ["O", "A"], section = "bar", material = "steel", masses = {A = "0.3 kg"}}
 [[drives]]
 link = "arm"
 law = [{curve = "polynomial-345", duration = "12 ms", by = "1 deg"}]
@@ -583,38 +571,16 @@ class TestSpeeds:
 
 
 PRESSED = """
-[sections.thin]
-shape = "rigidities"
-EA = "1 MN"
-EI = "2 N m^2"
-mass_per_length = "0.1 kg/m"
-[points]
-O = [0.0, 0.0]
-A = [0.05, 0.0]
-B = [0.15, 0.0]
-C = [0.25, 0.0]
-D = [0.35, 0.0]
-E = [0.45, 0.0]
-[links.ground]
-points = ["O"]
-[links.crank]
-points = ["O", "A"]
-rigid = true
-mass = "0.1 kg"
-center = "O"
+sections.thin = {shape = "rigidities", EA = "1 MN", EI = "2 N m^2", mass_per_length = "0.1 kg/m"}
+points = {O = [0.0, 0.0], A = [0.05, 0.0], B = [0.15, 0.0], C = [0.25, 0.0], D = [0.35, 0.0], E = [0.45, 0.0]}
+links.ground.points = ["O"]
+links.crank = {points = ["O", "A"], rigid = true, mass = "0.1 kg", center = "O"}
+links.piston = {points = ["E"], rigid = true, mass = "0.1 kg"}
+sliders.cylinder = {link = "piston", on = "ground", through = "E", direction = [1.0, 0.0]}
 [links.rod]
 points = {points}
 section = "thin"
 {beams}
-[links.piston]
-points = ["E"]
-rigid = true
-mass = "0.1 kg"
-[sliders.cylinder]
-link = "piston"
-on = "ground"
-through = "E"
-direction = [1.0, 0.0]
 [[drives]]
 link = "crank"
 speed = "1 rad/s"
