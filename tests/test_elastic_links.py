@@ -13,6 +13,7 @@ import pytest
 import scipy.integrate
 from mechanisms import ALL, bar, cantilever, motion_of, propped, replaced, steel_four_bar, still, supported, with_link
 
+import fem_check
 from elastic import (
     RIGID,
     JointCompliance,
@@ -27,6 +28,7 @@ from elastic import (
     section_of,
     tapered,
 )
+from fem_check import compare
 from rigid import (
     Beam,
     LineLoad,
@@ -51,7 +53,11 @@ INEXTENSIBLE = Section(math.inf, EI)
 
 
 def solved(mechanism, sections=None, **more):
-    return deflection(still(mechanism), sections or [SECTION] * len(mechanism.beams), **more)
+    """Return the deflection; finite elements must agree."""
+    sections = sections or [SECTION] * len(mechanism.beams)
+    found = deflection(still(mechanism), sections, **more)
+    assert compare(found, fem_check.solve(still(mechanism), sections, 8, **more)).passed
+    return found
 
 
 def down(point, force):

@@ -1,4 +1,4 @@
-"""Finite elements alone: handbook beams, orders of convergence, round-off."""
+"""Finite elements alone: beams in closed form, orders of convergence, round-off; handbook: `test_elastic_line`."""
 
 from fractions import Fraction
 
@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 from elastic import Section
 from fem_check import solve
 from fem_check.linear.unit_beam import unit_beam
-from rigid import Beam, LineLoad, Link, Lump, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
+from rigid import Beam, LineLoad, Link, Lump, Mechanism, MechanismError, PinDrive, PointLoad, motion
 
 EA, EI, LENGTH = 3e6, 700.0, 1.7
 
@@ -24,49 +24,6 @@ def held(link, **more):
 
 def cantilever(*loads, **more):
     return held(Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A", more.pop("mass", 0.0)),)), loads=loads, **more)
-
-
-# Handbook beams: W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 7th ed., 2002, table 8.1.
-
-
-def test_cantilever_under_a_force_and_a_moment_at_its_end():
-    force, moment = 31.0, 7.0
-    found = solve(cantilever(PointLoad("arm", "A", 1j * force, moment)), [Section(EA, EI)], 7)
-    assert found.w[0, 0, -1] == pytest.approx(force * LENGTH**3 / (3 * EI) + moment * LENGTH**2 / (2 * EI), rel=1e-13)
-    assert found.phi[0, 0, -1] == pytest.approx(force * LENGTH**2 / (2 * EI) + moment * LENGTH / EI, rel=1e-13)
-    np.testing.assert_allclose(found.M[0, 0], moment + force * LENGTH * (1 - found.xi), rtol=1e-13)
-    np.testing.assert_allclose(found.V[0, 0], -force, rtol=1e-13)
-    assert found.efforts[0, 0] == pytest.approx(-(force * LENGTH + moment), rel=1e-13)
-
-
-def test_cantilever_under_its_weight_and_hanging():
-    weight = 0.8 * 9.81
-    found = solve(cantilever(mass=0.8, gravity=-9.81j), [Section(EA, EI)], 5)
-    assert found.w[0, 0, -1] == pytest.approx(-weight * LENGTH**4 / (8 * EI), rel=1e-13)
-    assert found.phi[0, 0, -1] == pytest.approx(-weight * LENGTH**3 / (6 * EI), rel=1e-13)
-    hung = solve(cantilever(mass=0.8, gravity=9.81), [Section(EA, EI)], 5)
-    assert hung.u[0, 0, -1] == pytest.approx(weight * LENGTH**2 / (2 * EA), rel=1e-13)
-    np.testing.assert_allclose(hung.N[0, 0], weight * LENGTH * (1 - hung.xi), atol=1e-13 * weight)
-
-
-def test_simple_beam_under_uniform_load():
-    """A locked rigid crank and a sliding block are the supports: 5 q l^4 / 384 EI."""
-    q = 120.0
-    links = (
-        Link("ground", {"O": -0.3j}),
-        Link("crank", {"O": 0.0, "A": 0.3}),
-        Link("beam", {"A": 0.0, "B": LENGTH}, (Beam("A", "B"),)),
-        Link("block", {"B": 0.0}),
-    )
-    guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
-    drawing = {"O": -0.3j, "A": 0.0, "B": LENGTH}
-    load = LineLoad("beam", 0, -1j * q, -1j * q)
-    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,), loads=(load,))
-    found = solve(motion(mechanism, [np.pi / 2]), [Section(EA, EI)], 8)
-    assert found.w[0, 0, 4] == pytest.approx(-5 * q * LENGTH**4 / (384 * EI), rel=1e-12)
-    assert found.phi[0, 0, 0] == pytest.approx(-q * LENGTH**3 / (24 * EI), rel=1e-12)
-    assert found.M[0, 0, 4] == pytest.approx(q * LENGTH**2 / 8, rel=1e-12)
-    assert found.w[0, 0, -1] == pytest.approx(0.0, abs=1e-15)
 
 
 def test_an_eccentric_lump_bends_by_its_weight_and_arm():
