@@ -61,6 +61,7 @@ def test_screw_and_nut():
     chain = spatial_chain(structure("screw_and_nut").joints, "support")
     found = mobility(chain)
     assert (int(found.kinematic_rank), int(found.mobility), int(found.hyperstaticity)) == (2, 1, 4)
+    assert found.sides_agree
     assert found.index == found.kinematic_unknowns - found.kinematic_equations == -3
     assert velocity_law(chain, ["P"], ["G"])[0, 0] == pytest.approx(1e-3, rel=1e-12)
 
@@ -71,6 +72,7 @@ def test_a_gear_shaft_transmits_the_printed_ratio():
     chain = spatial_chain(scene.joints, scene.fixed)
     found = mobility(chain)
     assert (int(found.static_rank), int(found.mobility), int(found.hyperstaticity)) == (5, 1, 1)
+    assert (found.static_unknowns, found.static_equations, found.sides_agree) == (6, 6, True)
     R, r, c, d = 0.05, 0.03, 0.02, 0.07
     cos, sin = 0.9396926207859084, 0.3420201433256687  # 20 deg
     motor = Action("motor", "shaft", (c, R, 0), (0, -sin, cos))
