@@ -325,20 +325,6 @@ class TestSampling:
         np.testing.assert_allclose(chord[..., 1], w[..., 1] - 0.7 * w[..., 0] - 0.3 * w[..., 2], rtol=1e-11)
 
 
-class TestDesigns:
-    def test_sections_of_many_designs(self):
-        case = four_bar()
-        course = motion_of(case)
-        EI = np.array([[20.0], [35.0], [80.0]])
-        together = deflection(course, [Section(3e5, EI), *case.sections[1:]])
-        for number, value in enumerate(EI[:, 0]):
-            alone = deflection(course, [Section(3e5, value), *case.sections[1:]])
-            for field in PRIMARY:
-                expected = getattr(alone, field)
-                got = np.broadcast_to(getattr(together, field), (*expected.shape[:2], 3, expected.shape[2]))
-                np.testing.assert_allclose(got[:, :, number], expected, rtol=0, atol=1e-13 * np.abs(expected).max())
-
-
 class TestMistakes:
     def test_a_ring_of_rigid_beams_is_an_error(self):
         case = ring()

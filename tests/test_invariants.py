@@ -14,6 +14,7 @@ from mechanisms import (
     ALL,
     GRAVITY,
     arm,
+    bar,
     four_bar,
     inverted_slider_crank,
     loads,
@@ -431,23 +432,22 @@ class TestDesigns:
     def test_designs_equal_a_loop(self):
         """Three designs differ in lengths, masses, sections and offsets."""
         rod, mass = np.array([[0.38], [0.41], [0.45]]), np.array([[0.2], [0.5], [0.9]])
-        stiff = np.array([[20.0], [30.0], [50.0]])
+        stiff, crank = np.array([[20.0], [30.0], [50.0]]), np.array([[0.09], [0.1], [0.115]])
 
-        def build(rod, mass, stiff):
+        def build(rod, mass, stiff, crank):
             base = slider_crank(loads=()).mechanism
             held = (Lump("B", mass, 0.01 * mass, 0.1j * mass),)
             rod_link = Link("rod", {"A": 0.0, "B": rod}, (Beam("A", "B", mass),), held)
-            links = (*base.links[:2], rod_link, base.links[3])
-            drawing = dict(base.drawing)
-            mechanism = replaced(base, links=links, drawing=drawing, loads=loads("rod", "B"))
+            links = (base.links[0], bar("crank", "O", "A", crank), rod_link, base.links[3])
+            mechanism = replaced(base, links=links, loads=loads("rod", "B"))
             return moved(mechanism, [Section(1e5, 30.0), Section(2e5, stiff)], turn(6))
 
-        together = build(rod, mass, stiff)
+        together = build(rod, mass, stiff, crank)
         whole = deflection(course(together), together.sections)
         efforts = drive_efforts(whole.motion, whole.forces)
         assert whole.w.shape == (6, 2, 3, 6)
         for number in range(3):
-            case = build(*(float(values[number, 0]) for values in (rod, mass, stiff)))
+            case = build(*(float(values[number, 0]) for values in (rod, mass, stiff, crank)))
             alone = deflection(course(case), case.sections)
             for field in PRIMARY:
                 expected = getattr(alone, field)

@@ -447,23 +447,6 @@ class TestMistakes:
             motion(case.mechanism, np.zeros(4))
 
 
-class TestDesigns:
-    """An axis of designs equals a loop over designs."""
-
-    def test_several_crank_lengths_equal_single_ones(self):
-        lengths = np.array([[0.09], [0.1], [0.115]])
-        base = four_bar(loads=()).mechanism
-        crank = Link("crank", {"O": 0.0, "A": lengths}, base.links[1].beams)
-        going = motion(with_link(base, crank), turn(8), 7.0, -3.0)
-        assert going.columns == (3, 8)
-        for number, length in enumerate(lengths[:, 0]):
-            alone = motion(four_bar(crank=length, loads=()).mechanism, turn(8), 7.0, -3.0)
-            for field in ("origin", "direction", "velocity", "acceleration", "angular_acceleration"):
-                expected = getattr(alone, field)
-                scale = abs(expected).max()
-                np.testing.assert_allclose(getattr(going, field)[:, number], expected, rtol=0, atol=1e-13 * scale)
-
-
 def test_order_of_links_and_points_does_not_matter():
     case = six_bar()
     forward = motion_of(case)

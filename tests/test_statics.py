@@ -10,7 +10,7 @@ import balance
 import numpy as np
 import pytest
 from exact import Equations
-from mechanisms import ALL, bar, four_bar, lumps, motion_of, replaced, slider_crank, turn, with_link
+from mechanisms import ALL, bar, four_bar, lumps, motion_of, replaced, slider_crank, turn
 from tiers import in_tiers
 
 from rigid import (
@@ -182,19 +182,6 @@ class TestDesigns:
         for number, size in enumerate(sizes[:, 0]):
             alone = motion(replaced(case.mechanism, loads=(PointLoad("rod", "B", size, size),)), case.drive, 7.0)
             np.testing.assert_allclose(got[number], drive_efforts(alone, reactions(alone))[0], rtol=1e-11, atol=1e-12)
-
-    def test_several_masses_equal_single_ones(self):
-        masses = np.array([[0.2], [0.9]])
-        case = slider_crank(loads=())
-
-        def efforts(mass):
-            block = Link("block", {"B": 0.0}, lumps=(Lump("B", mass, 0.01 * mass),))
-            course = motion(with_link(case.mechanism, block), case.drive, 7.0)
-            return drive_efforts(course, reactions(course))[0]
-
-        together = efforts(masses)
-        for number, mass in enumerate(masses[:, 0]):
-            np.testing.assert_allclose(together[number], efforts(mass), rtol=1e-12)
 
 
 def test_several_links_on_one_pin():
