@@ -14,17 +14,12 @@ from kinelast.figures.entry import Measure, chosen, measures_of
 from kinelast.figures.limits import limits_kept
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
+from kinelast.scene import figure, joints, limits, quantities, units, variables
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
-from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
-from kinelast.scene.joints import FRICTION_KEYS
-from kinelast.scene.limits import Output
 from kinelast.scene.parts import PARTS
-from kinelast.scene.quantities import Direction, Size, Sizes
-from kinelast.scene.units import Quantity
-from kinelast.scene.variables import Place, place_of, replaced, within_bounds
 from rigid import structure
 from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit
@@ -62,7 +57,7 @@ class Base:
     """
 
     document: Document
-    places: tuple[Place, ...]
+    places: tuple[variables.Place, ...]
     on_axis: tuple[bool, ...]
     measures: tuple[Measure, ...]
     by_position: bool = False
@@ -104,10 +99,10 @@ class Base:
         return frozenset(key for measure in self.measures for key in measure.figure.fields)
 
 
-def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
+def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | figure.Figure] | None) -> Base:
     """Look up numbers and figures of a scene by name; raises as `evaluate`."""
     table = document.table
-    places = tuple(place_of(table, path) for path in paths)
+    places = tuple(variables.place_of(table, path) for path in paths)
     if varied := _links_that_vary(table, places):
         document = replace(document, varied=document.varied | varied)
     scene = document.scene
@@ -118,32 +113,32 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     if scene.output is None and not requested | bounded <= keys:  # figures of an output: guess the output
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.told and each.items is None]
-    names: Sequence[str | Figure] = default if figures is None else figures
+    names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     by_position = not all(isinstance(name, str) for name in names)  # places of a path, or of the nominal output
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
-def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
+def design_measures(scene: Scene, output: limits.Output | None) -> dict[str, Measure]:
     """All figures of a scene's designs with this output, by name, including those of the limits."""
     figures = figures_of(output)
     return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
 
 
-def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:
+def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> frozenset[str]:
     """Names of the links with a varied point."""
     drawn = {place.keys[1] for place in places if place.keys[0] == "points"}
     own = {place.keys[1] for place in places if place.keys[0] == "links" and place.keys[2] == "points"}
     return frozenset(own.union(name for name, link in table.links.items() if drawn & set(link.points)))
 
 
-def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
+def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
     """True if a number can be an array: it affects neither the parts nor the assembly branch.
 
     With friction no number can: its iteration ends when all columns converge, so designs would affect each other.
     """
     top, *inner = place.keys
-    plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
+    plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
     if not isinstance(scene.course, CourseByLaws) or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
         return False
     one_drive = len(table.drives) == 1
@@ -164,7 +159,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "links":
         able = not _stroke_depends_on_start(table)
     elif top == "joints":
-        able = inner[1] not in FRICTION_KEYS
+        able = inner[1] not in joints.FRICTION_KEYS
     else:
         able = top in TABLES_ON_AXIS or any(part.on_axis for part in PARTS if part.key == top)
     return able
@@ -188,7 +183,7 @@ def _stroke_depends_on_start(table: SceneTable) -> bool:
 
 def _is_tapered(section: Any) -> bool:
     sizes = (getattr(section, name) for name in section.__struct_fields__)
-    return any(isinstance(size, Sizes) and size[0] != size[1] for size in sizes)
+    return any(isinstance(size, quantities.Sizes) and size[0] != size[1] for size in sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,22 +218,22 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
     for k, place in enumerate(base.places):
         if base.on_axis[k]:
             each = np.concatenate([[place.variable.base], group.values[:, k]])[:, None]
-            table = replaced(table, place.keys, _array_content(place, each))
+            table = variables.replaced(table, place.keys, _array_content(place, each))
     return table
 
 
-def _array_content(place: Place, each: Any) -> Any:
+def _array_content(place: variables.Place, each: Any) -> Any:
     """Content of a place for many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
-    if isinstance(leaf, Sizes):
-        both = Size.many(each, bare_unit)
-        return Sizes((both, both))
-    if isinstance(leaf, Direction):
-        way = Direction(complex(np.nan, np.nan))
+    if isinstance(leaf, quantities.Sizes):
+        both = quantities.Size.many(each, bare_unit)
+        return quantities.Sizes((both, both))
+    if isinstance(leaf, quantities.Direction):
+        way = quantities.Direction(complex(np.nan, np.nan))
         way.each = unit(each)
         way.each[0] = complex(leaf)
         return way
-    return (type(leaf) if isinstance(leaf, Quantity) else Quantity).many(each, bare_unit)
+    return (type(leaf) if isinstance(leaf, units.Quantity) else units.Quantity).many(each, bare_unit)
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
@@ -248,9 +243,9 @@ def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
         if not base.on_axis[k]:
             continue
         values, shown = group.values[:, k], place.variable
-        leaf = Size if isinstance(place.leaf, Sizes) else type(place.leaf)
-        known = issubclass(leaf, Quantity)
-        wrong = fine & ~(leaf.holds(values) if known else within_bounds(base.table, place, values))
+        leaf = quantities.Size if isinstance(place.leaf, quantities.Sizes) else type(place.leaf)
+        known = issubclass(leaf, units.Quantity)
+        wrong = fine & ~(leaf.holds(values) if known else variables.within_bounds(base.table, place, values))
         fine &= ~wrong
         at = np.flatnonzero(wrong)
         if len(at):

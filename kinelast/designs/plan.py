@@ -14,14 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.document import Document, Tables, document_of
+from kinelast.scene import document, sections, tables, variables
 from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import ends, varied
-from kinelast.scene.sections import read_as
-from kinelast.scene.tables import RangeTable, SweepTable
 from kinelast.scene.text import COLUMNS, beside
-from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
@@ -142,7 +139,7 @@ class Plan:
         return np.concatenate(parts[::-1], axis=1)
 
 
-def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
+def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -> Plan:
     """Build the plan of a scene's sweep.
 
     Parameters
@@ -168,25 +165,25 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     >>> plan.count, plan.values(5, 6)
     (8, array([[5.e-03, 1.e+02]]))
     """
-    table = document_of(scene).table
+    table = document.document_of(scene).table
     sweep = table.sweep
     if not sweep.vary and sweep.table is None:
         problem = 'no number is varied: expected as in "sections.bar.depth" = {from = "3 mm", to = "9 mm", count = 7}'
         raise fault("sweep", "vary", problem)
-    places: list[Place] = []
+    places: list[variables.Place] = []
     factors: list[Factor] = []
     if sweep.table is not None:
-        text = read_as(sweep.table, COLUMNS, beside(folder), "sweep", "table")
+        text = sections.read_as(sweep.table, COLUMNS, beside(folder), "sweep", "table")
         places, rows = _table(table, sweep.table, text)
         factors.append(ListedValues(rows))
-    drawn: list[tuple[Place, float, float]] = []
+    drawn: list[tuple[variables.Place, float, float]] = []
     for path, entry in sweep.vary.items():
-        place = place_of(table, path)
-        if isinstance(entry, RangeTable) and entry.count is None:
+        place = variables.place_of(table, path)
+        if isinstance(entry, tables.RangeTable) and entry.count is None:
             drawn.append((place, *ends(table, place, entry)))
             continue
         places.append(place)
-        if isinstance(entry, RangeTable):
+        if isinstance(entry, tables.RangeTable):
             factors.append(EvenValues(*ends(table, place, entry), entry.count or 2))
         else:
             factors.append(ListedValues(np.array([[varied(table, place, text)] for text in entry])))
@@ -201,7 +198,7 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     return plan
 
 
-def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> Sample:
+def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
     """Sample all ranges without count together."""
     if sweep.method == "grid":
         if drawn:
@@ -219,7 +216,7 @@ def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> S
     return Sample(sweep.samples, low, high, sweep.method, sweep.seed)
 
 
-def _table(table: SceneTable, name: str, text: str) -> tuple[list[Place], Reals]:
+def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
     """Places and values of a CSV file; column headings are paths, with the unit in brackets."""
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
@@ -231,13 +228,13 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[Place], Reals]
         assert heading is not None
         unit = heading[2] or ""
         whole = unit and not unit.isdecimal()  # a number in brackets belongs to the path
-        columns.append((place_of(table, heading[1] if whole else cell.strip()), unit if whole else ""))
+        columns.append((variables.place_of(table, heading[1] if whole else cell.strip()), unit if whole else ""))
     values = np.empty((len(rows), len(columns)))
     for number, row in enumerate(rows):
         if len(row) != len(columns):
             raise fault("sweep", "table", f"{name}: row {number + 2} has {len(row)} cells, expected {len(columns)}")
         for k, ((place, unit), cell) in enumerate(zip(columns, row, strict=True)):
-            values[number, k] = value_at(table, place, _cell(cell.strip(), unit))
+            values[number, k] = variables.value_at(table, place, _cell(cell.strip(), unit))
     return [place for place, _ in columns], values
 
 
@@ -250,7 +247,7 @@ def _cell(text: str, unit: str) -> float | str:
     return f"{text} {unit}" if unit and unit != "1" else bare
 
 
-def _require_apart(places: Sequence[Place]) -> None:
+def _require_apart(places: Sequence[variables.Place]) -> None:
     """Raise SceneError if two paths name the same number."""
     seen: dict[tuple[Any, ...], str] = {}
     for place in places:

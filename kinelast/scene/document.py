@@ -10,16 +10,11 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from kinelast.scene.build import built
+from kinelast.scene import build, drives, limits, mistakes, parsing, sections, variables
 from kinelast.scene.data import Scene, require_determined
-from kinelast.scene.drives import motion_of
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
-from kinelast.scene.limits import require_studies
-from kinelast.scene.mistakes import all_mistakes
-from kinelast.scene.parsing import parse_parts, parse_scene, parse_toml
 from kinelast.scene.parts.cams import require_moved
-from kinelast.scene.sections import Read, read_as, with_files
 from kinelast.scene.text import (
     COLUMNS,
     beside,
@@ -31,7 +26,6 @@ from kinelast.scene.text import (
     written,
 )
 from kinelast.scene.units import shown
-from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
 Tables = Mapping[str, Any]
 
@@ -84,10 +78,10 @@ class Document:
             The tables do not define a mechanism with a determined motion.
         """
         with of_file(self.path), _all_mistakes_of("" if self.values else self.source, self.files.__getitem__):
-            scene = replace(built(self.table, self.name, self.files, self.path, self.varied), text=self.text())
+            scene = replace(build.built(self.table, self.name, self.files, self.path, self.varied), text=self.text())
             require_determined(scene)
             require_moved(scene)
-            require_studies(self.table)
+            limits.require_studies(self.table)
             return scene
 
     def text(self, head: str = "") -> str:
@@ -103,15 +97,15 @@ class Document:
         if not self.source or not (self.values or head or self.files):
             return self.source
         motions = {
-            number: motion_of(self.table, number + 1, self.files).written
+            number: drives.motion_of(self.table, number + 1, self.files).written
             for number, drive in enumerate(self.table.drives)
             if isinstance(drive.motion, str)
         }
         return written(self.source, self.table, self.values, motions, head)
 
-    def variable(self, path: str) -> Variable:
+    def variable(self, path: str) -> variables.Variable:
         """Return a number of the scene by its path; a SceneError suggests the most similar path."""
-        return place_of(self.table, path).variable
+        return variables.place_of(self.table, path).variable
 
     def value(self, path: str, text: Any) -> float:
         """Return a value, written as in the file, in the SI unit of the number.
@@ -123,7 +117,7 @@ class Document:
         SceneError
             As `variable`; wrong dimension or value out of range.
         """
-        return value_at(self.table, place_of(self.table, path), text)
+        return variables.value_at(self.table, variables.place_of(self.table, path), text)
 
     def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
         """Return the scene with changed numbers, by path [SI units].
@@ -143,14 +137,14 @@ class Document:
         if not isinstance(values, Mapping) or not all(isinstance(each, Real) for each in values.values()):
             expected = "expected numbers in SI units by their paths; with_changes takes them with other units"
             raise TypeError(f'{expected}, as in ["links.rod.length=330 mm"], got {shown(values)}')
-        places = {path: place_of(self.table, path) for path in values}
+        places = {path: variables.place_of(self.table, path) for path in values}
         tables = self.tables
         for path, place in places.items():
-            tables = put(tables, place.names, in_file(place, values[path]))
+            tables = variables.put(tables, place.names, variables.in_file(place, values[path]))
         if note and self.table.title:
-            tables = put(tables, ("title",), f"{self.table.title}, {note}")
+            tables = variables.put(tables, ("title",), f"{self.table.title}, {note}")
         parts = dict.fromkeys(["title", *(place.names[0] for place in places.values())])
-        table = parse_parts(self.table, tables, (part for part in parts if part in tables))
+        table = parsing.parse_parts(self.table, tables, (part for part in parts if part in tables))
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
     def with_changes(self, changes: str | Sequence[str]) -> Document:
@@ -177,9 +171,9 @@ class Document:
         """Return the scene with another number of positions (not written to its text); None keeps the number."""
         if positions is None:
             return self
-        tables = put(self.tables, ("run", "positions"), positions)
+        tables = variables.put(self.tables, ("run", "positions"), positions)
         with of_file(self.path):
-            return replace(self, tables=tables, table=parse_parts(self.table, tables, ["run"]))
+            return replace(self, tables=tables, table=parsing.parse_parts(self.table, tables, ["run"]))
 
 
 def _typed(value: str) -> int | float | str:
@@ -195,7 +189,7 @@ def document_from_bytes(content: bytes, path: str | Path) -> Document:
     return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
-def document_from_text(text: str, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
+def document_from_text(text: str, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
     """Return the document in a TOML text.
 
     Parameters
@@ -212,14 +206,14 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: Rea
     """
     read = read or beside(Path(path).parent)
     with of_file(path), _all_mistakes_of(text, read):
-        tables = parse_toml(text)
+        tables = parsing.parse_toml(text)
         document = document_from_dict(tables, name, path, read)
         alone = text if document.tables is tables else with_tables(text, document.tables)
         return replace(document, source=alone)
 
 
 @contextmanager
-def _all_mistakes_of(text: str, read: Read) -> Iterator[None]:
+def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
     """Add the other mistakes of a text to the first one; without a text (a design) there is only the first."""
     try:
         yield
@@ -229,22 +223,22 @@ def _all_mistakes_of(text: str, read: Read) -> Iterator[None]:
         raise
 
 
-def mistakes_in(text: str, read: Read) -> tuple[SceneError, ...]:
+def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
     """Return all mistakes in a TOML text, except mistakes of the whole mechanism (a loop that does not close).
 
     `read` reads the files that the scene refers to.
     """
 
     def require_parts(raw: Tables) -> None:
-        tables, _ = with_files(raw, read)
+        tables, _ = sections.with_files(raw, read)
         table = _parsed(raw, tables)
-        built(table, "scene", files_of(table, read))
-        require_studies(table)
+        build.built(table, "scene", files_of(table, read))
+        limits.require_studies(table)
 
-    return all_mistakes(text, require_parts)
+    return mistakes.all_mistakes(text, require_parts)
 
 
-def files_of(table: SceneTable, read: Read) -> dict[str, str]:
+def files_of(table: SceneTable, read: sections.Read) -> dict[str, str]:
     """Return the texts of the files that a scene refers to, by file name.
 
     Raises
@@ -256,15 +250,15 @@ def files_of(table: SceneTable, read: Read) -> dict[str, str]:
     for number, drive in enumerate(table.drives, 1):
         if isinstance(drive.motion, str):
             where, expected = f"drives[{number}]", "expected a list, or a file"
-            texts[drive.motion] = read_as(drive.motion, COLUMNS, read, where, "motion", expected)
+            texts[drive.motion] = sections.read_as(drive.motion, COLUMNS, read, where, "motion", expected)
     return texts
 
 
-def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: Read | None = None) -> Document:
+def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
     """Return the document in the tables of a TOML file; parameters and errors as in `document_from_text`."""
     with of_file(path):
         read = read or beside(Path(path).parent)
-        tables, texts = with_files(raw, read)
+        tables, texts = sections.with_files(raw, read)
         table = _parsed(raw, tables)
         return Document(tables, table, name, path, files={**texts, **files_of(table, read)})
 
@@ -272,7 +266,7 @@ def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: R
 def _parsed(raw: Tables, tables: Tables) -> SceneTable:
     """Validate the tables of a file and its library; a mistake in the library is reported with its name."""
     try:
-        return parse_scene(tables)
+        return parsing.parse_scene(tables)
     except SceneError as error:
         kind, _, part = error.table.partition(".")
         if kind in ("materials", "sections") and "library" in raw and part not in raw.get(kind, {}):

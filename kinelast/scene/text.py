@@ -12,12 +12,9 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from kinelast.scene import quantities, sections, units, variables
 from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.quantities import Direction
-from kinelast.scene.sections import Read
-from kinelast.scene.units import FORM, TYPESET, written_like
-from kinelast.scene.variables import Place, in_file, place_of, value_at
 
 LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
 MAX_PAGE_BYTES = 64_000_000  # of a report
@@ -78,7 +75,7 @@ COLUMNS = ".csv", ".tsv", ".txt"
 FILES = *COLUMNS, ".toml", ".dxf"  # files that a scene may refer to
 
 
-def beside(folder: Path | None) -> Read:
+def beside(folder: Path | None) -> sections.Read:
     """Return a reader of files in the folder of a scene and its subfolders; it refuses all other files.
 
     Examples
@@ -152,7 +149,7 @@ def written(
 
     document = tomlkit.parse(text)
     for path, value in values.items():
-        _put(document, table, place_of(table, path), value)
+        _put(document, table, variables.place_of(table, path), value)
     if document.get("title", "") != table.title:
         document["title"] = table.title
     for number in motions:
@@ -194,7 +191,7 @@ def scene_to_begin_with(text: str) -> str:
     return f"{SCHEMA} {schema.as_uri()}\n{rest}"
 
 
-def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
+def _put(document: Any, table: SceneTable, place: variables.Place, value: float) -> None:
     """Write a value into a document."""
     node: Any = document
     for name, following in zip(place.names[:-1], place.names[1:], strict=True):
@@ -209,20 +206,20 @@ def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
     node[last] = next((form for form in forms if _value(table, place, form) == value), plainest)
 
 
-def _value(table: SceneTable, place: Place, written: Any) -> float | None:
+def _value(table: SceneTable, place: variables.Place, written: Any) -> float | None:
     with suppress(SceneError):
-        return value_at(table, place, written)
+        return variables.value_at(table, place, written)
     return None
 
 
-def _forms(place: Place, there: Any, value: float) -> Iterator[Any]:
+def _forms(place: variables.Place, there: Any, value: float) -> Iterator[Any]:
     """Yield forms of a value: in the unit of the value that it replaces, finally in the SI unit."""
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
-        if isinstance(there, str) and FORM.fullmatch(there.translate(TYPESET)):
-            yield written_like(there, value, unit, digits)
-        elif isinstance(there, int | float) and not isinstance(place.leaf, Direction):
-            yield written_like(there, value, unit, digits, place.per_bare)
+        if isinstance(there, str) and units.FORM.fullmatch(there.translate(units.TYPESET)):
+            yield units.written_like(there, value, unit, digits)
+        elif isinstance(there, int | float) and not isinstance(place.leaf, quantities.Direction):
+            yield units.written_like(there, value, unit, digits, place.per_bare)
         else:
             yield f"{value:.{digits}g} {unit}" if unit != "1" else float(f"{value:.{digits}g}")
-    yield in_file(place, value)
+    yield variables.in_file(place, value)

@@ -14,12 +14,9 @@ import numpy as np
 from kinelast import __version__
 from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
-from kinelast.scene.build import build_mechanism
-from kinelast.scene.document import files_of
+from kinelast.scene import build, document, parsing, sections
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable
-from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene, parse_toml
-from kinelast.scene.sections import with_files
 from kinelast.scene.text import beside, file_text, of_file, scene_name
 from kinelast.scene.units import shown
 from kinelast.tasks.progress import SILENT, Progress
@@ -74,20 +71,20 @@ def read_structure(path: str | Path) -> StructureScene:
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
     """Read the structure from a TOML text; `path` names the file in messages."""
     with of_file(path):
-        raw = parse_toml(text)
+        raw = parsing.parse_toml(text)
     return structure_from_dict(raw, name, path)
 
 
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
     """Read the structure from the tables of a TOML file; `path` names the file in messages."""
     with of_file(path):
-        return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(raw, name, path)
+        return _chain(parsing.parse_chain(raw), name, path) if parsing.is_chain(raw) else _planar(raw, name, path)
 
 
 def _planar(raw: Mapping[str, Any], name: str, path: str) -> StructureScene:
     read = beside(Path(path).parent)
-    table = parse_scene(with_files(raw, read)[0])
-    parts = build_mechanism(table, files_of(table, read))
+    table = parsing.parse_scene(sections.with_files(raw, read)[0])
+    parts = build.build_mechanism(table, document.files_of(table, read))
     contacts = []
     for key, contact in table.contacts.items():
         where = f"contacts.{key}"
@@ -106,7 +103,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
     for key, joint in table.joints.items():
         where = f"joints.{key}"
         for link in joint.links:
-            check_name(where, link)
+            parsing.check_name(where, link)
         made = SpatialJoint(
             key,
             joint.links,
