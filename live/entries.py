@@ -140,7 +140,8 @@ def _with_study(text: str, kind: str, change: Tables) -> str:
     path = str(change.get("number") or "")
     if not path:
         raise EditError("choose the number first that is to vary")
-    low, high = (_quantity_text(change[end], change["unit"]) for end in ("low", "high"))
+    ends = [f"{float(change[end]):.6g}" for end in ("low", "high")]
+    low, high = map(float, ends) if change["unit"] == "1" else (f"{end} {change['unit']}" for end in ends)
     if kind == "tolerances":
         return with_value(text, ("tolerances", path), PART)
     if kind == "sweep":
@@ -148,7 +149,3 @@ def _with_study(text: str, kind: str, change: Tables) -> str:
     if "optimize" not in tomllib.loads(text):
         text = with_table(text, ("optimize",), {"minimize": "deflection"})
     return with_value(text, ("optimize", "variables", path), [low, high])
-
-
-def _quantity_text(value: Any, unit: str) -> Any:
-    return f"{float(value):.6g} {unit}" if unit != "1" else float(f"{float(value):.6g}")

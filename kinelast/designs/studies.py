@@ -223,15 +223,12 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
     task = optimization_task(document, known)
     by_name = {figure.key: figure for figure in path}
-    parts = (
-        tolerances.path_parts(len(table.optimize.path.places))
-        if table.optimize.path and task.figure == tolerances.SQUARES
-        else ()
-    )
+    squares = task.figure == tolerances.SQUARES
+    parts = tuple(each.key for each in path if squares and each.key.startswith(tolerances.PART))
     names = list(dict.fromkeys([task.figure, *(limit.figure for limit in task.limits), *parts]))
     paths = [one.path for one in task.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
-    problem = DesignProblem(figures_of, task.low, task.high, task.figure, task.largest, task.limits, tuple(parts))
+    problem = DesignProblem(figures_of, task.low, task.high, task.figure, task.largest, task.limits, parts)
     return PosedProblem(task, problem, _first_values(base.columns), base.units, scene.theory.plain)
 
 

@@ -282,6 +282,7 @@ class ToleranceResult:
 
 GEOMETRIC, WHOLE = "geometric_error", "whole_error"
 FARTHEST, SQUARES = "path_error", "path_squares"
+PART = "path["  # begins the keys of the components that are summed in SQUARES
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
@@ -336,19 +337,10 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
         return np.asarray((np.abs(off(cycle)) ** 2).sum(axis=-1))
 
     words = "distance from a place of the path"
-    parts = [Figure(name, words, "m", SCENE, fixed(partial(part, number=number, axis=axis)), FIXED)
-             for number, axis, name in _parts(len(places))]  # fmt: skip
+    parts = [Figure(f"{PART}{number + 1}].{axis}", words, "m", SCENE, fixed(partial(part, number=number, axis=axis)),
+                    FIXED) for number in range(len(places)) for axis in "xy"]  # fmt: skip
     return [
         Figure(FARTHEST, "largest distance from the path", "m", SCENE, whole(off)),
         Figure(SQUARES, "squares of the distances from the path", "m^2", SCENE, fixed(squares), FIXED),
         *parts,
     ]
-
-
-def path_parts(count: int) -> tuple[str, ...]:
-    """Names of the components summed in `SQUARES`."""
-    return tuple(name for _, _, name in _parts(count))
-
-
-def _parts(count: int) -> list[tuple[int, str, str]]:
-    return [(number, axis, f"path[{number + 1}].{axis}") for number in range(count) for axis in "xy"]

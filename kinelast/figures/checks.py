@@ -60,19 +60,14 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     try:
         for divisor in DIVISORS:
             allowed = allowed_difference(estimate)
-            tolerance = min(allowed / divisor, DEFAULT_TOLERANCE if divisor > DIVISORS[0] else _measuring(estimate))
-            tolerance = DEFAULT_TOLERANCE if math.isnan(allowed) else tolerance
+            finest = DEFAULT_TOLERANCE if divisor > DIVISORS[0] else max(MEASURING * estimate, DEFAULT_TOLERANCE)
+            tolerance = DEFAULT_TOLERANCE if math.isnan(allowed) else min(allowed / divisor, finest)
             check = _nonlinear(results, course, tolerance, estimate, progress)
             if not check.near:
                 break
     except (NotCheckedError, DoesNotCloseError) as error:
         return NotMade(str(error))
     return check
-
-
-def _measuring(estimate: float) -> float:
-    """Return the tolerance at which the check replaces an estimated error."""
-    return math.inf if math.isnan(estimate) else max(MEASURING * estimate, DEFAULT_TOLERANCE)
 
 
 def _nonlinear(

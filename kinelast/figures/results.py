@@ -25,7 +25,7 @@ from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, s
 from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
-from rigid import ConstantSpeed, Mechanism, Motion, Reals
+from rigid import ConstantSpeed, Mechanism, Motion
 
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
@@ -81,22 +81,19 @@ class Results:
         beam = int(np.argmax(np.nan_to_num(sizes)))
         if not sizes[beam] >= 1.0:
             return ""
-        drive = (
-            self.run.peaks["buckling"][beam].drive if self.run else self._drive_at(self.cycle.pressed.position[beam])
-        )
+        if self.run:
+            drive: Sequence[float] = self.run.peaks["buckling"][beam].drive
+        else:
+            drive = self.motion.drive[:, self.cycle.pressed.position[beam]].tolist()
         where = [f"{name} at {coordinate(value, unit, self.scene.told_in)}"
                  for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
         link = self.mechanism.links[self.mechanism.beams[beam][0]].name
-        return buckling_words(link, sizes[beam], where)
+        return f"{', '.join([f'{link} buckles', *where])}: the load is {sizes[beam]:.3g} times critical"
 
     @cached_property
     def yields(self) -> str:
         """Largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
         return yield_words(self.scene, [peak.value for peak in self.figures.peaks["safety"]])
-
-    def _drive_at(self, position: int) -> Sequence[float]:
-        coordinates: list[float] = self.motion.drive[:, position].tolist()
-        return coordinates
 
     @property
     def vibrates(self) -> bool:
@@ -133,12 +130,8 @@ class Results:
         """Whether only a single position of a moving mechanism is computed."""
         if len(self.motion.time) != 1 or self.left_out:
             return False
-        return bool(np.any([np.ptp(part) for part in self._drives]))
-
-    @property
-    def _drives(self) -> Reals:
-        """Coordinates of the drives at three instants of the run, shape (drives, 3)."""
-        return self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
+        drives = self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
+        return bool(np.any([np.ptp(part) for part in drives]))
 
     @property
     def error_unknown(self) -> str:
@@ -346,8 +339,3 @@ def results_in_full(scene: Scene) -> Results:
         A position is out of reach, or the chosen theory cannot answer.
     """
     return answered(Results(scene, scene_deflection(scene, scene_motion(scene))), scene.theory, judged=True)
-
-
-def buckling_words(link: str, ratio: float, where: Sequence[str]) -> str:
-    """Return a sentence on the link that buckles, its position and its load."""
-    return f"{link} buckles{''.join(f', {each}' for each in where)}: the load is {ratio:.3g} times critical"

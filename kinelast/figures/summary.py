@@ -31,8 +31,6 @@ from kinelast.scene.limits import Output
 from kinelast.scene.numbers import quantity
 from kinelast.scene.parts import PARTS
 from kinelast.scene.reading import Reader, Reading, known, reading
-from rigid import Beam
-from rigid.analysis import LimitPosition
 
 if TYPE_CHECKING:
     from kinelast.scene.reading import Finding
@@ -164,6 +162,8 @@ def _links(results: Results) -> list[dict[str, Any]]:
     mechanism, sections = results.mechanism, results.deflection.sections
     for number, label in enumerate(results.scene.labels):
         at, beam = mechanism.beams[number]
+        length = results.deflection.length[number].item()
+        mean_share = sum(part / (k + 1) for k, part in enumerate(beam.mass_taper))
         rows.append(
             {
                 "label": label,
@@ -172,8 +172,8 @@ def _links(results: Results) -> list[dict[str, Any]]:
                 "from": beam.start,
                 "to": beam.end,
                 **_making(results, number),
-                "length": reading(results.deflection.length[number].item(), "m"),
-                "mass": reading(_beam_mass(beam, results.deflection.length[number].item()), "kg"),
+                "length": reading(length, "m"),
+                "mass": reading(float(beam.mass_per_length) * length * mean_share, "kg"),
                 "mass_per_length": reading(beam.mass_per_length, "kg/m"),
                 "EA": reading(sections[number].EA, "N"),
                 "EI": reading(sections[number].EI, "N m^2"),
@@ -197,11 +197,6 @@ def _making(results: Results, number: int) -> dict[str, str | None]:
         "section": ", ".join(filter(None, (f"{made.section}: {made.shape}", sizes))),
         "material": made.material or None,
     }
-
-
-def _beam_mass(beam: Beam, length: float) -> float:
-    """Return the mass of a beam [kg]."""
-    return float(beam.mass_per_length) * length * sum(part / (k + 1) for k, part in enumerate(beam.mass_taper))
 
 
 def _peaks(reader: Reader) -> dict[str, dict[str, Reading]]:
@@ -265,11 +260,10 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
             place, (unit,) = int(np.ravel(found.position)[0]), each.units(cycle.scene)
             more = {} if place < 0 else reader.at_position(place)
             rows[OUTPUT_MOTION[each.key]] = reading(np.ravel(found.value)[0], unit, **more)
-    return {**rows, "turns": [_turn(reader, turn) for turn in turns_of(cycle, output)]}
-
-
-def _turn(reader: Reader, turn: LimitPosition) -> dict[str, Any]:
-    return {"kind": turn.kind, "drive": reader.coordinates(turn.drive)}
+    return {
+        **rows,
+        "turns": [{"kind": turn.kind, "drive": reader.coordinates(turn.drive)} for turn in turns_of(cycle, output)],
+    }
 
 
 def output_reading(reader: Reader) -> report.OutputReading | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +49,8 @@ def exchanged(scene: Scene) -> ForeignMechanism:
         _steady(drive, law, called, unit, scale) for drive, law in zip(mechanism.drives, scene.course.laws, strict=True)
     )
     inertias = _inertias(motion, called, scale)
-    masses = {slot.point: inertias[name][0] for name, slot in _blocks_of(mechanism, slots) if inertias[name][0]}
+    own_blocks = [(slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots]
+    masses = {slot.point: inertias[block][0] for block, slot in own_blocks if inertias[block][0]}
     own_links = {name: ForeignLink(tuple(members[name]), *inertias[name]) for name in links}
     return ForeignMechanism(
         scene.title, "kinelast", unit, {name: complex(np.ravel(places)[0]) for name, places in points.items()},
@@ -75,11 +76,6 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
         inertia = sum(about + mass * abs(place - center) ** 2 for mass, place, about in lumps)
         inertias[name] = whole, scale * center, inertia
     return inertias
-
-
-def _blocks_of(mechanism: Mechanism, slots: Mapping[str, Slot]) -> Iterator[tuple[str, Slot]]:
-    """Return the block of each slot by name."""
-    return ((slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots)
 
 
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:

@@ -202,7 +202,8 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
     if limit.limit is None:
         return "above it no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
-    kind = kinds.get(limit.limit.kind) or _name_of(limit.limit.figure, scene)
+    names = {figure.key: figure.name for figure in figures_of(output_of(scene))}
+    kind = kinds.get(limit.limit.kind) or names[limit.limit.figure]
     words = ", ".join(filter(None, (_item_of(limit, scene), kind)))
     return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
@@ -210,11 +211,6 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
     """Return the item of the limit that fails, empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
-
-
-def _name_of(key: str, scene: Scene) -> str:
-    """Return the name of a figure."""
-    return next(figure.name for figure in figures_of(output_of(scene)) if figure.key == key)
 
 
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:

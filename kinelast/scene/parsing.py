@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin
 import msgspec
 
 from kinelast.scene.error import fault, likely
-from kinelast.scene.format import ChainTable, RunTable, SceneTable, read_quantity
+from kinelast.scene.format import RunTable, SceneTable, read_quantity
 from kinelast.scene.tables import PER_LENGTH, LengthUnit
 from kinelast.scene.units import shown
 
@@ -126,7 +126,7 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
     """
     if is_chain(raw):
         raise fault("joints", "", "joints in space have only a structure: use --structure")
-    return _parsed(raw, SceneTable)
+    return parsed(raw, SceneTable)
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
@@ -135,12 +135,8 @@ def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str])
     return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
 
-def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
-    """Return the validated tables of a chain of joints in space; errors as in `parse_scene`."""
-    return _parsed(raw, ChainTable)
-
-
-def _parsed(raw: Mapping[str, Any], whole: type[Whole]) -> Whole:
+def parsed(raw: Mapping[str, Any], whole: type[Whole]) -> Whole:
+    """Return the validated tables of a scene or of a chain of joints in space; errors as in `parse_scene`."""
     fields = _fields(whole)
     for key in raw:
         if key not in fields:

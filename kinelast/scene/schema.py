@@ -175,7 +175,7 @@ def table_classes() -> Iterator[TableClass]:
     """Yield the classes of all tables of a scene."""
     places: dict[type[Struct], tuple[str, str]] = {}
     for entry in fields(SceneTable):
-        base = {dict: "NamedPart", list: "ListedPart"}.get(_origin(entry.type), "TypedPart")
+        base = {dict: "NamedPart", list: "ListedPart"}.get(get_origin(_plain(entry.type)), "TypedPart")
         for table in _inside(entry.type):
             section = entry.encode_name == "sections" or issubclass(table, Dimensioned)
             places[table] = entry.encode_name, "SectionPart" if section else base
@@ -213,10 +213,6 @@ def _class_name(table: type) -> str:
 def _plain(kind: Any) -> Any:
     """Return a type without its bounds."""
     return get_args(kind)[0] if get_origin(kind) is Annotated else kind
-
-
-def _origin(kind: Any) -> Any:
-    return get_origin(_plain(kind))
 
 
 def _inside(kind: Any) -> list[type[Struct]]:

@@ -78,7 +78,9 @@ def structure_from_text(text: str, name: str = "scene", path: str = "") -> Struc
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
     """Read the structure from the tables of a TOML file; `path` names the file in messages."""
     with of_file(path):
-        return _chain(parsing.parse_chain(raw), name, path) if parsing.is_chain(raw) else _planar(raw, name, path)
+        if parsing.is_chain(raw):
+            return _chain(parsing.parsed(raw, ChainTable), name, path)
+        return _planar(raw, name, path)
 
 
 def _planar(raw: Mapping[str, Any], name: str, path: str) -> StructureScene:

@@ -175,7 +175,7 @@ def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Man
     if store.name == CSV:
         store.part(manifest)
     else:
-        store.note_kept()
+        store.journal(store.kept)
     manifest = replace(manifest, complete=False, kept=())
     store.note(manifest)
     return manifest, wrong

@@ -174,13 +174,10 @@ class Store:
         entry = ChunkChecksum.of(rows, content)
         put(self._place(number), content)
         self.kept[number] = entry
-        self._journal({number: entry})
+        self.journal({number: entry})
 
-    def note_kept(self) -> None:
-        """Write the checksums of present chunks to the journal."""
-        self._journal(self.kept)
-
-    def _journal(self, entries: Mapping[int, ChunkChecksum]) -> None:
+    def journal(self, entries: Mapping[int, ChunkChecksum]) -> None:
+        """Append checksums of chunks to the journal."""
         with (self.folder / JOURNAL).open("ab") as file:
             for number, entry in entries.items():
                 file.write(f"{number} {entry.rows} {entry.size} {entry.sha256}\n".encode())

@@ -46,10 +46,6 @@ def _fluctuation(cycle: Cycle, number: int) -> Reals:
     return np.where(cycle.counted.all(axis=-1), found, np.nan)
 
 
-def _fluctuations(cycle: Cycle) -> list[Reals]:
-    return [_fluctuation(cycle, number) for number in range(len(cycle.scene.mechanism.drives))]
-
-
 def _flywheel(cycle: Cycle, number: int, unevenness: Any) -> Reals:
     return flywheel_inertia(_fluctuation(cycle, number), of_designs(unevenness), rate(cycle, number)[..., 0])
 
@@ -68,7 +64,8 @@ FLYWHEELS: Part[Real] = Part(
     KEY, "", None, by_drive(_unevenness),
     (
         Figure("energy_fluctuation", "energy fluctuation that a flywheel on a drive would absorb", "J", DRIVE,
-               averaged(_fluctuations), AVERAGE),
+               averaged(lambda cycle: [_fluctuation(cycle, n) for n in range(len(cycle.scene.mechanism.drives))]),
+               AVERAGE),
         Figure("flywheel", "total inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
                averaged(of_drives(KEY, _flywheel)), AVERAGE),
         Figure("flywheel_added", "flywheel inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,

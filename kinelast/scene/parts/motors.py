@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -133,10 +133,6 @@ def _matched_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
     return inertia_matched_ratio(load, np.where(own == 0, np.nan, own))
 
 
-def _mean_size(values: Reals, weight: Any) -> Reals:
-    return mean(np.abs(values), weight)
-
-
 MOTOR = Kind("motor", lambda scene: scene.parts[KEY])
 MOTORS: Part[Motor] = Part(
     KEY, "motors of drives", MotorTable, by_drive(motor_of),
@@ -146,8 +142,9 @@ MOTORS: Part[Motor] = Part(
                averages(KEY, root_mean_square, motor_torque), AVERAGE, limit="rated_torque"),
         Figure("motor_speed", "motor speed", "rad/s", MOTOR, each(of_drives(KEY, motor_speed)), limit="top_speed",
                rigid=True),
-        Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR, averages(KEY, _mean_size, motor_speed),
-               AVERAGE, limit="rated_speed", rigid=True),
+        Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR,
+               averages(KEY, lambda speed, weight: mean(np.abs(speed), weight), motor_speed), AVERAGE,
+               limit="rated_speed", rigid=True),
         Figure("motor_use", "motor torque / available torque at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
                limit="full_use"),
         Figure("inertia_ratio", "load inertia / motor inertia", "1", MOTOR,
