@@ -15,7 +15,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction
 from kinelast.scene.loads import MIN_SPACING, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
-from kinelast.scene.numbers import phase, real
+from kinelast.scene.numbers import EXPECTED, phase, real, require_unit
 from kinelast.scene.parts.motors import motor_of
 from kinelast.scene.quantities import Abscissa, Length, PlaneAngle, Time
 from kinelast.scene.tables import PER_LENGTH, DriveTable
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from rigid.dynamics import Effort
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
-SPEEDS = {"rad/s": 'a speed of rotation, as in "100 rad/s" or "3000 rpm"', "m/s": 'a speed, as in "0.2 m/s"'}
-EFFORTS = {"rad": ("N m", 'a moment, as in "3 N m"'), "m": ("N", 'a force, as in "2 kN"')}
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +109,9 @@ def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], 
 def _speed(where: str, table: DriveTable, unit: str) -> Any:
     if table.speed is None:
         return 0.0
-    if table.speed.unit not in ("", f"{unit}/s"):
-        problem = f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
-        raise fault(where, "speed", problem)
+    require_unit(where, "speed", table.speed, f"{unit}/s")
     if not table.speed.unit and unit == "m" and table.speed.per_length != 1.0:
-        raise fault(where, "speed", f"expected {SPEEDS['m/s']}, in quotes with its unit, as the file has units")
+        raise fault(where, "speed", f"expected {EXPECTED['m/s']}, in quotes with its unit, as the file has units")
     return real(table.speed)
 
 
@@ -316,9 +312,8 @@ def _effort(
     from rigid.dynamics import Effort
 
     assert table.effort is not None
-    size, (own, expected) = float(table.effort), EFFORTS[unit]
-    if table.effort.unit not in ("", own):
-        raise fault(where, "effort", f"expected {expected}, got {size:g} {table.effort.unit}")
+    size = float(table.effort)
+    require_unit(where, "effort", table.effort, "N m" if unit == "rad" else "N")
     factor = factor_law(where, table, duration, links, sliders)
     if factor is None:
         return DriveEffort(Effort(size), start, _speed(where, table, unit))

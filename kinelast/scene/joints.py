@@ -13,7 +13,7 @@ from kinelast.scene.error import fault, known_name, known_point, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction
 from kinelast.scene.moved_joint import moved_joint
-from kinelast.scene.numbers import direction_of, real, vector
+from kinelast.scene.numbers import EXPECTED, direction_of, real, require_unit, vector
 from kinelast.scene.quantities import DampingConstant
 from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
@@ -74,10 +74,7 @@ def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[s
         where = f"gears[{number}]"
         driver = moved_joint(where, "driver.", table.driver, links, sliders)
         follower = moved_joint(where, "follower.", table.follower, links, sliders)
-        unit = UNITS[driver.turns, follower.turns]
-        if table.ratio.unit not in ("", unit):
-            expected = {"rad/rad": "a number", "m/rad": 'as in "20 mm/rad"', "rad/m": 'as in "50 rad/m"'}[unit]
-            raise fault(where, "ratio", f"expected {expected}, got {float(table.ratio):g} {table.ratio.unit}")
+        require_unit(where, "ratio", table.ratio, UNITS[driver.turns, follower.turns])
         if not table.ratio:
             raise fault(where, "ratio", "expected a number that is not zero")
         gears.append(Gear(driver, follower, float(table.ratio), _pressure_angle(where, table)))
@@ -154,9 +151,9 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
         raise fault(where, "friction", "the key is missing: a number, as in 0.1, or viscosity")
     if table.friction and not slides and table.radius is None:
         raise fault(where, "radius", 'the key is missing: the friction of a pin needs its radius, as in "5 mm"')
-    if table.viscosity is not None and table.viscosity.unit not in ("", DampingConstant.units[not slides]):
-        example = '"5 N s/m"' if slides else '"0.1 N m s/rad"'
-        raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
+    unit = DampingConstant.units[not slides]
+    if table.viscosity is not None and table.viscosity.unit not in ("", unit):
+        raise fault(where, "viscosity", f"expected {EXPECTED[unit]}, got one in {table.viscosity.unit}")
     sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
     return Friction(*sizes, real(table.viscosity or 0.0))
 

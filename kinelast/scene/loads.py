@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinelast.scene.error import fault, known_name, known_point, require_absent
-from kinelast.scene.numbers import any_nonzero, real, vector
+from kinelast.scene.numbers import EXPECTED, any_nonzero, real, require_unit, vector
 from kinelast.scene.quantities import DampingConstant, ForceOrMoment, Stiffness
 from kinelast.scene.tables import DriveTable, LoadTable, SpringTable
 from rigid import GROUND, Law, LineLoad, Link, Motion, PointLoad, Resistance, Spring, TableError, TorsionSpring
@@ -113,20 +113,20 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
     )
 
 
-EXPECTED = {
-    "stiffness": (Stiffness.units, 'a stiffness, as in "4 N/mm"', 'a stiffness, as in "3 N m/rad"'),
-    "damping": (DampingConstant.units, 'a damping, as in "5 N s/m"', 'a damping, as in "0.1 N m s/rad"'),
-    "preload": (ForceOrMoment.units[::-1], 'a force, as in "2 kN"', 'a moment, as in "3 N m"'),
+SIZES = {  # units of a spring, straight or about a pin
+    "stiffness": Stiffness.units,
+    "damping": DampingConstant.units,
+    "preload": ForceOrMoment.units[::-1],
 }
 
 
 def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
     """Return stiffness, damping and preload in the units of a linear (0) or torsion spring (1)."""
     sizes: list[Real] = []
-    for key, (units, *expected) in EXPECTED.items():
+    for key, units in SIZES.items():
         value = getattr(table, key)
-        if value is not None and value.unit not in ("", units[turning]):
-            raise fault(where, key, f"expected {expected[turning]}, got {float(value):g} {value.unit}")
+        if value is not None:
+            require_unit(where, key, value, units[turning])
         sizes.append(real(value or 0.0))
     if not any(any_nonzero(size) for size in sizes):
         raise fault(where, "stiffness", "the key is missing: a spring needs stiffness, damping or preload")
@@ -149,7 +149,7 @@ def factor_law(
     unit, coordinate = _against(where, table, links, sliders)
     for number, (place, _) in enumerate(table.table, 1):
         if place.unit not in ("", unit):
-            raise fault(where, f"table[{number}]", f"is against {WORDS[unit]}, got {float(place):g} {place.unit}")
+            raise fault(where, f"table[{number}]", f"is against {EXPECTED[unit]}, got {float(place):g} {place.unit}")
     at, factor = np.array([(place.within(unit), factor) for place, factor in table.table], float).T
     rises = np.diff(at)
     steps = np.flatnonzero(rises == 0)
@@ -181,7 +181,6 @@ def factor_law(
 
 
 GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
-WORDS = {"s": 'a time, as in "50 ms"', "rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 
 
 def _turned(angle: LinkAngle, middle: float, motion: Motion) -> Reals:

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.numbers import require_unit
 from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.tables import JointNameTable
 from rigid import GROUND, Link, PinDrive, Slider, SliderDrive
 
 Drive = PinDrive | SliderDrive
-DIMENSIONS = {"rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 
 
 def moved_joint(
@@ -57,6 +57,5 @@ def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Lin
 
 def coordinate(where: str, key: str, value: AngleOrLength, unit: str) -> Any:
     """Return a coordinate in SI units, rad or m."""
-    if value.unit not in ("", unit):
-        raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
+    require_unit(where, key, value, unit)
     return value.within(unit)

@@ -93,6 +93,30 @@ def _picked(value: Any, row: int | None) -> Any:
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
+EXPECTED = {  # words on quantities in messages, by their SI units
+    "s": 'a time, as in "50 ms"',
+    "rad": 'an angle, as in "30 deg"',
+    "m": 'a length, as in "20 mm"',
+    "rad/s": 'a speed of rotation, as in "100 rad/s" or "3000 rpm"',
+    "m/s": 'a speed, as in "0.2 m/s"',
+    "N": 'a force, as in "2 kN"',
+    "N m": 'a moment, as in "3 N m"',
+    "N/m": 'a stiffness, as in "4 N/mm"',
+    "N m/rad": 'a stiffness, as in "3 N m/rad"',
+    "N s/m": 'a damping, as in "5 N s/m"',
+    "N m s/rad": 'a damping, as in "0.1 N m s/rad"',
+    "rad/rad": "a number",
+    "m/rad": 'as in "20 mm/rad"',
+    "rad/m": 'as in "50 rad/m"',
+}
+
+
+def require_unit(table: str, key: str, value: Any, unit: str) -> None:
+    """Raise if a quantity has another unit; a bare number has any."""
+    if value.unit not in ("", unit):
+        raise fault(table, key, f"expected {EXPECTED[unit]}, got {float(value):g} {value.unit}")
+
+
 MIN_PRINTED_ERROR = 1e-4  # smaller relative errors are below the printed digits
 UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
