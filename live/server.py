@@ -25,8 +25,8 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from kinelast.scene.error import MissingFileError, SceneError
+from kinelast.scene.library import library_entries
 from kinelast.scene.parts import PARTS
-from kinelast.scene.sections import library_entries
 from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import foreign_words, shipped_scenes
 from live.answer import Memory, packed, quick_answer

@@ -19,7 +19,7 @@ from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.format import Dimensioned, SectionTable
-from kinelast.scene.sections import library_entries, named_material, named_section
+from kinelast.scene.library import library_entries, named_material, named_section
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 

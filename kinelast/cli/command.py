@@ -251,7 +251,7 @@ def _complete(shell: str) -> int:
 def _list(kind: str = "", *words: str) -> int:
     """List the shipped scenes, or the library's sections or materials that contain all words."""
     if kind in ("sections", "materials"):
-        from kinelast.scene.sections import library_entries
+        from kinelast.scene.library import library_entries
 
         entries = library_entries(kind)
         sought = [word.lower().replace(" ", "") for word in words]

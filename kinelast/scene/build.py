@@ -19,13 +19,14 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
+from kinelast.scene.library import materials_of
 from kinelast.scene.limits import build_output, build_settled, figure_bounds, limits_in
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
-from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
+from kinelast.scene.sections import Material, SectionSource, making, poisson_of
 from kinelast.scene.tables import BoundTable
 from kinelast.scene.units import Quantity
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw

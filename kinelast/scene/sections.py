@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
-from functools import cache
 from math import inf, nan
-from pathlib import Path
-from typing import Any, NoReturn
-
-import msgspec
+from typing import Any
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON, CrossSectionError, outline
 from kinelast.scene import format as forms
-from kinelast.scene.error import SceneError, fault, likely
+from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.numbers import any_nonzero, number, real, require
+from kinelast.scene.library import materials_of, named_section, unknown
+from kinelast.scene.numbers import any_nonzero, real, require
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.tables import PER_LENGTH
 from rigid import Beam
@@ -100,7 +95,7 @@ def cross_section(
     section
         Name of the section.
     """
-    shape = scene.sections.get(section) or named_section(section) or _unknown(scene.sections, table, "section", section)
+    shape = scene.sections.get(section) or named_section(section) or unknown(scene.sections, table, "section", section)
     material = beam.material or link.material
     strained = tuple(None if own is None else id(own) for own in (beam.strain, beam.temperature))
     source = section, material, *strained
@@ -119,7 +114,7 @@ def cross_section(
         known = ", ".join(f'"{name}"' for name in scene.materials)
         known = known or "none: name one of --list materials, or add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
-    stuff = materials_of(scene, [material]).get(material) or _unknown(scene.materials, table, "material", material)
+    stuff = materials_of(scene, [material]).get(material) or unknown(scene.materials, table, "material", material)
     if demanded and isinstance(shape, forms.Properties) and shape.shear_area is None:
         raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" needs it')
     poisson = poisson_of(stuff, material)
@@ -131,152 +126,6 @@ def cross_section(
         source,
         0.0 if scene.run.beams == "euler-bernoulli" else real(stuff.density),
     )
-
-
-def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
-    """Raise if a section or material is neither in the scene nor in the library."""
-    choices = _same_size(name) if key == "section" else []
-    entries = [entry for entry, _ in library_entries(f"{key}s")]
-    begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
-    near = likely(begun[0] if len(name) > 1 and begun else name, [*choices, *tables, *entries])
-    add = f"; add [{key}s.{name}], or name one of --list {key}s"
-    raise fault(
-        table, key, f'there is no {key} "{name}"{near if "did you mean" in near else likely(name, tables) + add}'
-    )
-
-
-def _same_size(name: str) -> list[str]:
-    """Return similar sections of a misspelt family, such as flat 25x8 for flatt 25x8."""
-    family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
-    size = name.strip()[len(family) :].strip()
-    families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
-    near = {each.upper(): each for each in families}
-    found = [near[each] for each in get_close_matches(family.upper(), near, n=1)]
-    return [f"{each} {size}" for each in found if named_section(f"{each} {size}") is not None]
-
-
-def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
-    """Return the materials that the scene contains or uses from the library."""
-    more = {name: named_material(name) for name in names if name not in scene.materials}
-    return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
-
-
-@cache
-def _library() -> dict[str, Any]:
-    return tomllib.loads(Path(__file__).with_name("library.toml").read_text(encoding="utf-8"))
-
-
-@cache
-def named_material(name: str) -> MaterialTable | None:
-    """Return a material of the library, such as "S235"; None if not found."""
-    words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
-    if words is None:
-        return None
-    table: MaterialTable = _read({key: value for key, value in words.items() if key != "source"}, MaterialTable)
-    return table
-
-
-@cache
-def named_section(name: str) -> forms.SectionTable | None:
-    """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if not found.
-
-    The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
-    """
-    match = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
-    if match is None:
-        return None
-    family, words = match[1], match[2].split("X")
-    table = _library()["sections"].get(family, {})
-    for size, rolled in _rolled(table):
-        if _key(size) == match[2]:
-            return _sized(table["shape"], dict(zip(table["sizes"], rolled, strict=True)), table.get("unit", "mm"))
-    shape, keys = FAMILIES.get(family, ("", ()))
-    if family == "SHS" and len(words) == 2:
-        words = [words[0], *words]
-    if not shape or len(words) != len(keys) or not all(re.fullmatch(r"\d+(?:\.\d+)?", word) for word in words):
-        return None
-    sizes = dict(zip(keys, map(float, words), strict=True))
-    if shape == "box":
-        wall = sizes["wall"]
-        sizes["corner"] = wall * next(times for least, times in CORNERS if wall > least)
-    return _sized(shape, sizes)
-
-
-FAMILIES = {  # by name: shape and keys of the sizes in the order of the name
-    "RHS": ("box", ("depth", "width", "wall")),
-    "SHS": ("box", ("depth", "width", "wall")),
-    "PIPE": ("tube", ("outer", "wall")),
-    "CHS": ("tube", ("outer", "wall")),
-    "FLAT": ("rectangle", ("depth", "width")),
-    "ROUND": ("circle", ("diameter",)),
-}
-CORNERS = (
-    (10.0, 3.0),
-    (6.0, 2.5),
-    (0.0, 2.0),
-)  # EN 10219-2: wall thicker than [mm], outer corner radius / wall thickness
-
-
-def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
-    """Return the sizes of a family of the library by their keys."""
-    return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
-
-
-def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.SectionTable | None:
-    """Return a section by its sizes; None if a size is not positive."""
-    if not all(size > 0.0 for size in sizes.values()):
-        return None
-    words = {key: f"{size} {unit}" for key, size in sizes.items()}
-    section: forms.SectionTable = _read({"shape": shape, **words}, forms.SectionTable)
-    return section
-
-
-def _read(words: dict[str, Any], kind: Any) -> Any:
-    return msgspec.convert(words, kind, dec_hook=forms.read_quantity)
-
-
-def _key(name: str) -> str:
-    return name.replace(" ", "").upper().replace("\u00d7", "X")
-
-
-def library_entries(kind: str) -> list[tuple[str, str]]:
-    """Return names of the library that a scene may use directly, each with its properties and their source.
-
-    Parameters
-    ----------
-    kind
-        "sections" or "materials".
-    """
-    if kind == "materials":
-        return [(name, _material_words(words)) for name, words in _library()["materials"].items()]
-    rolled = [
-        (f"{family} {size}", _section_words(f"{family} {size}", table["source"]))
-        for family, table in _library()["sections"].items()
-        for size, _ in _rolled(table)
-    ]
-    return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
-
-
-EXAMPLES = (  # of families of any size
-    ("RHS 60x40x3", "EN 10219-2; any depth x width x wall, mm"),
-    ("SHS 40x3", "EN 10219-2; any side x wall, mm"),
-    ("pipe 33.7x2.6", "any outer diameter x wall, mm; CHS likewise"),
-    ("flat 40x8", "any depth x width, mm"),
-    ("round 12", "any diameter, mm"),
-)
-
-
-def _section_words(name: str, source: str) -> str:
-    table = named_section(name)
-    assert isinstance(table, forms.Dimensioned)
-    made = SHAPES[str(table.__struct_config__.tag)](*(float(real(ends[0])) for ends in table.dimensions("")))
-    return f"A {number(made.area * 1e4)} cm², I {number(made.inertia * 1e8)} cm⁴ ({source})"
-
-
-def _material_words(words: Mapping[str, Any]) -> str:
-    sizes = {key: value if isinstance(value, str) else f"{value:g}" for key, value in words.items() if key != "source"}
-    sized = ", ".join(f"{key} {value.replace('e+0', 'e')}" for key, value in sizes.items())
-    return f"{sized} ({words['source']})"
 
 
 def _made(
