@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,16 +28,14 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import LEAST, Figure, Limit, drive_words, items_of
 from kinelast.scene.limits import tolerance
-from kinelast.scene.parsing import is_chain, read_toml
+from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.variables import numbers, place_of
-from live.drives import wheels
 from live.edit import BARE
-from live.marks import drawn_marks, mass_marks, point_marks, scene_marks
+from live.marks import drawn_marks, scene_marks, sheet
 from live.mistakes import mistakes_of
-from live.parts import cylinders_of, drawn, points_of
 from live.text import line_of, places
-from rigid import GROUND, MechanismError, Motion, Reals, reachable
+from rigid import MechanismError, Motion, Reals, reachable
 
 POSITIONS, FRAMES = 72, 120  # positions of a quick answer; largest number of frames of a full answer's picture
 STATIONS = np.linspace(0.0, 1.0, 9)
@@ -93,69 +89,6 @@ def quick_answer(
     if answer["sheet"] and not answer["picture"]:
         answer["sheet"]["marks"] = drawn_marks(tables, answer["sheet"])
     return answer, data
-
-
-def _list(value: Any) -> list[Any]:
-    """Return a list of the file, or an empty one if the value is not a list."""
-    return value if isinstance(value, list) else []
-
-
-def _readable(parts: Iterable[Any]) -> list[Any]:
-    """Return parts drawn from several tables, or none if a table is invalid."""
-    try:
-        return list(parts)
-    except (TypeError, AttributeError):
-        return []
-
-
-def sheet(tables: Mapping[str, Any]) -> Answer:
-    """Parts of a scene as drawn by its tables, even if it does not move; invalid parts are left out."""
-    if is_chain(tables):
-        raise ValueError("joints in space cannot be drawn in the plane")
-
-    def listed(kind: str) -> list[Answer]:
-        return [entry for entry in _list(tables.get(kind)) if isinstance(entry, dict)]
-
-    def named(kind: str) -> dict[str, Answer]:
-        entries = tables.get(kind, {})
-        return {key: entry for key, entry in entries.items() if isinstance(entry, dict)} if isinstance(
-            entries, dict
-        ) else {}  # fmt: skip
-
-    links = [
-        {
-            "name": name,
-            "points": points_of(link),
-            "beams": [beam for beam in _list(link.get("beams")) if isinstance(beam, list)],
-            "section": link.get("section"),
-            "material": link.get("material"),
-            "rigid": bool(link.get("rigid")),
-        }
-        for name, link in named("links").items()
-    ]
-    known: Answer = {kind: named(kind) for kind in ("links", "sliders", "cylinders")}
-    known |= {kind: listed(kind) for kind in ("drives", "gears")}
-    content: Answer = {
-        "empty": not tables.get("points") and {link["name"] for link in links} <= {GROUND} and not known["sliders"],
-        "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
-        "links": links,
-        "slots": {**named("slots"), **{k: {**v, "point": v.get("through")} for k, v in named("sliders").items()}},
-        "sliders": list(named("sliders")),
-        "welds": list(named("welds")),
-        "masses": {k: str(v) for k, v in tables.get("masses", {}).items()}
-        if isinstance(tables.get("masses", {}), dict)
-        else {},
-        "springs": listed("springs"),
-        "loads": listed("loads"),
-        "drives": known["drives"],
-        "gears": _readable(wheels(known)),
-        "cylinders": {name: {**parts, "slider": on} for name, on, parts in _readable(cylinders_of(known))},
-        "sections": list(named("sections")),
-        "materials": list(named("materials")),
-        "title": str(tables.get("title", "")),
-        "units": str(tables.get("units", "m")),
-    }
-    return content | {"pins": point_marks(content), "discs": mass_marks(content)}
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
@@ -461,21 +394,3 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 def most_used_first(limits: Iterable[Answer]) -> list[Answer]:
     """Return the limits: broken ones first, then the most used."""
     return sorted(limits, key=lambda row: (row["kept"], -float(np.nan_to_num(row["used"] or 0.0))))
-
-
-def packed(answer: Answer, data: bytes) -> bytes:
-    """Serialise an answer: length of the JSON (padded to a multiple of four), JSON, array data."""
-    head = json.dumps(_finite(answer), allow_nan=False).encode()
-    head += b" " * (-len(head) % 4)
-    return struct.pack("<I", len(head)) + head + data
-
-
-def _finite(value: Any) -> Any:
-    """Replace nan and inf by None, because JSON has no such numbers."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {str(key): _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return value if isinstance(value, str | int | float | bool | None) else str(value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -12,8 +12,10 @@ import numpy as np
 
 import symbols
 from kinelast.scene.data import Scene
+from kinelast.scene.parsing import is_chain
 from kinelast.scene.parts import symbols_of
-from live.parts import drawn, ground_points
+from live.drives import wheels
+from live.parts import cylinders_of, drawn, ground_points, points_of
 from rigid import GROUND, Motion
 from symbols import Mark, Spot
 
@@ -31,6 +33,66 @@ def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str,
     rows = {"origin": motion.origin, "direction": motion.direction, "spin": spins}
     arrays = {name: np.reshape(np.asarray(values), (-1, len(motion.time))) for name, values in rows.items()}
     return {"marks": symbols.plain_marks(marks, motion.mechanism), "extent": corners}, arrays
+
+
+def _list(value: Any) -> list[Any]:
+    """Return a list of the file, or an empty one if the value is not a list."""
+    return value if isinstance(value, list) else []
+
+
+def _readable(parts: Iterable[Any]) -> list[Any]:
+    """Return parts drawn from several tables, or none if a table is invalid."""
+    try:
+        return list(parts)
+    except (TypeError, AttributeError):
+        return []
+
+
+def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Parts of a scene as drawn by its tables, even if it does not move; invalid parts are left out."""
+    if is_chain(tables):
+        raise ValueError("joints in space cannot be drawn in the plane")
+
+    def named(kind: str) -> dict[str, Any]:
+        entries = tables.get(kind)
+        return entries if isinstance(entries, dict) else {}
+
+    known: dict[str, Any] = {
+        kind: {name: entry for name, entry in named(kind).items() if isinstance(entry, dict)}
+        for kind in ("links", "sliders", "slots", "welds", "cylinders", "sections", "materials")
+    }
+    for kind in ("drives", "gears", "springs", "loads"):
+        known[kind] = [entry for entry in _list(tables.get(kind)) if isinstance(entry, dict)]
+    links = [
+        {
+            "name": name,
+            "points": points_of(link),
+            "beams": [beam for beam in _list(link.get("beams")) if isinstance(beam, list)],
+            "section": link.get("section"),
+            "material": link.get("material"),
+            "rigid": bool(link.get("rigid")),
+        }
+        for name, link in known["links"].items()
+    ]
+    content: dict[str, Any] = {
+        "empty": not tables.get("points") and known["links"].keys() <= {GROUND} and not known["sliders"],
+        "points": {name: [place.real, place.imag] for name, place in drawn(tables).items()},
+        "links": links,
+        "slots": {**known["slots"], **{k: {**v, "point": v.get("through")} for k, v in known["sliders"].items()}},
+        "sliders": list(known["sliders"]),
+        "welds": list(known["welds"]),
+        "masses": {name: str(mass) for name, mass in named("masses").items()},
+        "springs": known["springs"],
+        "loads": known["loads"],
+        "drives": known["drives"],
+        "gears": _readable(wheels(known)),
+        "cylinders": {name: {**parts, "slider": on} for name, on, parts in _readable(cylinders_of(known))},
+        "sections": list(known["sections"]),
+        "materials": list(known["materials"]),
+        "title": str(tables.get("title", "")),
+        "units": str(tables.get("units", "m")),
+    }
+    return content | {"pins": point_marks(content), "discs": mass_marks(content)}
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import secrets
 import socket
+import struct
 import threading
 import webbrowser
 from collections import OrderedDict
@@ -29,7 +31,7 @@ from kinelast.scene.library import library_entries
 from kinelast.scene.parts import PARTS
 from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import foreign_words, shipped_scenes
-from live.answer import Memory, packed, quick_answer
+from live.answer import Memory, quick_answer
 from live.drives import MOTIONS
 from live.edit import EMPTY, edited
 from live.entries import keys
@@ -186,6 +188,24 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
     options = bool(given.get("numbers")), bool(given.get("dragged"))
     answer, data = quick_answer(text, live.name, *options, live.memory, live.file.folder, str(given.get("graph") or ""))
     return Response(packed({**answer, **reply, "text": text}, data), media_type="application/octet-stream")
+
+
+def packed(answer: dict[str, Any], data: bytes) -> bytes:
+    """Serialise an answer: length of the JSON (padded to a multiple of four), JSON, array data."""
+    head = json.dumps(_finite(answer), allow_nan=False).encode()
+    head += b" " * (-len(head) % 4)
+    return struct.pack("<I", len(head)) + head + data
+
+
+def _finite(value: Any) -> Any:
+    """Replace nan and inf by None, because JSON has no such numbers."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, dict):
+        return {str(key): _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:

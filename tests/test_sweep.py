@@ -22,7 +22,7 @@ from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.text import file_text
-from kinelast.sweep.pages import Aim, FullAnswers, Rows, tallied
+from kinelast.sweep.tally import Aim, FullAnswers, Rows, tallied
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
 

@@ -26,9 +26,10 @@ from kinelast.scene.numbers import error_percent, quantity, round_down
 from kinelast.scene.reading import known
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
-from kinelast.sweep.pages import Aim, FullAnswers, Rows, Tally, answers_as_data, design_text, tallied, write_pages
+from kinelast.sweep.pages import design_text, write_pages
 from kinelast.sweep.running import filled, run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
+from kinelast.sweep.tally import Aim, FullAnswers, Rows, Tally, answers_as_data, tallied
 from kinelast.tasks.processes import cores
 from kinelast.tasks.progress import SILENT, Progress, lasting
 from kinelast.tasks.request import Batch, Request, RequestError

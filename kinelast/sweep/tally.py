@@ -1,0 +1,282 @@
+"""Tally of the designs of a sweep, and full answers of the best."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from msgspec import to_builtins
+
+from kinelast.designs.base import base_of
+from kinelast.designs.evaluate import Evaluation, evaluated
+from kinelast.figures import limits as judge
+from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, FullAnswer, room
+from kinelast.figures.report import Verdict
+from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.reading import known
+from kinelast.sweep.store import NUMBER, THEORY, VERDICT
+from kinelast.tasks.progress import Progress
+
+MAX_LEADING = 1000  # best designs kept as candidates for a full answer
+SHORTLIST = 8  # best designs with a full answer
+MAX_NEAR = 4  # further designs with a full answer, because it may change their outcome
+MIN_MARGIN = -0.5  # designs with a smaller margin cannot be saved by the full answer
+IN_FULL, ERROR = " in full", " error"  # suffixes of column names
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # in reasons; they differ by design
+
+
+@dataclass(frozen=True)
+class Aim:
+    """Figure to be minimised, or maximised."""
+
+    figure: str
+    largest: bool
+
+    @property
+    def sign(self) -> float:
+        """Sign that makes the aim a minimum."""
+        return -1.0 if self.largest else 1.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and cells for full answers.
+
+    Units are those of the scene. The cells (theory, figures with errors, verdict) are filled later, for selected
+    designs.
+    """
+
+    evaluation: Evaluation
+
+    @cached_property
+    def bent(self) -> tuple[str, ...]:
+        """Figures that depend on the theory of the links."""
+        base = self.evaluation.base
+        known = (each for each in base.measures if not each.figure.rigid and base.scene.labels)
+        return tuple(each.name for each in known if each.name not in (LIMITS_KEPT, LIMITS_MARGIN))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns."""
+        return {name: self._unit_of(unit)[1] for name, unit in self._si.items()}
+
+    @cached_property
+    def _si(self) -> dict[str, str]:
+        units = self.evaluation.units
+        return {**units, **{name + end: units[name] for name in self.bent for end in (IN_FULL, ERROR)}}
+
+    def _unit_of(self, unit: str) -> tuple[float, str]:
+        return self.evaluation.base.scene.told_in.get(unit, (1.0, unit))
+
+    def factor(self, name: str) -> float:
+        """Factor from the SI unit of a column to its unit."""
+        return self._unit_of(self._si.get(name, ""))[0]
+
+    def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
+        """Columns of designs first to last - 1, and why some have no figures."""
+        columns, reasons = self.evaluation(first, last)
+        shown = {name: values * self.factor(name) for name, values in columns.items()}
+        later = {name + end: np.full(last - first, np.nan) for name in self.bent for end in (IN_FULL, ERROR)}
+        theory = ["" if reason else QUASI_STATIC for reason in reasons]
+        return {**shown, **later, THEORY: theory, VERDICT: [""] * (last - first)}, reasons
+
+    def stored(
+        self, chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]]
+    ) -> Iterator[tuple[dict[str, Any], Sequence[str]]]:
+        """Convert stored designs to quasi-static columns in SI units, with reasons."""
+        plan = self.evaluation.plan
+        for columns, reasons in chunks:
+            first = int(columns[NUMBER][0])
+            own = {name: columns[name] / self.factor(name) for name in self.evaluation.units}
+            numbers = dict(zip(plan.paths, plan.values(first, first + len(reasons)).T, strict=True))
+            yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
+
+    def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
+        """Cells of the full answers, by index of the design and column name."""
+        return {
+            number: {
+                **{name + end: value * self.factor(name) for name, pair in found.figures.items()
+                   for end, value in zip((IN_FULL, ERROR), pair, strict=True)},
+                THEORY: found.theory or QUASI_STATIC,
+                VERDICT: judge.verdict_on(found.judgements).verdict,
+            }
+            for number, found in tally.answered.items()
+        }  # fmt: skip
+
+
+@dataclass
+class Tally:
+    """Summary of a sweep: counts, reasons without figures, ranges, the best; optionally all designs.
+
+    Attributes
+    ----------
+    limits_kept
+        Number of designs that keep all limits by quasi-static figures; None without limits.
+    leading
+        Best designs that keep all limits, best first.
+    short
+        Designs that violate a limit, closest to the limit first.
+    best
+        Best design; with limits, the best that is acceptable by its full answer.
+    answered
+        Full answers by index of the design, in order of computation.
+    near
+        Number of examined designs without full answer, though vibration and errors may change their outcome.
+    """
+
+    aim: Aim
+    designs: int = 0
+    reasons: Counter[str] = field(default_factory=Counter)
+    limits_kept: int | None = None
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    leading: list[dict[str, float]] = field(default_factory=list)
+    short: list[dict[str, float]] = field(default_factory=list)
+    best: dict[str, float] | None = None
+    answered: dict[int, FullAnswer] = field(default_factory=dict)
+    near: int = 0
+    kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
+
+    def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
+        """Add designs."""
+        self.designs += len(reasons)
+        self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
+        for name, values in columns.items():
+            known = values[np.isfinite(values)]
+            if len(known):
+                low, high = self.ranges.get(name, (np.inf, -np.inf))
+                self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
+        good = np.isfinite(columns[self.aim.figure])
+        if LIMITS_KEPT in columns:
+            kept, margin = columns[LIMITS_KEPT] == 1.0, columns[LIMITS_MARGIN]
+            self.limits_kept = (self.limits_kept or 0) + int(np.count_nonzero(kept))
+            near = good & ~kept & (margin >= MIN_MARGIN)
+            self.short = _merged_rows(self.short, columns, np.where(near, -margin, np.inf), LIMITS_MARGIN, -1.0)
+            good &= kept
+        sign = self.aim.sign
+        order = np.where(good, sign * columns[self.aim.figure], np.inf)
+        self.leading = _merged_rows(self.leading, columns, order, self.aim.figure, sign)
+        self.best = self.leading[0] if self.leading else None
+
+    @property
+    def accepted(self) -> Verdict | None:
+        """Verdict on the best design; None without limits, or if no design keeps them."""
+        found = self.answered.get(int(self.best[NUMBER])) if self.best else None
+        return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
+
+
+def _merged_rows(
+    rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
+) -> list[dict[str, float]]:
+    """Merge rows with new ones and keep the first `MAX_LEADING` by a column; skip rows with infinite `order`."""
+    some = np.argsort(order, kind="stable")[: min(MAX_LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
+    more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
+    return sorted([*rows, *more], key=lambda row: sign * row[key])[:MAX_LEADING]
+
+
+def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
+    """Tally all designs, and store them if `keep`."""
+    tally = Tally(aim)
+    for columns, reasons in chunks:
+        tally.add(columns, reasons)
+        if keep:
+            tally.kept.append((columns, reasons))
+    return tally
+
+
+@dataclass(eq=False)
+class FullAnswers:
+    """Computes full answers of selected designs: the best, and those with an outcome that may still change.
+
+    The last answer's ratio of full to quasi-static figure predicts whether other designs keep their limits (`room`).
+    First the best predicted design is answered, until no better one is left. Then designs with a prediction that
+    differs from their quasi-static outcome, or that might still be the best.
+    """
+
+    rows: Rows
+    tally: Tally
+    progress: Progress
+
+    def __post_init__(self) -> None:
+        tally, plan = self.tally, self.rows.evaluation.plan
+        self.document, self.paths = self.rows.evaluation.document, plan.paths
+        self.designs = [*tally.leading, *tally.short]
+        self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
+        self.in_full = np.full(len(self.designs), np.nan)  # aims by full answers
+        limits = list(dict.fromkeys(limit.figure for limit in judge.limits_of_items(self.document.scene)))
+        self.known: Mapping[str, Any] = {}
+        if limits and self.designs:
+            values = np.array([[row[path] for path in self.paths] for row in self.designs])
+            self.known = evaluated(base_of(self.document, self.paths, limits), values).columns
+        self.alike = not any(path.startswith("limits.") for path in self.paths)
+        self.before = np.arange(len(self.designs)) < len(tally.leading)
+        self.expected, self.passed = self.before.copy(), np.zeros(len(self.designs), bool)
+        self.left, self.off = np.ones(len(self.designs), bool), 0.0
+
+    def __call__(self) -> None:
+        """Compute the full answers."""
+        tally = self.tally
+        if not self.rows.bent and not self.known:  # figures do not depend on the theory
+            return
+        if not tally.leading and tally.short:
+            self._answer(0, "the design nearest to its limits, answered in full", 0, 1)
+        for done in range(SHORTLIST):
+            at = self._best(self.left & self.expected)
+            if at is None or (self.passed.any() and self.aims[at] >= self.aims[self.passed].min()):
+                break
+            self._answer(at, "the best designs, answered in full", done, SHORTLIST)
+        for done in range(MAX_NEAR):
+            at = self._best(self._near)
+            if at is None:
+                break
+            self._answer(at, "designs near a limit or the best, answered in full", done, MAX_NEAR)
+        tally.near = int(np.count_nonzero(self._near))
+        if self.passed.any():
+            tally.best = self.designs[int(np.where(self.passed, self.in_full, np.inf).argmin())]
+
+    @property
+    def _near(self) -> Any:
+        """True for each unanswered design with an outcome that vibration or errors may change, shape (designs,)."""
+        best = self.aims[self.passed].min(initial=np.inf)
+        better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
+        return self.left & ((self.expected != self.before) | better)
+
+    def _best(self, among: Any) -> int | None:
+        """Index of the best of the selected designs, or None."""
+        return int(np.where(among, self.aims, np.inf).argmin()) if among.any() else None
+
+    def _answer(self, at: int, stage: str, done: int, most: int) -> None:
+        self.progress(stage, done, most)
+        row, aim = self.designs[at], self.tally.aim
+        scene = self.document.with_values({path: row[path] for path in self.paths}).scene
+        answer = judge.full_answer(scene, judge.limits_of_items(scene), self.rows.bent)
+        self.tally.answered[int(row[NUMBER])] = answer
+        value, error = answer.figures.get(aim.figure, (row[aim.figure], 0.0))
+        known = bool(answer.theory) and math.isfinite(value)
+        self.in_full[at] = aim.sign * value if known else self.aims[at]
+        self.off = abs(self.in_full[at] - self.aims[at]) + (error if math.isfinite(error) else 0.0)
+        self.left[at] = False
+        self.passed[at] = bool(judge.verdict_on(answer.judgements).passed) if answer.judgements else known
+        if self.alike and answer.judgements:
+            self.expected = np.ones(len(self.designs), bool)
+            for judged in answer.judgements:
+                figures = self.known[judged.limit.figure]
+                self.expected &= replace(judged.limit, bound=room(judged, float(figures[at]))).kept(figures)
+
+
+def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
+    """Full answers by index of the design as plain data; None if unknown."""
+    plain_data: dict[int, dict[str, Any]] = {}
+    for number, answer in tally.answered.items():
+        figures = {
+            name: {"value": known(value), "unit": units[name], "error": known(error)}
+            for name, (value, error) in answer.figures.items()
+        }  # fmt: skip
+        verdict = to_builtins(judge.verdict_on(answer.judgements))
+        plain_data[number] = {"theory": answer.theory, **verdict, "figures": figures}
+    return plain_data
