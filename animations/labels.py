@@ -92,7 +92,7 @@ def peak_label(
     Parameters
     ----------
     names, marks
-        Labels and lines to avoid if possible.
+        Labels and lines to avoid if possible, as the links are.
     stack
         Layers of the links, if they are drawn solid.
 
@@ -109,7 +109,9 @@ def peak_label(
     position = np.arange(len(sizes))
     value, along = values[beam, position, station], beams(deflection).along[beam, position]
     axis = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
-    place = np.array([axis(int(p))[b, s] for p, b, s in zip(position, beam, station, strict=True)])
+    lines = np.array([axis(int(each)) for each in position])
+    place = lines[position, beam, station]
+    links = view.flat(lines.reshape(len(lines), -1))
     depth = np.zeros(len(place))
     if stack:
         place = place + np.array([view.aside(stack.middle[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
@@ -126,7 +128,8 @@ def peak_label(
     middles = view.flat(place) + _reach(corner, half) + ways * off
     hides: Any = 1.0 * (np.abs(kept_inside(middles, half, style) - middles) > 0)
     hides = hides + sum(within(name.middle - middles, half + name.half) for name in names)
-    for mark in marks:
-        points = view.flat(np.array([mark.place(int(each)) for each in position]))
-        hides = hides + 0.5 * within(points - middles[..., None], half).any(axis=-1)
+    marked = (view.flat(np.array([mark.place(int(each)) for each in position])) for mark in marks)
+    for points in (links, *marked):
+        hidden = within(points - middles[..., None], half)
+        hides = hides + 0.5 * hidden.any(axis=-1) + hidden.mean(axis=-1)
     return place, Label(text, kept_inside(middles[hides.argmin(0), position], half, style), height, "ink", half)

@@ -9,14 +9,15 @@ from mechanisms import steel_bar
 from scene_texts import ARM
 from test_animations import SMALL, STEEL, bent_four_bar, cantilever, over, turned
 
+import kinelast
 from animations import Picture, Style, movie, off_screen
 from animations.diagrams import diagram_named
 from animations.extents import stack_of
 from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
 from animations.picture import shapes_of, view_for
-from animations.placing import Label, ink_of
-from animations.shapes import NEGATIVE, POSITIVE, FlatShape
+from animations.placing import Label, ink_of, within
+from animations.shapes import NEGATIVE, POSITIVE, FlatShape, moved_beams
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
 from animations.style import paints
@@ -204,6 +205,16 @@ class TestWords:
         _, beside = peak_label(bent, diagram, scales, view, style, marks=[arrow])
         way = beside.middle - label.middle
         assert np.all((abs(way.real) >= label.half.real) | (abs(way.imag) >= label.half.imag))
+
+    def test_the_peak_value_hides_no_link(self):
+        bent = kinelast.deflection(kinelast.load("quick_return"))
+        style = Style(size=(1280, 720))
+        scales = scales_of(bent, DEFLECTION, style)
+        view = view_for(shapes_of(bent, DEFLECTION, scales, style), [], range(0, 360, 30), style)
+        _, label = peak_label(bent, DEFLECTION, scales, view, style)
+        axis = moved_beams(bent, 0.0)
+        links = view.flat(np.array([axis(position).ravel() for position in range(360)]))
+        assert not within(links - label.middle[:, None], label.half).any()
 
     def test_names_hide_neither_each_other_nor_the_links(self, four_bar):
         style = Style(size=(640, 384), show=("names", "links"))

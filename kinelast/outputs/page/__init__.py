@@ -29,8 +29,8 @@ from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "placing", "names",
-           "symbols", "view", "mechanism", "pointing", "controls", "charts", "curves", "speeds", "what_if", "sizing",
-           "maps", "answer", "figures", "drives", "breaks_first",
+           "symbols", "view", "mechanism", "pointing", "controls", "charts", "saved_curves", "curves", "speeds",
+           "what_if", "sizing", "maps", "tiles", "answer", "figures", "drives", "breaks_first",
            *(part.key for part in PARTS if (WEB / f"{part.key}.js").is_file()), "main")  # fmt: skip
 """Scripts of a report. The script of a part has the name of its tables and adds its section to `partSections`."""
 
