@@ -107,9 +107,15 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     )
     beams = values.shape[1]
     flat = difference.reshape(len(PRIMARY), beams, int(np.prod(values.shape[2:])))
-    floor = _Floor(deflection)
-    by_beam = floor.lifted(magnitude.reshape(flat.shape).max(axis=2, initial=0.0))
-    scale = floor.lifted_over_all(magnitude.reshape(len(PRIMARY), flat[0].size).max(axis=1, initial=0.0))
+    length = np.array([np.max(value) for value in deflection.length])
+    stretched, bent = (
+        np.array([np.max(1.0 / np.asarray(getattr(section, name), float)) for section in deflection.sections])
+        * length**power
+        for name, power in (("EA", 1), ("EI", 3))
+    )
+    by_beam = _lifted(magnitude.reshape(flat.shape).max(axis=2, initial=0.0), length, stretched, bent)
+    longest, *softest = (values.max(initial=0.0) for values in (length, stretched, bent))
+    scale = _lifted(magnitude.reshape(len(PRIMARY), flat[0].size).max(axis=1, initial=0.0), longest, *softest)
     greatest = flat.max(axis=2, initial=0.0)
     worst = tuple(
         _worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(PRIMARY) if beams
@@ -143,26 +149,6 @@ def _leave_out(deflection: Deflection, xi: Reals, values: Reals, checked: Reals)
         for array in (values, checked):
             array[:, :, lost] = np.nan
             array[:3, block.beam][:, jump] = np.nan
-
-
-class _Floor:
-    """Lower bounds of the reference magnitudes, from related forces and displacements."""
-
-    def __init__(self, deflection: Deflection) -> None:
-        self.length = np.array([np.max(value) for value in deflection.length])
-        self.stretch, self.bend = (
-            np.array([np.max(1.0 / np.asarray(getattr(section, name), float)) for section in deflection.sections])
-            for name in ("EA", "EI")
-        )
-
-    def lifted(self, greatest: Reals) -> Reals:
-        """Raise the magnitudes of the six fields on each beam to the floor, (6, beams)."""
-        return _lifted(greatest, self.length, self.stretch * self.length, self.bend * self.length**3)
-
-    def lifted_over_all(self, greatest: Reals) -> Reals:
-        """Raise the magnitudes over all beams to the floor of the longest, softest beam, (6,)."""
-        soft = ((row * self.length**power).max(initial=0.0) for row, power in ((self.stretch, 1), (self.bend, 3)))
-        return _lifted(greatest, self.length.max(initial=0.0), *soft)
 
 
 def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
