@@ -11,7 +11,6 @@ from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
 from rigid import Mechanism, PinDrive, SliderDrive, structure
 from rigid.arrays import Columns
-from rigid.joints import Joint
 
 Part = tuple[FramePlace | None, Any, Any]
 """Place (None: ground), with force, complex, and moment of the row's unit multiplier."""
@@ -64,21 +63,24 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     _require_joints(mechanism, joints)
     for (_, point), (hub, *others) in frame.ends.items():
         yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
-    soft = _Soft(mechanism, joints)
+
+    def soft(name: str, ends: tuple[int, int], rows: tuple[Row, ...]) -> tuple[Row, ...]:
+        return _softened(mechanism, joints.get(name), name, ends, rows)
+
     for point, parent, child, welded in _pins(mechanism):
         sides = frame.place(parent, point), frame.place(child, point)
         rows = (*_held(sides), _not_turned(sides)) if welded else _held(sides)
-        yield Tie(point, soft.made(point, parent, child, rows))
+        yield Tie(point, soft(point, (parent, child), rows))
     for slider in mechanism.sliders:
         ends = mechanism.index[slider.on], mechanism.index[slider.link]
         across = _moved(frame.sides[slider.name], 1j * frame.along(slider))
-        yield Tie(slider.name, soft.made(slider.name, *ends, (across, _not_turned(frame.sides[slider.name]))))
+        yield Tie(slider.name, soft(slider.name, ends, (across, _not_turned(frame.sides[slider.name]))))
     for number, drive in enumerate(mechanism.drives):
         name, ends, row = _coordinate(frame, drive)
-        yield Tie(name, soft.made(name, *ends, (row,)), number)
+        yield Tie(name, soft(name, ends, (row,)), number)
     for number, gear in enumerate(mechanism.gears):
         name, ends, row = _coordinate(frame, gear.follower)
-        (made,) = soft.made(name, *ends, (row,))
+        (made,) = soft(name, ends, (row,))
         parts = tooth_forces(frame, gear, flanks.get(number, 0.0))
         if parts is None:
             _, _, led = _coordinate(frame, gear.driver)
@@ -139,30 +141,20 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
             raise ValueError(f"joint compliance or misfit: {meant}")
 
 
-class _Soft:
-    """Rows of joints with compliance or misfit."""
-
-    def __init__(self, mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
-        self.mechanism, self.joints = mechanism, joints
-
-    def made(self, name: str, parent: int, child: int, rows: tuple[Row, ...]) -> tuple[Row, ...]:
-        """Apply the compliance and misfit of a joint to its rows."""
-        if name not in self.joints:
-            return rows
-        compliance = self.joints[name]
-        sense = 1.0 if self._joint(name, parent, child).child == child else -1.0
-        changed = []
-        for row in rows:
-            along = row.parts[0][1]
-            soft, wanted = (
-                (compliance.rotation, compliance.turn)
-                if row.turns
-                else (compliance.translation, np.real(np.conj(along) * compliance.gap))
-            )
-            changed.append(Row(row.parts, row.turns, soft, sense * wanted))
-        return tuple(changed)
-
-    def _joint(self, name: str, parent: int, child: int) -> Joint:
-        ends = {parent, child}
-        found = structure(self.mechanism).joints
-        return next(joint for joint in found if joint.name == name and {joint.parent, joint.child} == ends)
+def _softened(
+    mechanism: Mechanism, compliance: JointCompliance | None, name: str, ends: tuple[int, int], rows: tuple[Row, ...]
+) -> tuple[Row, ...]:
+    """Apply the compliance and misfit of a joint, with a parent and child of the rows, to its rows."""
+    if compliance is None:
+        return rows
+    found = (joint for joint in structure(mechanism).joints if joint.name == name)
+    sense = next(1.0 if joint.child == ends[1] else -1.0 for joint in found if {joint.parent, joint.child} == {*ends})
+    changed = []
+    for row in rows:
+        soft, wanted = (
+            (compliance.rotation, compliance.turn)
+            if row.turns
+            else (compliance.translation, np.real(np.conj(row.parts[0][1]) * compliance.gap))
+        )
+        changed.append(Row(row.parts, row.turns, soft, sense * wanted))
+    return tuple(changed)
