@@ -1,4 +1,4 @@
-"""Tables of the scene format from its structs: key, meaning, value with default.
+"""Tables of the scene format from its structs: key with value, meaning with default.
 
 A page has the table of a struct between `<!-- keys: MaterialTable -->` and `<!-- end -->`. Several names give one table
 with all their keys. `python docs/making/scene_format.py` writes the tables into docs/scenes.md; a test compares them.
@@ -21,7 +21,8 @@ ROOT = Path(__file__).parents[2]
 MARK = re.compile(r"^<!-- keys: ([\w ]+) -->\n(?:.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 PAGE = ROOT / "docs" / "scenes.md"
 ILLUSTRATED = re.compile(r',? (?:as in|or for a pin|or) (?:"[^"]*"|\[[^]]*\]|[\d.e+-]+)')
-HEAD = "| key | meaning | value (default) |\n|---|---|---|\n"
+HEAD = "| key [value] | meaning (default) |\n|---|---|\n"
+PLAIN = {"text", "name", "true, false", "table"}  # kinds that the meaning implies
 SHAPES = "| `shape` | keys, optional ones in brackets |\n|---|---|\n"
 
 
@@ -87,7 +88,12 @@ def rows(struct: type[Struct]) -> list[str]:
             continue  # as in a scene
         default = special or _default(field)
         key = f"**`{field.encode_name}`**" if field.required else f"`{field.encode_name}`"
-        cells.append([key, meaning, f"{value} ({default})" if default not in {"", "none", "no limit"} else value])
+        kept = "" if default in {"", "none", "no limit", "`false`"} else f" ({default})"
+        if value.startswith('`"'):  # a choice
+            meaning += "" if all(choice in meaning for choice in value.split(", ")) else f": {value}"
+        elif value not in PLAIN:
+            key += f" {value}" if "[" in value else f" [{value}]"
+        cells.append([key, meaning + kept])
     return [*map(row, cells)]
 
 

@@ -275,7 +275,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     output: str = ""
     #: distance from its rest position at which the output counts as settled [2 % of the residual amplitude]
     settled: q.Allowance | None = None
-    #: units of the page and `positions.csv`: `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
+    #: units of the page and `positions.csv`: `"SI"`, `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 

@@ -118,7 +118,7 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
     interpolation: Interpolation = "linear"  #: between entries of the table
-    #: constant beyond the ends of the table, which otherwise must cover the run
+    #: `"hold"`: constant beyond the ends of the table, which otherwise must cover the run
     extend: Literal["hold"] | None = None
     motor: Name | None = None  #: its motor, under `[motors]` [none]
     cylinder: Name | None = None  #: cylinder of a slider, under `[cylinders]` [none]
@@ -150,7 +150,7 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     start: tuple[q.ForcePerLength, q.ForcePerLength] | None = None  #: load per length `[x, y]` at the first point
     #: load per length at the second point, linear between [as `start`]
     end: tuple[q.ForcePerLength, q.ForcePerLength] | None = None
-    #: axes of the components: the drawing, or `"turning"` with the (bent) link or beam
+    #: axes of the components: `"fixed"` in the drawing, or `"turning"` with the (bent) link or beam
     axes: Literal["fixed", "turning"] = "fixed"
     #: `"one way"`: acts only while the point moves against it; `"both ways"`: reverses with the motion
     #: [acts as given]
@@ -159,7 +159,8 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
     interpolation: Interpolation = "linear"  #: between entries of the table
-    extend: Literal["hold"] | None = None  #: constant beyond the ends of the table, which otherwise must cover the run
+    #: `"hold"`: constant beyond the ends of the table, which otherwise must cover the run
+    extend: Literal["hold"] | None = None
 
 
 class SpringTable(StrictTable, frozen=True, kw_only=True):
@@ -232,7 +233,7 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
 
     #: range or list of values, by path such as `"sections.bar.depth"`
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
-    #: all combinations, or samples of the ranges without `count`
+    #: all combinations, or how to sample the ranges without `count`
     method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
     samples: Annotated[int, Meta(ge=1)] | None = None  #: number of samples
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0  #: random seed
@@ -256,7 +257,7 @@ class ToleranceTable(StrictTable, frozen=True, kw_only=True):
     """Tolerance of a number."""
 
     plus_minus: Amount  #: half of the range, in its unit or per cent
-    #: normal: standard deviation `plus_minus` / 3
+    #: `"uniform"`, or `"normal"` with standard deviation `plus_minus` / 3
     distribution: Literal["uniform", "normal"] = "uniform"
 
 
