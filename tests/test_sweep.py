@@ -190,7 +190,7 @@ def answered_by(monkeypatch, limits, aim, change):
         )
         return FullAnswer("elastodynamic", tuple(judged), told)
 
-    monkeypatch.setattr("kinelast.sweep.pages.full_answer", full)
+    monkeypatch.setattr("kinelast.figures.limits.full_answer", full)
     kept = ["limits_kept", "limits_margin"] if limits else []
     rows = Rows(Evaluation(document, plan_of(tables), ("mass", "deflection", *kept)))
     columns, reasons = rows(0, 40)
