@@ -25,7 +25,7 @@ from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, s
 from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
-from rigid import ConstantSpeed, Mechanism, Motion
+from rigid import ConstantSpeed, Mechanism, Motion, Reals
 
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
