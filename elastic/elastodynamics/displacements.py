@@ -217,8 +217,9 @@ def unit_displacements(
         structure.length[:, None] * structure.xi
     )
     turned = angle[:, links, None]
-    local = directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
-    beams = shift[:, links, None] + 1j * turned * arms[..., None] + local
+    beams = 1j * turned * arms[..., None]
+    beams += shift[:, links, None]
+    beams += directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
     moves, turns = [], []
     for at, name in chosen:
         if name.startswith(UNDER):

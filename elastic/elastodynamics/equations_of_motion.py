@@ -7,7 +7,7 @@ on the strains of the basis. Derivation: docs/elastodynamics.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,7 +59,9 @@ def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen
     carried = rigid_body_modes(structure, motion)
     own = own_basis(structure, carried, basis)
     unit = unit_displacements(structure, motion, carried, own, chosen)
-    return Kinematics(structure, carried, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
+    rows = mass_rows(structure, motion, chosen, unit)
+    beams = rows[:, : structure.mass.size].reshape(unit.beams.shape)  # the same memory
+    return Kinematics(structure, carried, chosen, own, replace(unit, beams=beams), rows)
 
 
 def masses(structure: ElasticStructure) -> Reals:
@@ -75,15 +77,19 @@ def masses(structure: ElasticStructure) -> Reals:
 def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Complexes:
     """Displacements of all masses, rotations of all moments of inertia, shape (positions, masses, c), complex."""
     count, kinds = len(moved.angle), moved.angle.shape[-1]
-    rows = [moved.beams.reshape(count, -1, kinds)]
-    if structure.rotary.any():
-        rows.append(moved.phi.reshape(count, -1, kinds).astype(complex))
-    for at, lump in lumps_of(structure.mechanism):
+    fields = (moved.beams, moved.phi) if structure.rotary.any() else (moved.beams,)
+    lumps = lumps_of(structure.mechanism)
+    rows = np.empty((count, len(fields) * structure.mass.size + 2 * len(lumps), kinds), complex)
+    along = rows[:, : len(rows[0]) - 2 * len(lumps)].reshape(count, len(fields), *structure.mass.shape, kinds)
+    for at, field in enumerate(fields):
+        along[:, at] = field
+    for row, (at, lump) in enumerate(lumps, -len(lumps)):
         number = chosen.index((at, lump.point))
         arm = motion.direction[at] * np.ravel(lump.offset)[0]
         turned = moved.turns[:, number]
-        rows += [(moved.moves[:, number] + 1j * arm[:, None] * turned)[:, None], turned[:, None].astype(complex)]
-    return np.concatenate(rows, axis=1)
+        rows[:, 2 * row] = moved.moves[:, number] + 1j * arm[:, None] * turned
+        rows[:, 2 * row + 1] = turned
+    return rows
 
 
 @dataclass(frozen=True, eq=False)
