@@ -14,6 +14,7 @@ from kinelast.scene.data import Scene
 
 RESOLVED = 0.5  # bound of an error that needs no measurement, relative to the accuracy
 JUDGED = 0.2  # factor on this bound if limits judge the answer
+ASKED = 1e-4  # bound of an error that needs no measurement if an accuracy is requested
 BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
 PER_ROTATION = 2.0  # bound of the effect of large displacement / largest rotation [rad]
 

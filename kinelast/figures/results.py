@@ -294,7 +294,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     from kinelast.figures.theory import answer
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
-    if len(best.missed_peaks) and not plain.left_out:
+    if not (theory.plain or plain.left_out) and len(best.missed_peaks):
         whole = _with_instants(whole, best.missed_peaks)
         best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if whole is plain:

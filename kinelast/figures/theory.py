@@ -29,6 +29,7 @@ from elastic.elastodynamics import (
 from kinelast.figures.answer import BESIDES, Answer
 from kinelast.figures.between import Between
 from kinelast.figures.bounds import (
+    ASKED,
     BOUND_OVER_ERROR,
     PER_ROTATION,
     bound_of_vibration,
@@ -276,8 +277,9 @@ class _Rungs:
         return replace(answer, missed=vibration, finer=True)
 
     def resolved(self, wanted: float) -> float:
-        """See `kinelast.figures.bounds.resolved`."""
-        return resolved(wanted, bool(limits_of(self.scene)))
+        """Largest bound that stands in place of a measured error, see `kinelast.figures.bounds.resolved`."""
+        bound = resolved(wanted, bool(limits_of(self.scene)))
+        return bound if self.theory.accuracy is None else min(bound, ASKED)
 
     def rigid(self) -> Answer:
         """Return the answer of rigid links."""
