@@ -32,10 +32,8 @@ from rigid.closures import (
     self_stresses,
 )
 from rigid.kinematics import repeated, stacked
-from rigid.kinetostatics import balancing_forces, force_condition, with_friction
+from rigid.kinetostatics import MAX_FLANK_ROUNDS, balancing_forces, force_condition, with_friction
 from rigid.plane import ZERO
-
-MAX_FLANK_ROUNDS = 4  # iterations for the loaded flanks of gears
 
 
 def _field_property(field: str) -> cached_property[Coefficients]:

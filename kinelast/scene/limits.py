@@ -140,8 +140,8 @@ def sets_limit(path: str) -> bool:
 
     Examples
     --------
-    >>> sets_limit("bearings.A.rolling.life"), sets_limit("bearings.A.rolling.C")
-    (True, False)
+    >>> sets_limit("bearings.A.rolling.life"), sets_limit("bearings.A.rolling.C"), sets_limit("stops.A.margin")
+    (True, False, True)
     """
     table, _, rest = path.partition(".")
     key = rest.partition(".")[2]

@@ -189,8 +189,9 @@ class Part(Generic[Built]):
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
-        """Return True if a table key is only the limit of a figure."""
-        return key not in self.more_than_limits and any(each.limit == key for each in self.figures)
+        """Return True if a table key is only the limit of a figure; `required_KEY` gives a limit with a default."""
+        limits = key, f"required_{key}"
+        return key not in self.more_than_limits and any(each.limit in limits for each in self.figures)
 
 
 def _unit(figure: Figure, scene: Scene, item: str) -> str | None:

@@ -2,6 +2,7 @@
 
 from rigid.kinetostatics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.kinetostatics.friction import (
+    MAX_FLANK_ROUNDS,
     creep_rate,
     friction_per_rate,
     friction_power,
