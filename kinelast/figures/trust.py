@@ -319,7 +319,8 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
         words += sheared + (f"; less so {', '.join(names)}" if names else "")
         advice = f" {ADVICE[kind]}." if level != GOOD and kind in ADVICE and not sheared else ""
-        yield Finding(level, heading, f"{words}.{advice}")
+        brief = ": ".join(filter(None, (name, advice and _clause(ADVICE[kind]))))
+        yield Finding(level, heading, f"{words}.{advice}", brief if level != GOOD else "")
 
 
 def _own_level(kind: str, figure: float) -> str:
@@ -335,6 +336,10 @@ def _without_shear(results: Results, beam: int) -> str:
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
     return f"; {SHEAR_OFF if known else SHEAR_UNKNOWN}"
+
+
+def _clause(words: str) -> str:
+    return words[0].lower() + words[1:]
 
 
 def _sentence(words: str) -> str:

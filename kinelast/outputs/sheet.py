@@ -134,8 +134,8 @@ class MechanismAxes:
 
     def name_beside(self, name: str, line: Any, others: Iterable[Any], fontsize: float) -> None:
         """Draw the name of a link beside its line, as clear as possible of the lines of the other links."""
-        way = line[-1] - line[0]
-        across = 1j * way / abs(way) * (1 if way.real >= 0 else -1) * NAME_OFFSET * self.unit
+        chord = line[-1] - line[0]
+        across = 1j * chord / abs(chord) * (1 if chord.real >= 0 else -1) * NAME_OFFSET * self.unit
         bars = np.array([bar for other in others for bar in pairwise(np.asarray(other).tolist())])
         letter = LETTER * self.unit / self.letters * fontsize / 10
 
@@ -150,7 +150,7 @@ class MechanismAxes:
 
         spots = [complex(line[int(share * (len(line) - 1))]) for share in SHARES]
         if len(line) == 2:
-            spots = [complex(line[0] + share * way) for share in SHARES]
+            spots = [complex(line[0] + share * chord) for share in SHARES]
         place, offset = max(((spot, side * across) for spot in spots for side in (1, -1)), key=lambda each: room(*each))
         self.beside(place, complex(offset), name, color=self.colors[name], fontsize=fontsize)
 
