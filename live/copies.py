@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kinelast.scene.units import Quantity
-from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_name, points_of, with_points
+from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_name, opposite, points_of, with_points
 from live.text import with_table, with_value
 from rigid import GROUND
 
@@ -75,7 +75,7 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
     """Return a place in link axes; mirrored, its second coordinate changes sign."""
-    return [place[0], _opposite(place[1])] if mirror else place
+    return [place[0], opposite(place[1])] if mirror else place
 
 
 def _attached_parts(
@@ -99,7 +99,7 @@ def _attached_parts(
     for drive in tables.get("drives", ()):
         if drive.get("link") in names and drive.keys() <= {"link", "on", "at", "speed"}:
             entries = _renamed(drive, named)
-            yield ("drives", 0), {**entries, "speed": _opposite(drive["speed"])} if mirror else entries
+            yield ("drives", 0), {**entries, "speed": opposite(drive["speed"])} if mirror else entries
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
@@ -112,16 +112,9 @@ def _renamed(value: Any, named: Mapping[str, str]) -> Any:
     return named.get(value, value) if isinstance(value, str) else value
 
 
-def _opposite(value: Any) -> Any:
-    """Change the sign of a number, with or without unit."""
-    if isinstance(value, str):
-        return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
-    return -value
-
-
 def _turned_over(direction: Any) -> Any:
     """Mirror a direction at a vertical line."""
     if isinstance(direction, list):
-        return [_opposite(direction[0]), direction[1]]
+        return [opposite(direction[0]), direction[1]]
     angle = float(Quantity.of_unit("rad", direction)) if isinstance(direction, str) else float(direction)
     return along(-rect(1.0, angle).conjugate())

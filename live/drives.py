@@ -71,11 +71,7 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
 def _there_and_back(way: float) -> list[dict[str, str]]:
     """Law that moves by a distance [m], rounded to two digits, and back."""
     by = f"{float(f'{1000 * way:.2g}'):g} mm"
-    return [{"curve": LAW, "duration": LASTS, "by": each} for each in (by, _opposite(by))]
-
-
-def _opposite(value: str) -> str:
-    return value[1:] if value.startswith("-") else f"-{value}"
+    return [{"curve": LAW, "duration": LASTS, "by": each} for each in (by, edits.opposite(by))]
 
 
 def _add_slide(text: str, tables: Tables, point: str) -> str:
@@ -114,7 +110,7 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
     by, duration = str(change["by"]).strip(), str(change["duration"]).strip()
     Quantity.of_unit(length, by)
     Quantity.of_unit("s", duration)
-    strokes = [by, _opposite(by)] if change.get("back") else [by]
+    strokes = [by, edits.opposite(by)] if change.get("back") else [by]
     law = [{"curve": str(change["curve"]), "duration": duration, "by": each} for each in strokes]
     return with_value(text, ("drives", number, "law"), law)
 
@@ -226,7 +222,7 @@ def _with_cylinder(text: str, tables: Tables, start: str, end: str) -> str:
     middle, barrel, rod = f"{name}_middle", f"{name}_barrel", f"{name}_rod"
     sheet = drawn(tables)
     line = sheet[end] - sheet[start]
-    text = with_value(text, ("points", middle), _place(sheet[start] + line / 2, tables))
+    text = with_value(text, ("points", middle), edits.rounded_place(sheet[start] + line / 2, tables))
     body = {"points": [start, middle], "rigid": True, "mass": "1 kg", "center": middle}
     text = with_table(text, ("links", barrel), body)
     text = with_table(text, ("links", rod), {"points": [end], "mass": "0.5 kg"})
@@ -242,11 +238,6 @@ def _is_moving(tables: Tables, point: str) -> bool:
     return any(point in points_of(link) for name, link in tables["links"].items() if name != GROUND)
 
 
-def _place(place: complex, tables: Tables) -> list[float]:
-    per_length = edits.scale_of(tables)
-    return [float(f"{part / per_length:.{edits.DIGITS}g}") for part in (place.real, place.imag)]
-
-
 def with_cylinders(before: Tables, text: str, point: str) -> str:
     """Realign cylinders after one of their end points has moved.
 
@@ -260,7 +251,7 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
         if point not in (parts["from"], parts["to"]) or start is None or end is None:
             continue
         text = with_value(text, ("sliders", slider, "direction"), edits.along(end[1] - end[0]))
-        text = with_value(text, ("points", parts["middle"]), _place((end[0] + end[1]) / 2, tables))
+        text = with_value(text, ("points", parts["middle"]), edits.rounded_place((end[0] + end[1]) / 2, tables))
         length = tables["cylinders"][name].get("length")
         if length == f"{1000 * abs(start[1] - start[0]):.{edits.DIGITS}g} mm":
             text = with_value(text, ("cylinders", name, "length"), f"{1000 * abs(end[1] - end[0]):.{edits.DIGITS}g} mm")

@@ -211,7 +211,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     if point in ends:
         raise EditError(f'"{name}" has the point "{point}" already')
     if "between" in change:
-        text = with_value(text, ("points", point), _plain(place, tables))  # unrounded, exactly on the line
+        text = with_value(text, ("points", point), parts.exact_place(place, tables))  # unrounded, exactly on the line
     if "length" in link or isinstance(link["points"], dict):
         text = _in_own_axes(text, tables, name, point, {**seen, point: _place_at_start(change, seen, point)}, ways)
     else:
@@ -237,12 +237,8 @@ def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping
     way = ways.get(name, (last - first) / abs(last - first))
     own = dict(link["points"]) if isinstance(link["points"], dict) else {}
     for each in (*ends, point):
-        own.setdefault(each, _plain((seen[each] - first) * way.conjugate(), tables))
+        own.setdefault(each, parts.exact_place((seen[each] - first) * way.conjugate(), tables))
     return with_value(without(text, ("links", name, "length")), ("links", name, "points"), own)
-
-
-def _plain(place: complex, tables: Tables) -> list[float]:
-    return [round(part / scale_of(tables), parts.EXACT) + 0.0 for part in (place.real, place.imag)]
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:

@@ -71,10 +71,27 @@ def new_name(taken: Any, stem: str) -> str:
     return f"{stem}{number}"
 
 
+def rounded_place(place: complex, tables: Tables) -> list[float]:
+    """Coordinates of a place in the file's unit of length, with `DIGITS` digits."""
+    per_length = scale_of(tables)
+    return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
+
+
+def exact_place(place: complex, tables: Tables) -> list[float]:
+    """Coordinates of a place in the file's unit of length, exact enough to lie on a line."""
+    return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
+
+
+def opposite(value: Any) -> Any:
+    """Change the sign of a number, with or without unit."""
+    if isinstance(value, str):
+        return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
+    return -value
+
+
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
     """Add a point for each place in `wanted`; return the text and the names of all points."""
     taken = {*tables.get("points", ()), *drawn(tables)}
-    per_length = scale_of(tables)
     names = []
     for each in wanted:
         if isinstance(each, str):
@@ -83,7 +100,7 @@ def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list
         name = new_name(taken, "A")
         taken.add(name)
         names.append(name)
-        text = with_value(text, ("points", name), [float(f"{part / per_length:.{DIGITS}g}") for part in each])
+        text = with_value(text, ("points", name), rounded_place(complex(*each), tables))
     return text, names
 
 
@@ -168,8 +185,7 @@ def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, com
         (fixed,) = (sheet[end] for end in ends if end not in free)
         way = sheet[point] - fixed
         place = fixed + way / abs(way) * abs(sheet[free[0]] - fixed)
-        parts = [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
-        return with_value(text, ("points", free[0]), parts), way
+        return with_value(text, ("points", free[0]), exact_place(place, tables)), way
     return text, sheet[ends[1]] - sheet[ends[0]]
 
 
