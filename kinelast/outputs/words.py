@@ -161,7 +161,7 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
-    within = ", kept within ten times this error" if figure.unreliable and row.outcome == KEPT else ""
+    within = ", kept within five times this error" if figure.unreliable and row.outcome == KEPT else ""
     error = error_words(replace(figure, unreliable=False) if within else figure, told_in)
     return f"{name} {value}{error} ({'minimum' if row.least else 'limit'} {allowed}{within})"
 
