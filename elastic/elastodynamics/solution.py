@@ -101,7 +101,7 @@ class Elastodynamic:
 
     @property
     def bound(self) -> float:
-        """Bound of the discretization error; infinite after a start, because it excludes axial ringing."""
+        """Bound of the discretization error; infinite after a start, because axial ringing may exceed it."""
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
