@@ -1,6 +1,7 @@
 """When many designs are evaluated together, each row equals a separate run, whichever number of the scene varies."""
 
 import copy
+import gc
 import re
 
 import numpy as np
@@ -21,6 +22,7 @@ from kinelast.scene.text import file_text
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.request import Request
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
+from rigid.positions.branch import TrackedBranch
 from tests.scene_texts import SWING, WHEEL
 
 SPREAD = 3e-3  # relative change of the numbers
@@ -207,6 +209,16 @@ def test_a_row_does_not_depend_on_other_rows_bit_for_bit(name, paths, spread):
         for figure, column in whole.columns.items():
             assert column[list(rows)].tobytes() == part.columns[figure].tobytes()
         assert list(whole.reason[list(rows)]) == list(part.reason)
+
+
+def test_a_sweep_keeps_no_branches_of_earlier_designs():
+    """The branch of a motion grows with the designs; 64 chunks of a sweep filled the memory."""
+    kept = []
+    for crank in (0.10, 0.11, 0.12):
+        evaluate(STEEL, ["links.crank.length"], [[crank], [crank + 0.001]], ["deflection"])
+        gc.collect()
+        kept.append(sum(isinstance(each, TrackedBranch) and bool(each.designs) for each in gc.get_objects()))
+    assert kept[2] <= kept[1] <= kept[0]
 
 
 def test_an_impossible_design_is_a_row_with_a_reason():

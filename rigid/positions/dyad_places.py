@@ -27,7 +27,6 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
     return sine
 
 
-@lru_cache(maxsize=1024)
 def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint]:
     """Closed form for a dyad, its outer joints (pins first), and its inner joint."""
     assert group.dyad is not None
@@ -80,7 +79,7 @@ def _two_pins(
     return sine
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=64)
 def _drawn_side(mechanism: Mechanism, first: str, second: str, inner: str) -> Any:
     """+1 if the inner pin is drawn left of the line from the first to the second outer pin, else -1."""
     drawing = Drawing(mechanism)

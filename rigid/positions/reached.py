@@ -46,7 +46,7 @@ def branch_through(
     """
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
-    kept = mechanism.__dict__.setdefault("_branches", {})
+    kept = _branches_of(mechanism)
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
         # the drawing's own coordinate, so that the result can be reused for any turn
@@ -126,6 +126,19 @@ def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
 def _ends(branch: TrackedBranch) -> bool:
     """True if a branch ends on the path."""
     return bool(np.isnan(branch.table["sine"]).any())
+
+
+_latest: list[dict[Any, TrackedBranch]] = [{}]
+"""Branches of the latest mechanism with many designs: those of earlier ones would fill the memory of a sweep."""
+
+
+def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:
+    """Return the cache of branches of a mechanism."""
+    kept: dict[Any, TrackedBranch] = mechanism.__dict__.setdefault("_branches", {})
+    if mechanism.designs and kept is not _latest[0]:
+        _latest[0].clear()
+        _latest[0] = kept
+    return kept
 
 
 def _cached_branch(
