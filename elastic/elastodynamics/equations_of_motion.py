@@ -57,11 +57,11 @@ class Kinematics:
 def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen: Points) -> Kinematics:
     """Compute displacements per unit of a basis at all positions of a motion."""
     carried = rigid_body_modes(structure, motion)
-    own = own_basis(structure, carried, basis)
-    unit = unit_displacements(structure, motion, carried, own, chosen)
+    independent = own_basis(structure, carried, basis)
+    unit = unit_displacements(structure, motion, carried, independent, chosen)
     rows = mass_rows(structure, motion, chosen, unit)
     beams = rows[:, : structure.mass.size].reshape(unit.beams.shape)  # the same memory
-    return Kinematics(structure, carried, chosen, own, replace(unit, beams=beams), rows)
+    return Kinematics(structure, carried, chosen, independent, replace(unit, beams=beams), rows)
 
 
 def masses(structure: ElasticStructure) -> Reals:

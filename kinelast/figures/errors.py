@@ -30,10 +30,8 @@ RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
 LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
-LITTLE_PRESSED, KNOWN_TO = (
-    0.2,
-    0.02,
-)  # relative to the largest load ratio: ratios below the first are known to the second
+LITTLE_PRESSED = 0.2  # smaller load ratios, relative to the largest one, are known to `KNOWN_TO`
+KNOWN_TO = 0.02  # error of small load ratios, relative to the largest one
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit

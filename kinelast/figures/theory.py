@@ -31,7 +31,9 @@ from kinelast.figures.between import Between
 from kinelast.figures.bounds import (
     ASKED,
     BOUND_OVER_ERROR,
+    BOUNDED,
     PER_ROTATION,
+    RESOLVED,
     bound_of_vibration,
     damping_of,
     largest_rotation,
@@ -268,17 +270,17 @@ class _Rungs:
         if rotation > MAX_ROTATION:
             return self.unknown("vibration is not looked at where links turn by so much")
         large = PER_ROTATION * rotation
-        if large > self.resolved(wanted):
+        if large > self.resolved(wanted, BOUNDED):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
-        if vibration + large > self.resolved(wanted):
+        if vibration + large > self.resolved(wanted, BOUNDED):
             return None
         answer = self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {VIBRATION: vibration, LARGE: large})
         return replace(answer, missed=vibration, finer=True)
 
-    def resolved(self, wanted: float) -> float:
-        """Largest bound that stands in place of a measured error, see `kinelast.figures.bounds.resolved`."""
-        bound = resolved(wanted, bool(limits_of(self.scene)))
+    def resolved(self, wanted: float, share: float = RESOLVED) -> float:
+        """Largest bound that is stated in place of a measured error, see `kinelast.figures.bounds.resolved`."""
+        bound = resolved(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, ASKED)
 
     def rigid(self) -> Answer:
@@ -311,7 +313,7 @@ class _Rungs:
         It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
         """
         large = PER_ROTATION * largest_rotation(linear.deflection)
-        if self.theory.name is None and large <= self.resolved(wanted):
+        if self.theory.name is None and large <= self.resolved(wanted, BOUNDED):
             return linear, {}, {LARGE: large}
         self._tell(2, "large displacement")
         try:
