@@ -98,9 +98,10 @@ class TestCommand:
         assert {entry.name for entry in folder.iterdir()} == files
         assert set(json.loads((folder / "summary.json").read_text())["files"]) == files - {"summary.json"}
         assert main(["steel_four_bar", "--positions", "12", "--theory", "quasi-static", "-o", str(tmp_path)]) == 0
-        assert {entry.name for entry in folder.iterdir()} == files - {"structure.txt", "skeleton.svg"}
+        assert {entry.name for entry in folder.iterdir()} == files - {"structure.txt", "skeleton.svg"} | {"earlier"}
+        assert {entry.name for entry in (folder / "earlier").iterdir()} == {"structure.txt", "skeleton.svg"}
         assert main(["steel_four_bar", "--structure", "-o", str(tmp_path)]) == 0
-        assert {entry.name for entry in folder.iterdir()} == files
+        assert {entry.name for entry in folder.iterdir()} == files | {"earlier"}
 
     def test_a_bad_scene_does_not_stop_the_others(self, tmp_path, capsys):
         bad = tmp_path / "bad.toml"

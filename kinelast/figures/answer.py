@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from elastic import Deflection
-from elastic.elastodynamics import Elastodynamic, deflection_at
+from elastic.elastodynamics import Elastodynamic, deflection_at, has_dry_friction
 from kinelast.figures.courses import course_errors, history_error
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import BETWEEN, NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
@@ -136,7 +136,12 @@ class Answer:
 
     @property
     def missed_peaks(self) -> Reals:
-        """Instants between the positions at which graded figures exceed those of the answer by the accuracy [s]."""
+        """Instants between the positions at which graded figures exceed those of the answer by the accuracy [s].
+
+        Empty with dry friction: a second answer would take as long as the first and sticks at other instants.
+        """
+        if has_dry_friction(self.cycle.scene.mechanism):
+            return np.zeros(0)
         keys = {each.key for each in self.graded if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
         figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
         instants = [np.zeros(0)]

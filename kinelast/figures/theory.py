@@ -71,6 +71,7 @@ MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
 FINE = 0.05  # tolerance of the solver, relative to the requested accuracy
+FINE_WITH_FRICTION = 0.02  # the same with friction, whose unsettled vibration only a finer tolerance reveals
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
 FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
@@ -121,10 +122,11 @@ def answer(
     rests = not named and _rests(plain)
     if not named and not rests and (early := rungs.without_vibration(period, wanted)):
         return early
-    aim = wanted if named or FINE * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
-    tolerance = min(TOLERANCE, FINE * aim) if named else max(FINE * aim, FINEST)
+    fine = FINE_WITH_FRICTION if scene.mechanism.friction else FINE
+    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
+    tolerance = min(TOLERANCE, fine * aim) if named else max(fine * aim, FINEST)
     if scene.mechanism.friction:
-        tolerance = max(tolerance, FINE * wanted)
+        tolerance = max(tolerance, fine * wanted)
     try:
         motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
 
@@ -134,12 +136,12 @@ def answer(
 
         linear = _vibrating(scene, plain.motion, resolved, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
-            fine = (
+            reason = (
                 "friction sticks too hard to be settled"
                 if has_dry_friction(scene.mechanism)
                 else "it is too fine to be resolved"
             )
-            raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {fine}")
+            raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {reason}")
     except SceneError as error:
         if named:
             raise
