@@ -73,35 +73,35 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     rows: list[tuple[int, list[str]]] = []
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
     for cells in _read(reader):
-        told = [cell.strip() for cell in cells]
-        remark = bool(told) and told[0][:1] in COMMENT and bool(told[0])
+        texts = [cell.strip() for cell in cells]
+        remark = bool(texts) and texts[0][:1] in COMMENT and bool(texts[0])
         if remark:
-            told[0] = told[0].lstrip(COMMENT).strip()
-        first = next((cell for cell in told if cell), "")
+            texts[0] = texts[0].lstrip(COMMENT).strip()
+        first = next((cell for cell in texts if cell), "")
         if not first:
             continue
         if rows or not (remark or not NUMBER.match(first)):
             if not remark:
-                rows.append((reader.line_num, told))
+                rows.append((reader.line_num, texts))
             continue
-        told = _heading(told, lines[reader.line_num - 1], len(names))
-        if told:
-            headings.append((reader.line_num, tuple(told)))
+        texts = _heading(texts, lines[reader.line_num - 1], len(names))
+        if texts:
+            headings.append((reader.line_num, tuple(texts)))
         else:
             titles.append((reader.line_num, separator.join(cells).strip(f" {separator}")))
-    heads = Columns(tuple((line, told[: len(names)]) for line, told in headings), (), tuple(titles))
+    heads = Columns(tuple((line, texts[: len(names)]) for line, texts in headings), (), tuple(titles))
     units = [heads.heading(column) for column in range(len(names))]
     named = min(len(dict(headings)[line]) if unit else len(names) for line, unit in units)
-    point = [(line, [cell if separator == "," else cell.replace(",", ".") for cell in told]) for line, told in rows]
-    return replace(heads, rows=tuple((line, _cells(line, told, names, named)) for line, told in point))
+    point = [(line, [cell if separator == "," else cell.replace(",", ".") for cell in texts]) for line, texts in rows]
+    return replace(heads, rows=tuple((line, _cells(line, texts, names, named)) for line, texts in point))
 
 
-def _heading(told: list[str], line: str, count: int) -> list[str]:
+def _heading(texts: list[str], line: str, count: int) -> list[str]:
     """Cells of a line with at least `count` headings, which may have another separator; else []."""
-    while told and not told[-1]:  # left behind by spreadsheets
-        told.pop()
-    if len(told) >= count:
-        return told
+    while texts and not texts[-1]:  # left behind by spreadsheets
+        texts.pop()
+    if len(texts) >= count:
+        return texts
     for other in SEPARATORS:
         apart = [cell.strip() for cell in line.lstrip(COMMENT).split(other)]
         if len(apart) >= count and all(UNIT.search(cell) for cell in apart[:count]):
@@ -109,15 +109,15 @@ def _heading(told: list[str], line: str, count: int) -> list[str]:
     return []
 
 
-def _cells(line: int, told: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
+def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
     """The expected cells of a line of numbers; further cells must be empty or have a heading."""
-    width = max(number for number, cell in enumerate(told, 1) if cell)  # at least one cell has a number
-    if not len(names) <= width <= named and not (width < len(names) <= len(told)):
+    width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell has a number
+    if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))
-    for name, cell in zip(names, told, strict=False):
+    for name, cell in zip(names, texts, strict=False):
         if not cell:
             raise ExchangeError(f"line {line}: the {name} is missing: write it, or leave the line out")
-    return tuple(told[: len(names)])
+    return tuple(texts[: len(names)])
 
 
 def _read(reader: Any) -> Iterator[list[str]]:
@@ -130,10 +130,10 @@ def _read(reader: Any) -> Iterator[list[str]]:
 def _miscounted(line: int, count: int, names: tuple[str, ...]) -> str:
     """Message on a line with too few or too many cells."""
     wanted = f"expected {len(names)} columns, {' and '.join(names)}"
-    told = f"line {line}: {wanted}, got {count}"
+    texts = f"line {line}: {wanted}, got {count}"
     if count < len(names):
-        return f"{told}: put a comma, a semicolon or a tab between them"
+        return f"{texts}: put a comma, a semicolon or a tab between them"
     return (
-        f"{told}: leave the others out, or put them last with headings of their own, beside units of the first;"
+        f"{texts}: leave the others out, or put them last with headings of their own, beside units of the first;"
         " where decimals have a comma, a semicolon or a tab parts the columns"
     )

@@ -81,7 +81,7 @@ def dxf_text(
     fixed
         Points of the ground.
     paths
-        Successive places of moving points.
+        Successive locations of moving points.
     unit
         Of all lengths: "mm", "cm", "m" or "in".
     curves

@@ -81,7 +81,7 @@ def _slot_limits(
 
 
 def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
-    """Drawn places of a slot's two ends, a little beyond the pin's travel."""
+    """Drawn locations of a slot's two ends, a little beyond the pin's travel."""
     low, high = slot.travel
     if low == high:
         spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]

@@ -37,7 +37,7 @@ from live.mistakes import mistakes_of
 from live.text import line_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
-POSITIONS, FRAMES = 72, 120  # positions of a quick answer; largest number of frames of a full answer's picture
+POSITIONS, FRAMES = 72, 120  # positions of a quick answer; maximum number of frames of a full answer's picture
 STATIONS = np.linspace(0.0, 1.0, 9)
 MAX_BEND, SAME = 0.5, 1e-7  # of a step, relative to the group's sine; tolerance of equal places, relative to the size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
@@ -242,7 +242,7 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
     """Describe where a motion stops: the last position that closes, and the joint that opens."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
-    return rigid.reach_words(moved, ends, scene.told_in.get("m", (1.0, "m")))
+    return rigid.reach_words(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
@@ -296,7 +296,7 @@ def picture(
         "positions": len(arrays["time"]),
         "of": len(bent.motion.time),
         "turn": scene.run.turn,
-        "units": scene.told_in,
+        "units": scene.shown_in,
         "points": list(points),
         **marks,
         "columns": [{"name": column.name, "unit": column.unit} for column in columns],

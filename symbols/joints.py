@@ -98,7 +98,7 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
     far
         Both ends of the travel [m], measured from the place along the direction of sliding.
     sizes
-        Approximate travel in symbol sizes; 0 draws a short rail centred at the place.
+        Approximate travel in symbol sizes; 0 draws a short rail centred at the location.
     """
     half = RAIL_MORE if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)

@@ -54,7 +54,7 @@ class Maker:
         self.hand.until(f"return live.text() !== {before!r}")
 
     def click(self, *places):
-        """Click places of the plane, each with an edit."""
+        """Click locations of the plane, each with an edit."""
         for x, y in places:
             self.until_changed(lambda x=x, y=y: self.press(self.hand.at(x, y)))
 
@@ -63,7 +63,7 @@ class Maker:
         self.until_changed(lambda: [self.press(self.hand.at(*place)) for place in places])
 
     def drag(self, start, end, pixels=None):
-        """Drag from a place of the plane to another, or by pixels."""
+        """Drag from a location of the plane to another, or by pixels."""
         begin = self.hand.at(*start)
         last = self.hand.at(*end) if pixels is None else [begin[0] + pixels[0], begin[1] + pixels[1]]
         self.until_changed(lambda: self.hand.drag(begin, last, 4))

@@ -18,7 +18,7 @@ from rigid.kinetostatics import link_loads
 from rigid.kinetostatics.friction import sliding_rate
 from rigid.plane import cross
 
-# largest number of friction iterations, and largest change of converged efforts, relative to their size
+# maximum number of friction iterations, and largest change of converged efforts, relative to their size
 MAX_ROUNDS, TOLERANCE = 200, 1e-13
 REST_SPEED = 1e-9  # speed of a joint at rest, relative to the largest speed
 

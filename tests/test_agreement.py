@@ -131,16 +131,16 @@ def check_doors(tables):
     """Compare all figures and verdicts of a scene by every fast interface."""
     scene = scene_from_dict(tables)
     results = computed(scene, Request())
-    told = summary(results)
-    figures, verdicts = told["figures"], [row["kept"] for row in told["acceptance"]["limits"]]
-    kept = [each and not told["yields"] for each in verdicts]
+    reported = summary(results)
+    figures, verdicts = reported["figures"], [row["kept"] for row in reported["acceptance"]["limits"]]
+    kept = [each and not reported["yields"] for each in verdicts]
     noise = {unit: 2 * NOISE * scale for unit, scale in results.figures.scales.items()}
 
     with chunks(5):
         given = scene.course.times(), lambda *_: None, lambda *_: None
         long = summary(long_results(scene, *given, lambda plain: by_theory(plain, Request(), SILENT)))
     assert [row["kept"] for row in long["acceptance"]["limits"]] == verdicts
-    assert words(long["acceptance"]) == words(told["acceptance"]), "long"
+    assert words(long["acceptance"]) == words(reported["acceptance"]), "long"
     for key, figure in figures.items():
         assert near(figure["value"], long["figures"][key]["value"], noise.get(figure["unit"], 0.0)), ("long", key)
         errors = [row.get("error") or 0.0 for row in (figure, long["figures"][key])]
@@ -167,7 +167,7 @@ def check_doors(tables):
         assert bool(row.columns["limits_kept"][0]) == all(kept)
         # the best of a sweep, and of an optimum
         judged = verdict_on(full_answer(scene, limits_of_items(scene)).judgements)
-        assert (judged.verdict, judged.passed) == tuple(told["acceptance"][key] for key in ("verdict", "passed"))
+        assert (judged.verdict, judged.passed) == tuple(reported["acceptance"][key] for key in ("verdict", "passed"))
 
     found = figures_of(output_of(scene))
     named = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
@@ -177,7 +177,7 @@ def check_doors(tables):
     sizes = magnitudes(cycle, found)
     both = [np.broadcast_to(each == SEVERITY.index(KEPT), 2).tolist() for each in severities(scene, sizes)]
     assert both == [[passed] * 2 for passed in kept], "columns"
-    return told
+    return reported
 
 
 def words(acceptance):
@@ -234,14 +234,14 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
         **limits,
         "output": f"{factor * abs(figures['output_error']['value'])!r} {figures['output_error']['unit']}",
     }
-    told = summary_of(tables)
-    rows = told["acceptance"]["limits"]
+    reported = summary_of(tables)
+    rows = reported["acceptance"]["limits"]
     assert {row["kind"]: row["kept"] for row in rows} == {
         key: (factor > 1) != (key == "safety") for key in ("deflection", "chord", "safety", "output")
     }
     written = report(scene_from_dict(tables)).figures
     assert written["acceptance"]["limits"] == rows
-    assert written["figures"] == told["figures"]
+    assert written["figures"] == reported["figures"]
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
     posed = problem_of(tables)
     at = np.array([variable.base for variable in posed.task.variables])
@@ -257,12 +257,16 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
 def test_a_limit_of_an_unnamed_output_is_judged_alone():
     """The sweep does not crash, the optimum keeps the limit, and the unit shows that the output is an angle."""
     tables = {**copy.deepcopy(SHIPPED[0]), "limits": {"output": "5 deg"}}
-    told = summary_of(tables)
-    assert (told["output"]["kind"], told["output"]["name"], told["acceptance"]["passed"]) == ("angle", "rocker", True)
+    reported = summary_of(tables)
+    assert (reported["output"]["kind"], reported["output"]["name"], reported["acceptance"]["passed"]) == (
+        "angle",
+        "rocker",
+        True,
+    )
     assert evaluate(tables, [], np.zeros((1, 0))).columns["limits_kept"][0] == 1.0
     tables["limits"] = {"output": "0.01 mm"}
-    told = summary_of(tables)
-    assert (told["output"], told["acceptance"]["verdict"]) == (None, "cannot be judged")
+    reported = summary_of(tables)
+    assert (reported["output"], reported["acceptance"]["verdict"]) == (None, "cannot be judged")
     assert evaluate(tables, [], np.zeros((1, 0)), ["limits_kept"]).columns["limits_kept"][0] == 0.0
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
     with pytest.raises(SceneError, match='it cannot be judged: the figure "output_error" is not known'):
@@ -347,8 +351,8 @@ def test_a_limit_by_the_name_of_any_figure_is_judged_alike_at_every_door(share):
         unit = design_measures(scene, output_of(scene))[name].unit
         limits[name] = {("most", "least")[number % 2]: f"{share * each.value!r} {unit}"}
     tables["limits"] = {"figures": limits}
-    told = check_doors(tables)
-    rows = told["acceptance"]["limits"]
+    reported = check_doors(tables)
+    rows = reported["acceptance"]["limits"]
     expected = [
         outcome_of(each.value, each.error, share * each.value, number % 2 == 1) for number, each in enumerate(plain)
     ]
@@ -384,9 +388,9 @@ def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold
     tables["run"] |= {"positions": 360, "theory": "elastodynamic"}
     tables["materials"]["steel"]["yield"] = allowed(summary_of(tables)["figures"]["stress"], 0.8)
     tables["limits"] = {"deflection": "1 m"}
-    found, told = speeds(scene_from_dict(tables), (10.0, 20.0, 2)), summary_of(tables)
-    assert found.verdicts[-1] == told["acceptance"]["verdict"] == "cannot be judged"
-    assert told["yields"] in told["acceptance"]["problem"]
+    found, reported = speeds(scene_from_dict(tables), (10.0, 20.0, 2)), summary_of(tables)
+    assert found.verdicts[-1] == reported["acceptance"]["verdict"] == "cannot be judged"
+    assert reported["yields"] in reported["acceptance"]["problem"]
     assert found.verdicts[0] == "acceptable"
     assert found.limit is None
     assert any("a link yields at" in words for words in speed_figures(found, scene_from_dict(tables))["words"])
@@ -398,11 +402,11 @@ def test_designs_are_computed_beside_breaks_of_the_laws_too(paths):
     path = Path(__file__).parent / "data" / "cases" / "acceleration_jump.toml"
     tables = parse_toml(path.read_text(encoding="utf-8"))
     tables["run"]["positions"] = 61
-    told = summary(computed(scene_from_dict(tables), Request(theory="quasi-static")))["figures"]
+    reported = summary(computed(scene_from_dict(tables), Request(theory="quasi-static")))["figures"]
     names = ["deflection", "stress", "joint_force", "drive_effort"]
     row = evaluate(tables, paths, [[0.007][: len(paths)]], names)
     for name in names:
-        assert row.columns[name][0] == pytest.approx(abs(told[name]["value"]), rel=1e-9), name
+        assert row.columns[name][0] == pytest.approx(abs(reported[name]["value"]), rel=1e-9), name
 
 
 def test_all_limits_of_unknown_figures_are_reported_at_once():
@@ -428,8 +432,8 @@ def test_limits_of_a_guessed_output_are_those_of_designs_too():
     text = re.sub(r'output = "T"|\[limits\][^\[]*', "", arm.read_text(encoding="utf-8"))
     document = document_from_text(f"{text}\n[limits]\n{limits}", "arm")
     results = computed(document.scene, Request(theory="quasi-static"))
-    told = summary(results)["acceptance"]["limits"]
-    designs = evaluate(document, [], np.zeros((1, 0)), ["limits_kept", *(limit["kind"] for limit in told)])
-    for limit in told:
+    reported = summary(results)["acceptance"]["limits"]
+    designs = evaluate(document, [], np.zeros((1, 0)), ["limits_kept", *(limit["kind"] for limit in reported)])
+    for limit in reported:
         assert designs.columns[limit["kind"]][0] == pytest.approx(limit["found"]["value"], rel=1e-12)
     assert designs.columns["limits_kept"][0] == 1.0

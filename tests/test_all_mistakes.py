@@ -45,7 +45,7 @@ def entries(lines):
 
 
 def mistakes_for(header, key, value, draw):
-    """Yield damaged lines for a key, each with the expected place of its message."""
+    """Yield damaged lines for a key, each with the expected location of its message."""
     table = header.split(".")[0].partition("[")[0]
     # names of figures are checked later, when they are evaluated
     by_figures = "sweep", "optimize", "sensitivities", "limits.figures"
@@ -69,7 +69,7 @@ def mistakes_for(header, key, value, draw):
 
 
 def spoilt(text, seed):
-    """Return a text with two to four mistakes in different entries, and their places."""
+    """Return a text with two to four mistakes in different entries, and their locations."""
     draw = random.Random(seed)
     lines = text.splitlines()
     while True:
@@ -92,7 +92,7 @@ def spoilt(text, seed):
 
 
 def reported(text):
-    """Yield the reported places of mistakes: table and key, or the line of invalid TOML."""
+    """Yield the reported locations of mistakes: table and key, or the line of invalid TOML."""
     try:
         scene_from_text(text)
     except SceneError as error:
@@ -102,7 +102,7 @@ def reported(text):
 
 
 def alike(found, planted):
-    """Return whether a message is at the place of a planted mistake."""
+    """Return whether a message is at the location of a planted mistake."""
     if not isinstance(planted, tuple):
         return found == planted
     header, key = planted

@@ -219,11 +219,11 @@ class TestVerdicts:
     @pytest.mark.slow
     def test_a_rod_of_eight_beams_equals_one_of_one_beam(self, answered):
         """They agree within their errors and have the same cautions."""
-        told = [answered(f"rod_in_{beams}")[2] for beams in ("1_beam", "8_beams")]
-        assert told[0]["reliability"]["level"] == told[1]["reliability"]["level"] == "caution"
-        findings = [{each["heading"]: each["level"] for each in summary["trust"]} for summary in told]
+        reported = [answered(f"rod_in_{beams}")[2] for beams in ("1_beam", "8_beams")]
+        assert reported[0]["reliability"]["level"] == reported[1]["reliability"]["level"] == "caution"
+        findings = [{each["heading"]: each["level"] for each in summary["trust"]} for summary in reported]
         assert findings[0]["Buckling"] == findings[1]["Buckling"] == "caution"
-        first, second = (abs(summary["figures"]["deflection"]["value"]) for summary in told)
+        first, second = (abs(summary["figures"]["deflection"]["value"]) for summary in reported)
         assert second == pytest.approx(first, rel=5e-3)
 
     @pytest.mark.parametrize("name", in_tiers(["excavator", "robot2r", "toggle", "pantograph", "scissor"], 0, 3))
@@ -419,7 +419,7 @@ class TestMessages:
         assert np.isfinite(summary["figures"]["deflection"]["value"])
 
     @pytest.mark.slow
-    @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the largest memory is told by Linux")
+    @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the largest memory is reported by Linux")
     def test_six_positions_of_a_flap_take_little_memory(self, tmp_path):
         """The shipped flap takes 0.4 GB."""
         code = (

@@ -467,7 +467,7 @@ def test_scenes_stand_anywhere_among_the_options(words):
 
 @pytest.mark.slow
 def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monkeypatch, capsys):
-    for package, option, told in (
+    for package, option, reported in (
         ("skfem", "--check", 'arm: the package "skfem" is not installed: pip install "scikit-fem"'),
         ("matplotlib", "--stills", 'arm: stills: the package "matplotlib" is not installed: pip install "matplotlib"'),
         ("matplotlib", "--structure", 'the package "matplotlib" is not installed'),
@@ -481,7 +481,7 @@ def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monk
         call = [sys.executable, "-c", code, str(arm), option, "-o", str(tmp_path / "out")]
         done = subprocess.run(call, capture_output=True, text=True, check=False)
         assert done.returncode == 2, done.stderr
-        assert told in done.stderr
+        assert reported in done.stderr
         assert len(done.stderr.splitlines()) == 1
 
 

@@ -115,8 +115,8 @@ def largest(results, bent):
 def test_every_figure_has_an_error_by_large_displacement():
     """Each error is right to a tenth of the change by the geometrically exact answer, if this is at least 1 %."""
     results = fast(ELASTODYNAMIC)
-    told, left = with_large_displacement(results.answer.vibrating)
-    here, there = (largest(results, bent) for bent in (results.deflection, told.deflection))
+    reported, left = with_large_displacement(results.answer.vibrating)
+    here, there = (largest(results, bent) for bent in (results.deflection, reported.deflection))
     exact = largest(results, geometrically_exact(results.answer.vibrating, 1e-5).deflection)
     changed = 0
     for key, values in exact.items():
@@ -135,9 +135,9 @@ def test_forces_of_exact_answers_on_coarse_elements_have_their_error(name, monke
     drawn = importlib.import_module("random_scenes").scenes(77311)
     scene = next(each for each in drawn if each.name == name)
     rows = importlib.import_module("figure_errors").rows_of(scene, 1)
-    told = next(row for row in rows if row["answer"] == ELASTODYNAMIC)
-    assert told["figures"] > 40
-    assert told["more than two times too low"] == 0
+    reported = next(row for row in rows if row["answer"] == ELASTODYNAMIC)
+    assert reported["figures"] > 40
+    assert reported["more than two times too low"] == 0
 
 
 @pytest.mark.slow
@@ -150,12 +150,12 @@ def test_every_figure_has_an_error_by_time_elements():
     coarse = geometrically_exact(rough, 1e-2)
     finer = discretized_finer(coarse, finer_vibration(coarse), 1e-4)[0]
     bent = coarse.deflection, finer, geometrically_exact(fine, 1e-5).deflection
-    here, told, best = (largest(results, each) for each in bent)
+    here, reported, best = (largest(results, each) for each in bent)
     ratios = []
     for key, values in best.items():
         off = np.abs(values - here[key])
         known = off > 1e-3 * np.abs(values)
-        ratios += [*(np.abs(told[key] - here[key])[known] / off[known])]
+        ratios += [*(np.abs(reported[key] - here[key])[known] / off[known])]
     assert len(ratios) > 10
     assert min(ratios) > 0.4
     assert max(ratios) < 2.5
@@ -218,13 +218,13 @@ def test_axial_ringing_of_a_rod_is_resolved_despite_its_small_displacement():
 
 
 def test_a_check_takes_the_place_of_estimates_it_is_finer_than():
-    told = FigureError({VIBRATION: 5.0, LARGE: -1.0, BEAM_THEORY: 0.5, ROUND_OFF: 0.1})
+    reported = FigureError({VIBRATION: 5.0, LARGE: -1.0, BEAM_THEORY: 0.5, ROUND_OFF: 0.1})
     off, own = {"w": [3.0, 0.2, math.nan]}, {"w": [0.5, 4.5, 0.5]}
-    fine, coarse, nothing = (Measured(off, own).in_place("w", item, told) for item in range(3))
+    fine, coarse, nothing = (Measured(off, own).in_place("w", item, reported) for item in range(3))
     assert fine.parts == {MEASURED: 3.5, BEAM_THEORY: 0.5, ROUND_OFF: 0.1}
     assert fine.size == 4.1
-    assert coarse is nothing is told
-    assert Measured(off, own).in_place("M", 0, told) is told
+    assert coarse is nothing is reported
+    assert Measured(off, own).in_place("M", 0, reported) is reported
     unknown = Measured(off, own).in_place("w", 1, FigureError({BEAM_THEORY: 0.5}, "friction"))
     assert unknown.size == 5.2
 
@@ -234,9 +234,9 @@ def test_plane_bodies_replace_the_estimated_error_of_beam_theory():
     parts = [1.0, 2.0, 0.01]
     errors = {"chord": [FigureError({BEAM_THEORY: part, TIME: 0.1}) for part in parts]}
     errors["M"] = [FigureError({BEAM_THEORY: 7.0, TIME: 0.1})]
-    told = with_bodies(errors, [0.5, 1.0, 0.2], [0.6, 1.0, 0.2])
-    assert [each.parts[BODIES] for each in told["chord"]] == [0.5, 1.0, 0.2]
-    assert told["M"][0].parts == {TIME: 0.1, BODIES: pytest.approx(0.6 * 7.0)}
+    reported = with_bodies(errors, [0.5, 1.0, 0.2], [0.6, 1.0, 0.2])
+    assert [each.parts[BODIES] for each in reported["chord"]] == [0.5, 1.0, 0.2]
+    assert reported["M"][0].parts == {TIME: 0.1, BODIES: pytest.approx(0.6 * 7.0)}
     left_out = with_bodies(errors, [0.5, math.nan, 0.2], [0.6, math.nan, 0.2])
     assert left_out["chord"][0].parts == {TIME: 0.1, BODIES: 0.5}
     assert left_out["chord"][1] is errors["chord"][1]

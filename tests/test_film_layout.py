@@ -168,7 +168,7 @@ class TestNames:
         assert np.all(free > 0.3 * scales.pin * view.pixels)
 
     def named(self, bent, show="names"):
-        """Return labels and places of the points of an undrawn mechanism [pixels]."""
+        """Return labels and locations of the points of an undrawn mechanism [pixels]."""
         style = Style(size=(640, 384), show=(show,))
         view, scales = self.seen(bent)
         labels = name_labels(bent, scales, view, style, ink_of([], [], view, range(3), 3.0), 0.0)

@@ -293,10 +293,10 @@ class TestAsked:
         from imageio_ffmpeg import get_ffmpeg_exe
 
         (path,) = movie(four_bar, "motion", tmp_path / "a.mp4", 6, Style(size=(322, 194)), rate=12.5)
-        told = subprocess.run([get_ffmpeg_exe(), "-i", path], capture_output=True, text=True, check=False).stderr
-        assert "322x194" in told
-        assert "12.50 fps" in told
-        assert "00:00:00.48" in told
+        reported = subprocess.run([get_ffmpeg_exe(), "-i", path], capture_output=True, text=True, check=False).stderr
+        assert "322x194" in reported
+        assert "12.50 fps" in reported
+        assert "00:00:00.48" in reported
 
     def test_a_rigid_scene_films_its_motion(self, four_bar, tmp_path):
         bare = Link("bar", {"O": 0.0, "A": 1.0})

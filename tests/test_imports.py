@@ -75,16 +75,16 @@ import numpy as np
 from threadpoolctl import threadpool_info
 import kinelast
 import kinelast.figures.theory as theory
-def told(when):
+def reported(when):
     print(when, *(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"))
 solved = theory.elastodynamic
 def watched(*given, **named):
-    told("within")
+    reported("within")
     return solved(*given, **named)
 theory.elastodynamic = watched
-told("before")
+reported("before")
 kinelast.deflection(kinelast.load("steel_four_bar"))
-told("after")
+reported("after")
 """
 
 

@@ -243,17 +243,17 @@ class TestEdits:
             {"link": "link_1", "speed": "60 rpm"},
             {"link": "link_2", "on": "link_1", "speed": "60 rpm"},
         ]
-        told = {"do": "law", "drive": 1, "curve": "modified-sine", "by": "-90 deg", "duration": "2 s", "back": True}
-        text = edited(text, told)
+        reported = {"do": "law", "drive": 1, "curve": "modified-sine", "by": "-90 deg", "duration": "2 s", "back": True}
+        text = edited(text, reported)
         assert tomllib.loads(text)["drives"][1]["law"] == [
             {"curve": "modified-sine", "duration": "2 s", "by": by} for by in ("-90 deg", "90 deg")
         ]
-        answer, data = quick_answer(edited(text, {**told, "drive": 0}))
+        answer, data = quick_answer(edited(text, {**reported, "drive": 0}))
         at, (_, count) = answer["picture"]["arrays"]["drive"]
         angle = np.frombuffer(data, "<f4")[at : at + 2 * count].reshape(2, count)[1]
         assert np.degrees(angle[0] - angle.min()) == pytest.approx(90, abs=0.1)
         with pytest.raises(ValueError, match="in rad"):
-            edited(text, {**told, "by": "90 mm"})
+            edited(text, {**reported, "by": "90 mm"})
         again = edited(text, {"do": "law", "drive": 1, "curve": "constant speed", "speed": "30 rpm"})
         assert tomllib.loads(again)["drives"][1] == {"link": "link_2", "on": "link_1", "speed": "30 rpm"}
 
@@ -319,8 +319,8 @@ class TestEdits:
             edited(text, {**tied, "driver": rack, "follower": rack})
 
     def test_a_drive_goes_through_the_points_of_a_csv_file(self):
-        told = {"do": "law", "drive": 0, "curve": "spline through points"}
-        text = edited(STEEL, {**told, "points": "t [s];angle [deg]\n0;0\n0.25;30\n0.5;0\n0.75;-30\n1;0\n"})
+        reported = {"do": "law", "drive": 0, "curve": "spline through points"}
+        text = edited(STEEL, {**reported, "points": "t [s];angle [deg]\n0;0\n0.25;30\n0.5;0\n0.75;-30\n1;0\n"})
         assert tomllib.loads(text)["drives"][0]["motion"][1] == ["0.25 s", "30 deg"]
         answer, data = quick_answer(text)
         at, (_, count) = answer["picture"]["arrays"]["drive"]
@@ -328,7 +328,7 @@ class TestEdits:
         np.testing.assert_allclose(np.degrees(np.interp([0.25, 0.75], time, angle)), [30, -30], atol=0.1)
         for points, why in (("0, 0\n1, 1", "4 lines"), ("0\n1", "comma"), ("0, 0 kg\n1, 1\n2, 2\n3, 3", "an angle")):
             with pytest.raises(ValueError, match=why):
-                edited(STEEL, {**told, "points": points})
+                edited(STEEL, {**reported, "points": points})
 
     @pytest.mark.parametrize(
         ("curve", "rate", "acceleration", "jerk"),
@@ -475,12 +475,12 @@ class TestAnswers:
 
     def test_figures_are_those_of_the_quasi_static_answer(self):
         picture = quick_answer(STEEL)[0]["picture"]
-        told = {row["key"]: row["value"] for row in picture["figures"]}
+        reported = {row["key"]: row["value"] for row in picture["figures"]}
         bent = deflection(scene_from_text(STEEL.replace('accuracy = "5 %"', 'theory = "quasi-static"')), positions=72)
         from elastic import sample
 
-        assert told["deflection"] == pytest.approx(np.abs(sample(bent, "w")).max(), rel=1e-3)
-        assert told["stress"] == pytest.approx(sample(bent, "mises").max(), rel=1e-3)
+        assert reported["deflection"] == pytest.approx(np.abs(sample(bent, "w")).max(), rel=1e-3)
+        assert reported["stress"] == pytest.approx(sample(bent, "mises").max(), rel=1e-3)
 
     def test_a_graph_is_the_figure_over_the_positions(self):
         """The path of B is a circle of 250.6 mm about D, and the drive does no net work over a turn."""
@@ -514,15 +514,20 @@ class TestAnswers:
         ranges = '[sweep.vary]\n"points.B.x" = {from = 0.2, to = 0.3, count = 3}\n'
         ranges += '[tolerances]\n"sections.bar.depth" = "0.1 mm"\n'
         numbers = {each["path"]: each for each in quick_answer(f"{STEEL}\n{ranges}", with_numbers=True)[0]["numbers"]}
-        told = [(numbers[path]["low"], numbers[path]["high"], numbers[path]["line"]) for path in
+        reported = [(numbers[path]["low"], numbers[path]["high"], numbers[path]["line"]) for path in
                 ("points.B.x", "sections.bar.depth", "sections.bar.width")]  # fmt: skip
-        assert told == [(0.2, 0.3, 19), pytest.approx((0.0059, 0.0061, 13)), (0.005, 0.02, 14)]
+        assert reported == [(0.2, 0.3, 19), pytest.approx((0.0059, 0.0061, 13)), (0.005, 0.02, 14)]
 
     def test_dragging_reports_the_last_position_that_closes(self):
-        told = [quick_answer(CLOSING, dragged=dragged)[0]["picture"]["closes"]["words"] for dragged in (False, True)]
-        assert re.findall(r"[\d.]+ deg", " ".join(told)) == ["81.7868 deg", "80 deg"]  # 72 positions are 5 deg apart
-        assert told[0] == told[1].replace("80 deg", "81.7868 deg")
-        assert 'where the joint "B" opens' in told[0]
+        reported = [
+            quick_answer(CLOSING, dragged=dragged)[0]["picture"]["closes"]["words"] for dragged in (False, True)
+        ]
+        assert re.findall(r"[\d.]+ deg", " ".join(reported)) == [
+            "81.7868 deg",
+            "80 deg",
+        ]  # 72 positions are 5 deg apart
+        assert reported[0] == reported[1].replace("80 deg", "81.7868 deg")
+        assert 'where the joint "B" opens' in reported[0]
 
     @pytest.mark.parametrize(
         ("name", "point", "places"),
@@ -574,16 +579,16 @@ class TestAnswers:
         text = text.replace('speed = "100 rad/s"', 'sped = "100 rad/s"').replace(
             "[run]", "[[drives]]\nlink = 3\n[runn]"
         )
-        told = quick_answer(text)[0]["mistakes"]
-        assert [each["line"] for each in told] == [13, 18, 45, 48, 49]
-        assert 'did you mean "run"' in told[-1]["message"]
+        reported = quick_answer(text)[0]["mistakes"]
+        assert [each["line"] for each in reported] == [13, 18, 45, 48, 49]
+        assert 'did you mean "run"' in reported[-1]["message"]
 
     def test_a_limit_of_an_unknown_figure_is_reported_with_its_line(self):
         text = f'{STEEL}\n[limits.figures]\nshaking_force = "2 kN"\n"joint_forc.A" = 2\nmass = "3 m"\n'
-        told = quick_answer(text)[0]["mistakes"]
+        reported = quick_answer(text)[0]["mistakes"]
         first = text.splitlines().index('"joint_forc.A" = 2') + 1
-        assert [each["line"] for each in told] == [first, first + 1]
-        assert 'did you mean "joint_force.A"' in told[0]["message"]
+        assert [each["line"] for each in reported] == [first, first + 1]
+        assert 'did you mean "joint_force.A"' in reported[0]["message"]
 
     @pytest.mark.parametrize("text", [EMPTY, "", "[points]\n\n[links.ground]\npoints = []\n"])
     def test_an_empty_sheet_is_no_mistake(self, text):
@@ -855,8 +860,8 @@ class TestCommand:
         monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
         monkeypatch.delitem(__import__("sys").modules, "live.server")
         assert main(["--live"]) == 2
-        told = 'deflection-report: --live needs a server: pip install "starlette" "uvicorn"\n'
-        assert capsys.readouterr().err == told
+        reported = 'deflection-report: --live needs a server: pip install "starlette" "uvicorn"\n'
+        assert capsys.readouterr().err == reported
 
     def test_without_an_editor_the_command_says_so(self, capsys, monkeypatch):
         monkeypatch.setattr(kinelast.tasks.task, "GROUP", "kinelast.nothing")
@@ -893,10 +898,10 @@ class TestNotebook:
             page = client.get(f"/{token}/")
             assert "X-Frame-Options" not in page.headers
             assert "frame-ancestors http://localhost:* " in page.headers["Content-Security-Policy"]
-            told = client.post(
+            reported = client.post(
                 f"/{token}/save", {"text": STEEL.replace("B = [0.28, 0.24]", "B = [0.27, 0.24]"), "digest": "missing"}
             )
-            assert told.status == 200
+            assert reported.status == 200
             assert "B = [0.27, 0.24]" in view.text
             assert view.scene.text == view.text
         finally:
@@ -915,7 +920,7 @@ class TestNotebook:
 
     def test_the_widget_answers_its_page_by_messages(self, monkeypatch):
         """Stand-ins for the widget packages exchange the messages."""
-        told, came = [], threading.Event()
+        reported, came = [], threading.Event()
 
         class Widget:
             def __init__(self, **files):
@@ -925,7 +930,7 @@ class TestNotebook:
                 self.listen = listen
 
             def send(self, content, buffers):
-                told.append((content, buffers))
+                reported.append((content, buffers))
                 came.set()
 
         trait = lambda: SimpleNamespace(tag=lambda **_: None)  # noqa: E731
@@ -941,7 +946,7 @@ class TestNotebook:
             came.clear()
             widget.listen(None, {"number": "a 1", "path": path, "given": given}, [])
             assert came.wait(30)
-            content, (body,) = told[-1]
+            content, (body,) = reported[-1]
             assert content["number"] == "a 1"
             return SimpleNamespace(status=content["status"], content=body)
 
@@ -975,15 +980,15 @@ class TestNotebook:
 def test_a_whole_answer_is_ended_by_the_next_drag():
     from live.full import Worker
 
-    worker, told = Worker(), []
+    worker, reported = Worker(), []
     slow = STEEL.replace("positions = 360", "positions = 3600")
-    thread = threading.Thread(target=lambda: told.append(worker.answer(slow, "one")))
+    thread = threading.Thread(target=lambda: reported.append(worker.answer(slow, "one")))
     thread.start()
     while worker._process is None:
         pass
     worker.cancel()
     thread.join()
-    assert told == [None]
+    assert reported == [None]
     answer, data, report = worker.answer(STEEL.replace("positions = 360", "positions = 24"), "one")
     assert answer["picture"]["theory"] != "quasi-static"
     assert all(row["error"] is not None for row in answer["picture"]["figures"] if row["key"] == "deflection")

@@ -271,8 +271,10 @@ def test_dragging_a_point_shows_a_graph_and_sizes(driver, scene):
         hand.until(f"return document.getElementById('curve').getAttribute('d') !== {before!r}")
         assert hand.run("return live.view.picture.columns.map(({ name }) => name)") == ["B.y"]
         hand.until("return document.getElementById('graphed').textContent.startsWith('210 mm here')")
-        told = hand.run("return [...document.querySelectorAll('#layer-sizes text')].map((each) => each.textContent)")
-        assert told == ["247 mm, 58.24°", "241.9 mm, 119.7°"]  # by Pythagoras: A at (100, 0), D at (350, 0)
+        reported = hand.run(
+            "return [...document.querySelectorAll('#layer-sizes text')].map((each) => each.textContent)"
+        )
+        assert reported == ["247 mm, 58.24°", "241.9 mm, 119.7°"]  # by Pythagoras: A at (100, 0), D at (350, 0)
         hand.release([start[0] - 60, start[1] + 40])
         assert accessibility_faults(hand) == []
         assert errors(hand) == []
@@ -491,8 +493,8 @@ def test_the_editor_stands_in_the_frame_of_a_notebook_and_in_no_other_page(drive
 
 WIDGET = """<!doctype html><title>Notebook</title><div id="cell"></div><script type="module">
 import widget from "./widget.js";
-const told = { files: FILES, name: "mine", address: "http://127.0.0.1:1/there/" };
-const model = { get: (name) => told[name], off: () => {},
+const reported = { files: FILES, name: "mine", address: "http://127.0.0.1:1/there/" };
+const model = { get: (name) => reported[name], off: () => {},
   on: (_, heard) => { model.heard = heard; },
   send: async (words) => {
     const response = await fetch("ask", { method: "POST", body: JSON.stringify(words) });

@@ -223,8 +223,8 @@ class TestModes:
         np.testing.assert_allclose(line[:, -1], LENGTH * along, atol=1e-15)
         np.testing.assert_allclose(np.abs((shapes[..., -1] * np.conj(along)).imag), 1.0, rtol=1e-9)
         assert shapes.shape == (2, 3, 101)
-        told = "at least 125.2 Hz, 781.6 Hz at 3 positions; damping ratio from 0.79 %"
-        assert repr(found) == f'NaturalFrequencies("arm": {told})'
+        reported = "at least 125.2 Hz, 781.6 Hz at 3 positions; damping ratio from 0.79 %"
+        assert repr(found) == f'NaturalFrequencies("arm": {reported})'
 
     def test_impossible_requests_are_refused(self, arm):
         with pytest.raises(ValueError, match="modes: expected 1 or more"):
@@ -355,12 +355,12 @@ class TestShown:
         (tmp_path / "arm.toml").write_text(ARM)
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--check", "--quiet"]) == 0
         written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
-        told = report(arm, check=16)
-        assert told.figures["largest_stress"]["value"] == written["largest_stress"]["value"]
-        assert told.figures["check"]["passed"]
-        html = told._repr_html_()
+        reported = report(arm, check=16)
+        assert reported.figures["largest_stress"]["value"] == written["largest_stress"]["value"]
+        assert reported.figures["check"]["passed"]
+        html = reported._repr_html_()
         inside = unescape(re.search(r'srcdoc="([^"]*)"', html)[1])
-        assert inside.encode() == told.page
+        assert inside.encode() == reported.page
 
     @pytest.mark.slow
     def test_the_page_runs_in_its_frame(self, arm, tmp_path):

@@ -252,9 +252,11 @@ def test_hovering_tells_values_and_a_click_chooses_the_link(steel):
     action.w3c_actions.pointer_action.move_to_location(x, y)
     action.perform()
     assert not steel.run("return document.querySelector('.tip').hidden")
-    told = steel.run("return document.querySelector('.tip').innerText")
-    assert told.startswith("coupler 150 mm along it") or re.match(r"coupler 1(49|50|51)(\.\d)? mm along it", told)
-    assert "bending moment" in told
+    reported = steel.run("return document.querySelector('.tip').innerText")
+    assert reported.startswith("coupler 150 mm along it") or re.match(
+        r"coupler 1(49|50|51)(\.\d)? mm along it", reported
+    )
+    assert "bending moment" in reported
     steel.run("document.getElementById('beam').value = 0")
     action.w3c_actions.pointer_action.click()
     action.perform()
@@ -610,8 +612,8 @@ def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     kept = [error for speed, error in zip(summary["speeds"]["speed"], whole, strict=True) if speed <= highest]
     assert 0.99e-3 < max(kept) <= 1e-3
     assert f"all limits hold up to {highest:.4g} rad/s (error of the output" in summary["speeds"]["words"][0]
-    told = page.run("return document.getElementById('speeds').innerText")
-    assert f"All limits hold up to {highest:.4g} rad/s" in told
+    reported = page.run("return document.getElementById('speeds').innerText")
+    assert f"All limits hold up to {highest:.4g} rad/s" in reported
 
 
 @pytest.mark.parametrize(

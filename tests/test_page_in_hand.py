@@ -120,12 +120,12 @@ def test_the_hover_text_is_of_this_instant_and_not_cut_off(driver, steel):
         "tip.top >= stage.top - 1"
     )
     assert page.run(inside)
-    told = "return document.querySelector('.tip').innerText"
+    reported = "return document.querySelector('.tip').innerText"
     hover(page, *place_on(page, 2, 0.03))  # near the ground pin, where the rocker stays under the pointer
-    first = page.run(told)
+    first = page.run(reported)
     page.run("kinelast.showPosition(1)")
-    assert page.run(told) != first
-    assert page.run(told).startswith("rocker")
+    assert page.run(reported) != first
+    assert page.run(reported).startswith("rocker")
 
 
 def test_a_finger_drags_the_crank_and_not_the_page(driver, steel):

@@ -492,8 +492,8 @@ def test_round_off_near_a_change_point_is_no_largest_value(start):
     results = results_of(**parallelogram(24, start))
     figures = summary(results)
     assert figures["run"]["singular"] + figures["run"]["ill_conditioned"] == 2
-    told = " ".join(finding["text"] for finding in figures["trust"])
-    assert ("The largest values exclude 2 positions near a dead point" in told) == (start > 0)
+    reported = " ".join(finding["text"] for finding in figures["trust"])
+    assert ("The largest values exclude 2 positions near a dead point" in reported) == (start > 0)
     beam = results.scene.labels.index("coupler")
     for chord in (one.figures.peaks["chord"][beam] for one in (results, refined(results))):
         sag = 5 * 7850 * 6e-5 * 9.81 * 0.3**4 / (384 * 210e9 * 0.01 * 0.006**3 / 12)
@@ -601,7 +601,7 @@ def test_power_of_nothing_is_shown_as_nothing():
 
 def test_masses_are_reported_at_their_centre():
     """By the name of the point in the scene, otherwise by the position relative to the link's first point."""
-    for center, told in (
+    for center, reported in (
         ('"P"', {"point": "P"}),
         ("[0.03, 0.04]", {"point": "P"}),
         ("[0.03, 0.0]", {"point": "G", "offset": [{"value": 0.03, "unit": "m"}, {"value": 0.0, "unit": "m"}]}),
@@ -613,7 +613,7 @@ def test_masses_are_reported_at_their_centre():
             drives = [{{link = "plate", speed = 1}}]
         """
         (row,) = summary(computed(scene_from_text(text), Request()))["inputs"]["point_masses"]
-        assert row == {"link": "plate", **told, "mass": {"value": 40.0, "unit": "kg"}}
+        assert row == {"link": "plate", **reported, "mass": {"value": 40.0, "unit": "kg"}}
 
 
 def test_far_is_told_in_kilometres():
@@ -622,16 +622,16 @@ def test_far_is_told_in_kilometres():
 
 
 @pytest.mark.parametrize(
-    ("steel", "told"),
+    ("steel", "reported"),
     [
         ({"E": 210, "density": 7850}, "The E of steel is 210 Pa, which hardly a solid has: a bare number is in Pa, "),
         ({"E": 210e9, "density": 7850e3}, "The density of steel is 7.85e+06 kg/m^3, which hardly a solid has"),
         ({"E": 210e9, "density": 7850, "yield": 235}, "The yield stress of steel is 235 Pa, which hardly a solid has"),
     ],
 )
-def test_numbers_that_miss_their_unit_are_noticed(steel, told):
+def test_numbers_that_miss_their_unit_are_noticed(steel, reported):
     (finding,) = [one for one in findings(results_of(materials={"steel": steel})) if one.heading == "Inputs"]
-    assert finding.text.startswith(told)
+    assert finding.text.startswith(reported)
     assert finding.level == "poor"
 
 
@@ -650,22 +650,22 @@ positions = 9
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "reported"),
     [
         ([('"1 l/min"', "6")], 'flow of the cylinder of "guide" is 6 m^3/s, which hardly a cylinder has: a bare number '
-         'is in m^3/s, other units are told as in "6 l/min"'),
+         'is in m^3/s, write other units as in "6 l/min"'),
         ([('"1 bar"', "160")], 'pressure of the cylinder of "guide" is 160 Pa, which hardly a cylinder has'),
         ([('"40 mm"', "40")], 'bore of the cylinder of "guide" is 40 m, which hardly'),
         ([("positions = 9", "positions = 9\ngravity = [0, -9810]")], "Gravity is 9810 m/s^2, is that meant?"),
         ([], ""),
     ],
 )  # fmt: skip
-def test_slips_of_units_of_drives_are_asked_about(changes, told, tmp_path, capsys):
+def test_slips_of_units_of_drives_are_asked_about(changes, reported, tmp_path, capsys):
     scene = tmp_path / "jack.toml"
     scene.write_text(edited(PUSHED.partition("[[drives]]")[0] + JACKED, *changes))
     main([str(scene), "-o", str(tmp_path / "out"), "--theory", "quasi-static"])
     asked = capsys.readouterr().err
-    assert told in asked if told else not asked, asked
+    assert reported in asked if reported else not asked, asked
 
 
 def test_solids_that_there_are_pass_unnoticed():

@@ -186,7 +186,7 @@ KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer
 
 
 def schema_errors(schema, tables):
-    """Yield the places in tables that a JSON Schema (draft 7) rejects, for the keywords used by this project."""
+    """Yield the locations in tables that a JSON Schema (draft 7) rejects, for the keywords used by this project."""
     whole = scene_schema(schema)
 
     def wrong(schema, value, place):

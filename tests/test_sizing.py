@@ -16,7 +16,7 @@ from kinelast.designs.search import local_searches
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import accuracy_figures
-from kinelast.outputs.sensitivities import ToldSensitivities
+from kinelast.outputs.sensitivities import PrintedSensitivities
 from kinelast.outputs.studies import words
 from kinelast.scene.document import document_from_text, document_of, scene_from_dict
 from kinelast.scene.error import SceneError
@@ -97,7 +97,7 @@ class TestSensitivities:
         assert steps[0].size == pytest.approx(step, rel=1e-12)
         slope = np.array([[-2.5]])
         result = Sensitivities(("mass",), np.ones(1), np.array([0.5]), *[slope] * 4, slope > 0, abs(slope))
-        sensitivities = ToldSensitivities(result, numbers, {"mass": "kg"}, steps, document.scene.told_in)
+        sensitivities = PrintedSensitivities(result, numbers, {"mass": "kg"}, steps, document.scene.shown_in)
         assert sensitivities.change[0, 0] == pytest.approx(-2.5 * step, rel=1e-12)
         assert sensitivities.sentence(0, 0).startswith(f"{words} {path}")
         assert sensitivities.sentence(0, 0).endswith(" %) mass")
@@ -105,7 +105,7 @@ class TestSensitivities:
     @pytest.mark.slow
     @pytest.mark.parametrize("path", ["links.crank.length", "links.coupler.length"])
     def test_a_four_bar_against_50_digits(self, path):
-        """At the place of the largest deflection: a shift of the place has no effect to first order."""
+        """At the location of the largest deflection: a shift of the place has no effect to first order."""
         tables = steel_four_bar(12)
         tables["run"]["beams"] = "euler-bernoulli"  # the reference has no rotary inertia
         tables["sensitivities"] = {"figures": ["deflection.coupler"], "numbers": [path]}

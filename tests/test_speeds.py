@@ -147,20 +147,20 @@ def test_errors_of_speeds_in_words():
     fields = dict.fromkeys(field.name for field in dataclasses.fields(Speeds))
     given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,), "buckles": ()})
 
-    def told(*error):
+    def reported(*error):
         rows = {"stress": (None, np.ones(4), np.array(error))}
         limits, sentence = _words(replace(given, figures=rows), scene)
         assert limits.startswith("no limits are set")
         return sentence
 
-    assert told(0.01, 0.06, 0.24, 0.2) == (
+    assert reported(0.01, 0.06, 0.24, 0.2) == (
         "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 %, up to 24 % at 120 rad/s: mostly large displacement"
     )
-    assert told(0.01, 0.06, 2.4, 0.7) == (
+    assert reported(0.01, 0.06, 2.4, 0.7) == (
         "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 % by large displacement, 2 of them unreliable: "
         "damping decides at resonance, for example at 121 rad/s, where 5th harmonic meets the 1st mode (mostly crank)"
     )
-    assert told(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")
+    assert reported(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")
 
 
 class TestScaledQuantities:

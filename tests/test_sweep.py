@@ -183,12 +183,12 @@ def answered_by(monkeypatch, limits, aim, change):
         number = int(np.abs(rigidities - scene.sections[0].EA).argmin())
         names = dict.fromkeys([*(limit.figure for limit in limits), *names])
         columns = evaluate(document, [DEPTH], depths[[number], None], [*names]).columns
-        told = {name: (factor := change(number) * float(columns[name][0]), 0.01 * factor) for name in names}
-        outcomes = [SEVERITY[int(severity(limit, *told[limit.figure]))] for limit in limits]
+        reported = {name: (factor := change(number) * float(columns[name][0]), 0.01 * factor) for name in names}
+        outcomes = [SEVERITY[int(severity(limit, *reported[limit.figure]))] for limit in limits]
         judged = (
-            Judgement(limit, each, 0, *told[limit.figure], "") for limit, each in zip(limits, outcomes, strict=True)
+            Judgement(limit, each, 0, *reported[limit.figure], "") for limit, each in zip(limits, outcomes, strict=True)
         )
-        return FullAnswer("elastodynamic", tuple(judged), told)
+        return FullAnswer("elastodynamic", tuple(judged), reported)
 
     monkeypatch.setattr("kinelast.figures.limits.full_answer", full)
     kept = ["limits_kept", "limits_margin"] if limits else []

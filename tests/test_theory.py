@@ -189,9 +189,9 @@ def test_an_accuracy_is_that_of_all_courses():
     assert named.worst_course[1] == pytest.approx(_apart(named, fine, "u"), rel=0.05)
     assert named.error < 0.05
     assert not named.accurate
-    told = theory_report(replace(computed(scene, Request()), answer=named))
-    assert told.reached is False
-    assert re.fullmatch(r"1[12]\d % reached in the course of u", reached_words(told))
+    reported = theory_report(replace(computed(scene, Request()), answer=named))
+    assert reported.reached is False
+    assert re.fullmatch(r"1[12]\d % reached in the course of u", reached_words(reported))
 
 
 def test_the_viscous_part_of_moments_counts_where_it_is_not_small():
@@ -327,7 +327,7 @@ def test_modes_that_cannot_be_found_leave_the_error_unknown(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("edits", "told"),
+    ("edits", "reported"),
     [
         ((), "strength: the yield stress of the materials is not given"),
         (
@@ -339,10 +339,10 @@ def test_modes_that_cannot_be_found_leave_the_error_unknown(monkeypatch):
         ),
     ],
 )
-def test_what_strength_lacks_is_named(edits, told):
+def test_what_strength_lacks_is_named(edits, reported):
     results = computed(scene_from_text(edited(FOUR_BAR, *edits)), Request(theory=QUASI_STATIC))
     (text,) = (finding.text for finding in findings(results) if finding.heading == "Not judged")
-    assert text.startswith(told[0].upper() + told[1:] + ";")
+    assert text.startswith(reported[0].upper() + reported[1:] + ";")
 
 
 def test_vibration_is_asked_for_by_name():
@@ -453,17 +453,17 @@ class TestFurtherChecks:
         """Twice 3 % are allowed, and the check knows its own error to 0.1 %."""
         found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
         assert (found.passed, found.near) == (passed, passed is None)
-        told = nonlinear_report(found)
-        assert told.too_close_to_decide is (passed is None)
-        (line,) = further_checks(told, None)
+        reported = nonlinear_report(found)
+        assert reported.too_close_to_decide is (passed is None)
+        (line,) = further_checks(reported, None)
         assert line.endswith(("6 % apart, error of the check up to 0.1 %)") if passed is None else " % apart)")
 
-    @pytest.mark.parametrize(("estimate", "told"), [(0.9, "agrees"), (3.9, "cannot tell")])
-    def test_a_stated_error_larger_than_the_answer_agrees_with_nothing(self, estimate, told):
+    @pytest.mark.parametrize(("estimate", "reported"), [(0.9, "agrees"), (3.9, "cannot tell")])
+    def test_a_stated_error_larger_than_the_answer_agrees_with_nothing(self, estimate, reported):
         found = NonlinearCheck(4, 48, 360, {"bar": 0.8}, {"bar": 0.8}, {"bar": 1e-3}, estimate, 8e-4, 2e-4)
-        assert found.passed is (True if told == "agrees" else None)
+        assert found.passed is (True if reported == "agrees" else None)
         (line,) = further_checks(nonlinear_report(found), None)
-        assert line.startswith(f"nonlinear check {told}")
+        assert line.startswith(f"nonlinear check {reported}")
 
     def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
         """The report exists, gives the reason, and the exit status is not that of a passed check."""
@@ -471,9 +471,9 @@ class TestFurtherChecks:
         (tmp_path / "bars.toml").write_text(rubbing)
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "nonlinear"]) == 1
         assert 'nonlinear check CANNOT BE MADE: Coulomb friction at "A"' in capsys.readouterr().out
-        told = json.loads((tmp_path / "bars" / "summary.json").read_text())["nonlinear_check"]
-        assert (told["passed"], told["largest"]) == (None, None)
-        assert "friction" in told["problem"]
+        reported = json.loads((tmp_path / "bars" / "summary.json").read_text())["nonlinear_check"]
+        assert (reported["passed"], reported["largest"]) == (None, None)
+        assert "friction" in reported["problem"]
         assert "Coulomb friction" in (tmp_path / "bars" / "report.html").read_text()
 
     def test_plane_bodies_tell_what_beam_theory_leaves_out(self):
@@ -520,9 +520,9 @@ class TestFurtherChecks:
         assert set(found["solid_check"]["links"]) == {"crank", "coupler", "rocker"}
         assert "without" not in said
         assert " measured (" in said
-        told = json.loads((tmp_path / "bars" / "summary.json").read_text())
-        assert told["largest_deflection"]["error_measured"]
-        assert "error_measured" not in told["largest_stress"]  # no check measures it
+        reported = json.loads((tmp_path / "bars" / "summary.json").read_text())
+        assert reported["largest_deflection"]["error_measured"]
+        assert "error_measured" not in reported["largest_stress"]  # no check measures it
         stiff = edited(FOUR_BAR, ('points = ["O", "A"]', 'points = ["O", "A"]\nrigid = true'))
         (tmp_path / "bars.toml").write_text(stiff)
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "solid"]) == 0
@@ -616,9 +616,9 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
     monkeypatch.setattr(buckling._BucklingModes, "of_links", none)
     text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
     results = computed(scene_from_text(text), Request())
-    (told,) = (finding for finding in findings(results) if finding.heading == "Not judged")
-    assert told.level == "open"
-    assert "the load at which the mechanism buckles cannot be found" in told.text
+    (reported,) = (finding for finding in findings(results) if finding.heading == "Not judged")
+    assert reported.level == "open"
+    assert "the load at which the mechanism buckles cannot be found" in reported.text
     assert "Euler's load" not in " ".join(finding.text for finding in findings(results) if finding.level == "good")
     assert [one["figure"] for one in exceedance_rows(Reader(results))] == [None]
 
@@ -642,6 +642,6 @@ def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
     """The error covers a quarter of Euler's load; four fifths of it cause a caution with advice."""
     text = PRESSED.replace("{points}", WHOLE[0]).replace("{beams}", WHOLE[1]).replace("{force}", str(force))
     results = computed(scene_from_text(text), Request())
-    (told,) = (finding for finding in findings(results) if finding.heading == "Buckling")
-    assert told.level == level
-    assert ("Make it thicker or shorter." in told.text) == (level == "caution")
+    (reported,) = (finding for finding in findings(results) if finding.heading == "Buckling")
+    assert reported.level == level
+    assert ("Make it thicker or shorter." in reported.text) == (level == "caution")

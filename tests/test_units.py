@@ -123,11 +123,11 @@ class TestUnitsOfTheScene:
         return capsys.readouterr().out
 
     def test_limits_and_lengths_on_the_terminal(self, tmp_path, capsys):
-        told = self.lines(tmp_path, capsys, WRITTEN)
-        assert re.search(r"NOT ACCEPTABLE: output error 0\.0\d+° ± \S+ % \(limit 0\.05°\)", told)
-        assert re.search(r"largest deflection 0\.1\d+ mm ± .* \(rod, 1\d\d mm along it", told)
-        assert "stress 5" in told
-        assert " MPa" in told
+        reported = self.lines(tmp_path, capsys, WRITTEN)
+        assert re.search(r"NOT ACCEPTABLE: output error 0\.0\d+° ± \S+ % \(limit 0\.05°\)", reported)
+        assert re.search(r"largest deflection 0\.1\d+ mm ± .* \(rod, 1\d\d mm along it", reported)
+        assert "stress 5" in reported
+        assert " MPa" in reported
         heads = (tmp_path / "out" / "scene" / "positions.csv").read_text().splitlines()[0]
         assert "crank.M_max [N m]" in heads
         assert "crank.w_max [mm]" in heads
@@ -146,8 +146,8 @@ class TestUnitsOfTheScene:
 
     def test_the_most_frequent_unit_is_used(self):
         scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
-        assert scene.told_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
-        assert scene.told_in["m"] == (1e3, "mm")
+        assert scene.shown_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
+        assert scene.shown_in["m"] == (1e3, "mm")
 
     @pytest.mark.parametrize("unit", ["m^2", "m^4", "m^3/s", "kg/m^3", "1/K", "m/s^2", "W/m^2", "N/m", "N m", "Pa"])
     def test_printed_quantities_are_read_back(self, unit):
@@ -158,18 +158,22 @@ class TestUnitsOfTheScene:
 
     def test_slides_and_gaps_use_the_length_unit_of_the_scene(self):
         """A and C are 60 and 250 mm from O at a right angle; the rocker is (50, 180) mm long, the rod 1 mm."""
-        assert coordinate(2.071e-5, "m", scene_from_text(WRITTEN).told_in) == "0.02071 mm"
+        assert coordinate(2.071e-5, "m", scene_from_text(WRITTEN).shown_in) == "0.02071 mm"
         short = WRITTEN.replace('["A", "B"]', '["A", "B"], length = 1')
         with pytest.raises(SceneError, match=r"257\.1 mm apart, the links between them reach from 185\.8 to 187\.8 mm"):
             scene_motion(scene_from_text(short))
 
     def test_small_stresses_and_times_next_to_limits(self):
-        told_in = scene_from_text(WRITTEN).told_in
-        assert [quantity(size, "Pa", told_in=told_in) for size in (200.0, 0.0, 2e5)] == ["200 Pa", "0 MPa", "0.2 MPa"]
+        shown_in = scene_from_text(WRITTEN).shown_in
+        assert [quantity(size, "Pa", shown_in=shown_in) for size in (200.0, 0.0, 2e5)] == [
+            "200 Pa",
+            "0 MPa",
+            "0.2 MPa",
+        ]
         assert beside(6294.0, 7.2e7, "s") == ("1.748 h", "20000 h")
         assert beside(0.36, 7.2e7, "s") == ("0.0001 h", "20000 h")
         assert quantity(1800.0, "s") == "1800 s"
 
     def test_a_flow_has_the_unit_of_the_scene(self):
         text = WRITTEN + '[cylinders.lift]\nbore = 63\npressure = "200 bar"\nflow = "6 l/min"\n'
-        assert quantity(1.247e-4, "m^3/s", told_in=scene_from_text(text).told_in) == "7.482 l/min"
+        assert quantity(1.247e-4, "m^3/s", shown_in=scene_from_text(text).shown_in) == "7.482 l/min"

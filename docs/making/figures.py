@@ -42,7 +42,7 @@ def page() -> str:
 def _row(figure: Figure, scenes: list[Scene]) -> str:
     yes = {True: "yes", False: ""}
     cells = (f"`{figure.key}`", figure.name, _units(figure, scenes), str(figure.of), figure.over, yes[figure.asked],
-             yes[figure.told], yes[figure.rigid], f"`{figure.limit}`" if figure.limit else "")  # fmt: skip
+             yes[figure.listed], yes[figure.rigid], f"`{figure.limit}`" if figure.limit else "")  # fmt: skip
     return row(cells)
 
 

@@ -13,13 +13,14 @@ if (location.protocol === "file:") {
         this.dispatchEvent(new MessageEvent("message", { data: event.data }));
         if (this.onmessage) this.onmessage(event);
       });
-      const load = (source) => new Promise((done, failed) => {
-        const script = this.inner.document.createElement("script");
-        script.src = source;
-        script.onload = done;
-        script.onerror = () => failed(new Error(source));
-        this.inner.document.body.append(script);
-      });
+      const load = (source) =>
+        new Promise((done, failed) => {
+          const script = this.inner.document.createElement("script");
+          script.src = source;
+          script.onload = done;
+          script.onerror = () => failed(new Error(source));
+          this.inner.document.body.append(script);
+        });
       this.inner.document.open();
       this.inner.document.write("<!doctype html><title>Search</title><body></body>");
       this.inner.document.close();

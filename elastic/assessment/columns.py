@@ -67,7 +67,7 @@ def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> 
 
 
 def _moments(place: Reals) -> Reals:
-    """Polynomials for the moment of a pinned column at places from -1 to 1, shape (..., TERMS, places).
+    """Polynomials for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, places).
 
     Integrals of Legendre polynomials, scaled so that the integrals of M'^2 over unit length form the unit matrix.
     """

@@ -32,7 +32,7 @@ def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | fl
     time
         Instants [s], shape (..., positions) or (positions,).
     apart
-        Distance from the place of rest, shape (..., positions).
+        Distance from the location of rest, shape (..., positions).
     rests
         See `rest_from`.
     tolerance

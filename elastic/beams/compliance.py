@@ -34,7 +34,7 @@ class BeamCompliance:
         Contribution of each power to u(1), phi(1), w(1) by bending and w(1) by shear, divided by that in a prismatic
         beam; four arrays of shape (powers, beams, 1). None if all beams are prismatic.
     powers
-        Largest number of powers of xi in the bending moment.
+        Maximum number of powers of xi in the bending moment.
     """
 
     length: PerBeam

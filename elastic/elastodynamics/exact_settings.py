@@ -12,7 +12,7 @@ class ExactSettings:
     Attributes
     ----------
     max_steps, max_steps_with_friction
-        Largest number of steps about the rigid motion.
+        Maximum number of steps about the rigid motion.
     max_mixed
         Earlier steps that are mixed into the next one.
     max_growth
@@ -39,7 +39,7 @@ class ExactSettings:
     newton_fastest
         Frequency limit of inertia beyond the coordinates, relative to that of other steps, which mix more.
     balance, max_balances
-        Tolerance of section forces of turned beams, relative to the largest force; largest number of iterations.
+        Tolerance of section forces of turned beams, relative to the largest force; maximum number of iterations.
     first_load_share, min_load_step, load_step_growth
         Load shares: first step, smallest step, growth after fast convergence.
     quick_steps

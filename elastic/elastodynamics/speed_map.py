@@ -204,11 +204,11 @@ class SpeedAnswers:
         Return True if the errors are new.
         """
         row = self._rows[ratio]
-        if self._errors is None or row.growth > 1 + VIBRATION.max_neutral_growth or (row.told and not row.open):
+        if self._errors is None or row.growth > 1 + VIBRATION.max_neutral_growth or (row.measured and not row.open):
             return False
         steady = _at_speed(self._course, ratio, self._tolerance, replace(self._errors, by_newton=True))
         assert steady.errors is not None
-        self._rows[ratio] = replace(row, errors=steady.errors, told=True, open=0.0)
+        self._rows[ratio] = replace(row, errors=steady.errors, measured=True, open=0.0)
         return True
 
     def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
@@ -216,12 +216,14 @@ class SpeedAnswers:
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
-        gaps = (parts["growth"] <= 1 + VIBRATION.max_neutral_growth) & np.array([not row.told for row in rows], bool)
-        told = sorted(ratio for ratio, row in self._rows.items() if row.told)
-        if gaps.any() and told:
-            shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in told]
-            parts["errors"][gaps] = parts["values"][gaps] * _on_line(np.array(known)[gaps], told, np.array(shares))
-        del parts["told"], parts["open"]
+        gaps = (parts["growth"] <= 1 + VIBRATION.max_neutral_growth) & np.array(
+            [not row.measured for row in rows], bool
+        )
+        measured = sorted(ratio for ratio, row in self._rows.items() if row.measured)
+        if gaps.any() and measured:
+            shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in measured]
+            parts["errors"][gaps] = parts["values"][gaps] * _on_line(np.array(known)[gaps], measured, np.array(shares))
+        del parts["measured"], parts["open"]
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
@@ -306,7 +308,7 @@ class _Row:
     time_error: float
     reduction_error: float
     errors: Reals
-    told: bool
+    measured: bool
     open: float
 
 
@@ -400,8 +402,8 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
     if errors is None:
         return _Steady(ratio, terms.grid, growth, error, reduced, None, answer.loads)
-    told, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors)
-    return _Steady(ratio, terms.grid, growth, error, reduced, told, answer.loads, left)
+    measured, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors)
+    return _Steady(ratio, terms.grid, growth, error, reduced, measured, answer.loads, left)
 
 
 def _passing(course: _Course, ratio: float) -> _Course:

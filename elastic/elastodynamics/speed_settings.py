@@ -11,7 +11,7 @@ class SpeedSettings:
 
     # map
     first_elements: int = 12  # initial number of time elements
-    many: int = 8  # largest number of speeds at which errors are computed at each
+    many: int = 8  # maximum number of speeds at which errors are computed at each
     error_stride: int = 3  # with more speeds, errors are computed at every third
     max_errors: int = 16  # most speeds of a batch with computed errors
     loads_in_memory: int = 128  # speeds with loads in memory

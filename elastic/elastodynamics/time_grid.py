@@ -256,12 +256,12 @@ def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
 
 
 def interpolation(nodes: Reals, places: Reals) -> Reals:
-    """Matrix from values at nodes on [0, 1] to values of their polynomial at places, shape (places, nodes)."""
+    """Matrix from values at nodes on [0, 1] to values of their polynomial at points, shape (places, nodes)."""
     return _values(places, np.eye(len(nodes))) @ _to_series(tuple(nodes.tolist()))
 
 
 def slopes(nodes: Reals, places: Reals) -> Reals:
-    """Matrix from values at nodes on [0, 1] to derivatives of their polynomial at places, shape (places, nodes)."""
+    """Matrix from values at nodes on [0, 1] to derivatives of their polynomial at points, shape (places, nodes)."""
     series = np.array([legendre.legder(row) for row in np.eye(len(nodes))])
     return 2.0 * _values(places, series) @ _to_series(tuple(nodes.tolist()))
 

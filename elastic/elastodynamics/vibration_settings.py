@@ -38,7 +38,7 @@ class VibrationSettings:
     max_neutral_growth: float = 1e-6  # largest growth per cycle that round-off and discretization explain
 
     # corrections of the coordinates
-    max_corrections: int = 8  # largest number of corrections
+    max_corrections: int = 8  # maximum number of corrections
     # a correction must reduce the error to this share; otherwise more coordinates are cheaper
     max_correction_ratio: float = 0.5
 

@@ -39,7 +39,7 @@ Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
 
 
 class Frame:
-    """Bodies of a mechanism and the places of its points; beams first, as in `Mechanism.beams`.
+    """Bodies of a mechanism and the locations of its points; beams first, as in `Mechanism.beams`.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Frame:
         return FramePlace(self.root[at], arm=arm) if at else None
 
     def _sides(self, slider: Slider) -> tuple[Side, FramePlace | None]:
-        """Current places of a slider's point on the guiding and on the sliding link."""
+        """Current locations of a slider's point on the guiding and on the sliding link."""
         motion = self.motion
         owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
         arm = position_of(motion, link, slider.point) - motion.origin[owner]
@@ -137,7 +137,7 @@ class Frame:
 
 
 def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:
-    """Distribute a force and a moment over the places of a joint's side."""
+    """Distribute a force and a moment over the locations of a joint's side."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)
     return ((side, force, moment),)

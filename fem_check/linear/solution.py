@@ -18,8 +18,8 @@ from fem_check.linear.unit_beam import UnitBeam, unit_beam
 from rigid import Motion, Reals
 from rigid.arrays import Numbers
 
-MAX_ROUNDS = 100  # largest number of friction iterations
-MAX_FLANK_ROUNDS = 4  # largest number of iterations for the loaded flanks of gear teeth
+MAX_ROUNDS = 100  # maximum number of friction iterations
+MAX_FLANK_ROUNDS = 4  # maximum number of iterations for the loaded flanks of gear teeth
 MIN_EFFORT = 1e-10  # effort that loads no flank, relative to the largest force or moment at the position
 
 

@@ -59,7 +59,7 @@ class UnitBeam:
     sliding: ElementRow
 
     def load_at(self, xi: Reals) -> Reals:
-        """Unit loads at places along the beam, shape (stations, ...)."""
+        """Unit loads at points along the beam, shape (stations, ...)."""
         return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
 
 

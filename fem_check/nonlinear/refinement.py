@@ -26,7 +26,7 @@ ELEMENTS = 2, 4, 8, 16
 MAX_STRIDE = 0.3
 """Drive movement in the first steps [rad], or relative to the mechanism's size."""
 MIN_STEPS, MAX_STEPS = 16, 1600
-"""Smallest and largest number of steps."""
+"""Smallest and maximum number of steps."""
 MESH_ORDER = 3
 """Order of convergence of the mesh, which also holds for nodes absent from the coarser mesh."""
 MIN_RATIO, MAX_RATIO = 4.0, 8.0

@@ -15,7 +15,7 @@ from rigid.arrays import Columns, Complexes, Integers
 MAX_MITRE = 1.0  # [depths] largest distance of a corner from the beams' common point: a sharp tip carries no load
 MAX_CORNER_REACH = 0.4  # largest reach of a corner between two beams, relative to a beam's length
 MIN_SINE = 0.05  # sine of the angle below which continuing beams have no corner
-MAX_ELEMENTS = 75  # largest number of elements along a beam before they become more than twice as long as deep
+MAX_ELEMENTS = 75  # maximum number of elements along a beam before they become more than twice as long as deep
 ELEMENT_GROWTH = 0.4  # growth of element length per distance from the beam's end
 SKEW_LENGTH = 3.0  # [mitre lengths] distance from a mitre over which element rows are oblique
 MERGE_DISTANCE = 1e-9  # distance of coincident mesh points, relative to the link's size

@@ -53,7 +53,7 @@ class Base:
     measures
         Requested figures.
     by_position
-        True if a figure has data for each position, such as places of a path: then there are no instants between them.
+        True if a figure has data for each position, such as points of a path: then there are no instants between them.
     """
 
     document: Document
@@ -112,10 +112,10 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     bounded = {limit.figure for limit in limits_of(scene)}
     if scene.output is None and not requested | bounded <= keys:  # figures of an output: guess the output
         known = design_measures(scene, output_of(scene))
-    default = [name for name, each in known.items() if each.figure.told and each.items is None]
+    default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    by_position = not all(isinstance(name, str) for name in names)  # places of a path, or of the nominal output
+    by_position = not all(isinstance(name, str) for name in names)  # locations of a path, or of the nominal output
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 

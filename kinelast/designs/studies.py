@@ -144,7 +144,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     Parameters
     ----------
     designs
-        Smallest number of samples.
+        Minimum number of samples.
 
     Raises
     ------
@@ -268,7 +268,7 @@ def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) 
         values = np.asarray(columns[limit.figure], float)
         still = np.isfinite(values).all() and np.ptp(values) <= MAX_STILL_CHANGE * np.abs(values).max()
         if still and limit.margin(values).max() < 0:
-            value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.told_in)
+            value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.shown_in)
             problems.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
     if problems:
         why = "no design keeps a limit that does not depend on the variables"

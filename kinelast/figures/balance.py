@@ -12,7 +12,7 @@ import numpy as np
 from kinelast.figures.results import Results
 from kinelast.scene.document import Document
 from kinelast.scene.links import drawn_direction, drawn_places
-from kinelast.scene.numbers import ToldIn, coordinate, percent, quantity
+from kinelast.scene.numbers import DisplayUnits, coordinate, percent, quantity
 from kinelast.scene.reading import reading
 from machine import drives
 from machine.drives import Balance, balanced
@@ -55,7 +55,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
         if soft:
             at, best = min(soft.items(), key=lambda each: each[1].share)
             proposals["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
-    return {**proposals, "words": [*_words(proposals, results.scene.told_in)]}
+    return {**proposals, "words": [*_words(proposals, results.scene.shown_in)]}
 
 
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
@@ -103,7 +103,7 @@ def _put(file: Any, table: str, key: str, value: Any) -> None:
 
 
 def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
-    """Return the drawn place of a counterweight; None if the drawing does not show the angle of its link."""
+    """Return the drawn location of a counterweight; None if the drawing does not show the angle of its link."""
     mechanism, places = document.scene.mechanism, drawn_places(document.table)
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
@@ -168,27 +168,27 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
     return [{"link": link, "pin": pin, **given}]
 
 
-def _words(proposals: Mapping[str, Any], told_in: ToldIn) -> Iterator[str]:
+def _words(proposals: Mapping[str, Any], shown_in: DisplayUnits) -> Iterator[str]:
     """Return sentences on the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
         if key in proposals and proposals[key]["before"].value:
             parts = (
-                f"{quantity(each['mass'].value, 'kg', 3, told_in)} at "
-                f"{quantity(each['radius'].value, 'm', 3, told_in)} from {each['pin']} on "
+                f"{quantity(each['mass'].value, 'kg', 3, shown_in)} at "
+                f"{quantity(each['radius'].value, 'm', 3, shown_in)} from {each['pin']} on "
                 f"{each['link']}, {coordinate(each['direction'].value, 'rad')} from its axis"
                 for each in proposals[key]["parts"]
             )
-            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], told_in)}"
+            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], shown_in)}"
     if "drive_effort" in proposals:
         (each,) = proposals["drive_effort"]["parts"]
-        spring = f"{quantity(each['stiffness'].value, 'N m', 3, told_in)}/rad at {each['pin']} on {each['link']}"
+        spring = f"{quantity(each['stiffness'].value, 'N m', 3, shown_in)}/rad at {each['pin']} on {each['link']}"
         slack = coordinate(each["angle"].value, "rad")
-        left = _leaves(proposals["drive_effort"], told_in)
+        left = _leaves(proposals["drive_effort"], shown_in)
         yield f"balance of the drive: a spring of {spring}, slack at {slack}, {left}"
 
 
-def _leaves(row: Mapping[str, Any], told_in: ToldIn) -> str:
+def _leaves(row: Mapping[str, Any], shown_in: DisplayUnits) -> str:
     if row["left"] < NOTHING:
         return "leaves nothing"
-    before, after = (quantity(row[key].value, row[key].unit, 3, told_in) for key in ("before", "after"))
+    before, after = (quantity(row[key].value, row[key].unit, 3, shown_in) for key in ("before", "after"))
     return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"

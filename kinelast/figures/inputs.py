@@ -30,7 +30,7 @@ USUAL = {  # by kind and key: words, usual range, unit, example
 GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, below that of the Earth in mm/s^2
 ALIKE = 1e-6  # relative difference of equal loads and equal ratios
 LOOKED_AT = 9  # instants at which a load over time is examined
-MOST_TURNS = 1000  # largest number of whole turns that is recognized
+MOST_TURNS = 1000  # maximum number of whole turns that is recognized
 NEARLY = 1e-3  # relative difference of a duration from an intended cycle
 
 
@@ -48,11 +48,11 @@ def _numbers(results: Results) -> Iterator[Finding]:
         for name, (what, least, most, unit, example) in usual[kind].items():
             value = getattr(owner, name, None)
             if value is not None and math.isfinite(value) and value and not least <= value <= most:
-                told = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind.removesuffix('s')} has"
-                hint = f'a bare number is in {unit}, other units are told as in "{example}"'
-                yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
+                shown = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind.removesuffix('s')} has"
+                hint = f'a bare number is in {unit}, write other units as in "{example}"'
+                yield Finding(POOR, INPUTS, f"The {shown}: {hint}.")
     if (gravity := abs(complex(results.mechanism.gravity))) > GRAVITY:
-        hint = 'a bare number is in m/s^2, other units are told as in "9810 mm/s^2"'
+        hint = 'a bare number is in m/s^2, write other units as in "9810 mm/s^2"'
         yield Finding(POOR, INPUTS, f"Gravity is {gravity:.4g} m/s^2, is that meant? {hint}.")
 
 
@@ -77,12 +77,12 @@ def _sizes(results: Results) -> Iterator[Finding]:
         for link in results.mechanism.links
     }
     name = max(sizes, key=lambda each: sizes[each])
-    told = quantity(sizes[name], "m", told_in=results.scene.told_in)
+    shown = quantity(sizes[name], "m", shown_in=results.scene.shown_in)
     if sizes[name] > LONG:
         hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
-        yield Finding(POOR, INPUTS, f"The link {name} is {told} long, is that meant? {hint}.")
+        yield Finding(POOR, INPUTS, f"The link {name} is {shown} long, is that meant? {hint}.")
     elif 0 < sizes[name] < SHORT:
-        yield Finding(POOR, INPUTS, f"No link is longer than {told}, is that meant?")
+        yield Finding(POOR, INPUTS, f"No link is longer than {shown}, is that meant?")
     speed = fastest_drive(results)
     if speed > FAST:
         text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
@@ -110,8 +110,8 @@ def cycle_findings(results: Results) -> Iterator[Finding]:
     if run.no_cycle:
         text = f"There is no cycle: {run.no_cycle}. The figures are of the first {lasts}, in which vibration begins at"
         text += " the start; how large they become later is not known."
-        yield Finding(OPEN if run.told else CAUTION, heading, text)
-    elif run.turn and run.told:
+        yield Finding(OPEN if run.duration_given else CAUTION, heading, text)
+    elif run.turn and run.duration_given:
         text = (
             f"The duration is one cycle of the mechanism, {lasts}: it is answered as a cycle that has always gone on,"
         )

@@ -39,7 +39,7 @@ FAR = 5.0  # times its error, within which an unreliable figure must keep a limi
 UNRELIABLE_FIGURE = "the error of the figure is too large"
 SPARE = 1e-4  # margin beyond the error, relative to the limit: the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""Field with the place of each figure of beams."""
+"""Field with the location of each figure of beams."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
@@ -123,7 +123,7 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
     words = "all limits are kept, errors not counted", "least margin of all limits, as a share, errors not counted"
     return (
-        Figure(LIMITS_KEPT, words[0], "1", SCENE, fixed(kept), FIXED, fields, told=True),
+        Figure(LIMITS_KEPT, words[0], "1", SCENE, fixed(kept), FIXED, fields, listed=True),
         Figure(LIMITS_MARGIN, words[1], "1", SCENE, fixed(margin), FIXED, fields),
     )
 
@@ -362,7 +362,7 @@ def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
 
 
 def _found(reader: Reader, judged: Judgement) -> Reading:
-    """Return the figure that decides a limit, with its place. An unknown figure has no value."""
+    """Return the figure that decides a limit, with its location. An unknown figure has no value."""
     limit, results, kind = judged.limit, reader.results, judged.limit.kind
     peaks = results.figures.peaks
     if np.isnan(judged.value):

@@ -51,10 +51,10 @@ def with_bodies(
         For each beam, difference of the largest chord deflection, and largest difference at any place and position
         [m]; nan for beams without a body.
     """
-    told = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
-    least = SMALL * max(told, default=0.0)
-    factor = max((apart / part for apart, part in zip(whole, told, strict=True) if part > least), default=math.nan)
-    if any(math.isnan(apart) for apart, part in zip(whole, told, strict=True) if part > least):
+    stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
+    least = SMALL * max(stated, default=0.0)
+    factor = max((apart / part for apart, part in zip(whole, stated, strict=True) if part > least), default=math.nan)
+    if any(math.isnan(apart) for apart, part in zip(whole, stated, strict=True) if part > least):
         factor = math.nan
 
     def measured(key: str, item: int, error: FigureError) -> FigureError:

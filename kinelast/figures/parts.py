@@ -129,7 +129,7 @@ def strength_of(reader: Reader) -> dict[str, report.BeamStrength]:
 
 
 def _swing(swings: Any, length: float) -> Reading:
-    """Return the larger stress range of both fibres, shape (2, stations), and its place."""
+    """Return the larger stress range of both fibres, shape (2, stations), and its location."""
     if np.isnan(swings).all():
         return reading(math.nan, "Pa")
     side, at = np.unravel_index(np.nanargmax(swings), swings.shape)

@@ -31,7 +31,7 @@ STATIONS = np.linspace(0.0, 1.0, 101)  # along a beam, for the range of stresses
 
 @dataclass(frozen=True)
 class Peak:
-    """Extreme value of a figure of one item over the cycle, in the figure's unit, with its place.
+    """Extreme value of a figure of one item over the cycle, in the figure's unit, with its location.
 
     `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined` if found between the positions; `row`
     number among several values of the item; `error`, or None if not estimated.
@@ -333,7 +333,7 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Return the extreme along the beam for each name, its place, and True if well conditioned.
+    """Return the extreme along the beam for each name, its location, and True if well conditioned.
 
     Each name has its own instants; the results have the shape of `grid`.
     """

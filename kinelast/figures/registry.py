@@ -135,16 +135,16 @@ def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
     return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
 
 
-TOLD = ("w", "chord", "mises")  # fields in the row of a design
+IN_ROW = ("w", "chord", "mises")  # fields in the row of a design
 LIMITS = {"w": "deflection", "chord": "chord"}  # keys of their limits under [limits]
 OF_FIELDS = tuple(
     Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
-           told=key in TOLD, limit=LIMITS.get(key, ""))
-    for key in (*TOLD, *(key for key in EXTREME_FIELDS if key not in TOLD))
+           listed=key in IN_ROW, limit=LIMITS.get(key, ""))
+    for key in (*IN_ROW, *(key for key in EXTREME_FIELDS if key not in IN_ROW))
 )  # fmt: skip
 ALONG_BEAMS: tuple[Figure, ...] = (
     *OF_FIELDS,
-    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True,
+    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), listed=True,
            limit="safety"),
     Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.pressed, limit="buckling",
            follows=next(figure for figure in OF_FIELDS if figure.key == "N")),
@@ -162,7 +162,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
     Figure("joint_force", "force in a joint", "N", JOINT,
-           each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
+           each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), listed=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
     Figure("friction_power", "power that friction takes", "W", FRICTION,
@@ -170,16 +170,16 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback),
            everywhere=True, here=True),
     Figure("shaking_force", "force on the ground", "N", SCENE,
-           whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force)), told=True),
+           whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force)), listed=True),
     Figure("shaking_moment", "moment on the ground", "N m", SCENE,
-           whole(lambda cycle: cycle.deflection.forces.ground_moment), told=True),
-    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, told=True, rigid=True, exact=True),
-    Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True, told=True,
+           whole(lambda cycle: cycle.deflection.forces.ground_moment), listed=True),
+    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, listed=True, rigid=True, exact=True),
+    Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True, listed=True,
            rigid=True, here=True),
-    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, everywhere=True, told=True,
+    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, everywhere=True, listed=True,
            rigid=True),
     Figure("reach", "share of the positions that are reached", "1", SCENE,
-           fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True, told=True, rigid=True),
+           fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True, listed=True, rigid=True),
     Figure("frequency", "lowest natural frequency", "rad/s", SCENE,
            lambda cycle: sole(cycle.least(cycle.lowest_frequency)), LEAST, asked=True),
     Figure("frequency_ratio", "lowest natural frequency over the speed of the fastest drive", "1", SCENE,
@@ -199,7 +199,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
             return displacement_of(cycle.deflection, output.link, output.point)
 
         return (
-            Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True, limit="output"),
+            Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), listed=True, limit="output"),
             Figure("output_stroke", "stroke of the output", "m", SCENE, fixed(lambda cycle: stroke_of(cycle, output)),
                    FIXED, asked=True, rigid=True),
             *_of_its_motion(output),
@@ -210,7 +210,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
 
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
-               lambda cycle: sole(_angle_error(cycle, output.link)), told=True, limit="output"),
+               lambda cycle: sole(_angle_error(cycle, output.link)), listed=True, limit="output"),
         Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[0]), LEAST,
                asked=True, rigid=True),
         Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,

@@ -357,7 +357,7 @@ class Report(Record, frozen=True):
 
     Attributes
     ----------
-    told_in
+    shown_in
         Units of the report.
     trust, reliability
         Findings (doubts about the figures), the worst first, and their summary.
@@ -366,7 +366,7 @@ class Report(Record, frozen=True):
     """
 
     kinelast: str
-    told_in: Mapping[str, tuple[float, str]]
+    shown_in: Mapping[str, tuple[float, str]]
     scene: SceneWords
     run: RunReport
     inputs: Inputs

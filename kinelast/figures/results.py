@@ -85,7 +85,7 @@ class Results:
             drive: Sequence[float] = self.run.peaks["buckling"][beam].drive
         else:
             drive = self.motion.drive[:, self.cycle.pressed.position[beam]].tolist()
-        where = [f"{name} at {coordinate(value, unit, self.scene.told_in)}"
+        where = [f"{name} at {coordinate(value, unit, self.scene.shown_in)}"
                  for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
         link = self.mechanism.links[self.mechanism.beams[beam][0]].name
         return f"{', '.join([f'{link} buckles', *where])}: the load is {sizes[beam]:.3g} times critical"
@@ -113,7 +113,7 @@ class Results:
         grows = f"by {percent(growth - 1)}" if growth < TWICE else f"{growth:.2g} times"
         grows = f"grows {grows} a cycle" if math.isfinite(growth) else "grows faster than the time steps can follow"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
-        at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.told_in)}"
+        at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.shown_in)}"
         given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
         ratio = stable_below(*given) if math.isfinite(self.period) else math.nan
         if math.isnan(ratio):
@@ -121,7 +121,7 @@ class Results:
         border = (
             percent(ratio) + " of it"
             if sole is None
-            else quantity(ratio * abs(float(sole)), "rad/s", 3, self.scene.told_in)
+            else quantity(ratio * abs(float(sole)), "rad/s", 3, self.scene.shown_in)
         )
         return f"unstable {at}: vibration {grows}; stable below {border}"
 

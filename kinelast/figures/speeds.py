@@ -203,7 +203,9 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
     if "buckling" in values:
         values["buckling"] = np.stack([each.cycle.pressed.value for each in loaded], axis=-1)
-    told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
+    mapped = replace(
+        steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0)
+    )
     errors = _by_figure(scene, figures, steady.errors)
     measures = {
         name: (measure, *_with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
@@ -225,13 +227,13 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     return Speeds(
         speed,
         wanted,
-        told,
+        mapped,
         measures,
         verdicts,
         highest,
         limit,
         (drawn * nominal, curves),
-        tuple(_peaks(told, search, nominal)),
+        tuple(_peaks(mapped, search, nominal)),
         tuple((low * nominal, high * nominal) for low, high in unstable),
         {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
         buckles,
@@ -432,24 +434,24 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
     return own.used(low if limit.least == (side > 0.0) else high)
 
 
-def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
+def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
     """Yield the prominent peaks of `FIELDS`, only the most prominent of neighbouring ones."""
     rows = [
         (share, at, field, beam)
         for field in range(len(FIELDS))
-        for beam in range(told.values.shape[2])
-        for at, share in prominences(told.values[:, field, beam])
+        for beam in range(mapped.values.shape[2])
+        for at, share in prominences(mapped.values[:, field, beam])
         if share > PROMINENT
     ]
     chosen: list[tuple[float, int, int, int]] = []
     for row in sorted(rows, reverse=True):
-        near = search.width * told.ratio[row[1]]
-        if all(abs(told.ratio[row[1]] - told.ratio[other[1]]) > near for other in chosen):
+        near = search.width * mapped.ratio[row[1]]
+        if all(abs(mapped.ratio[row[1]] - mapped.ratio[other[1]]) > near for other in chosen):
             chosen.append(row)
     for _, at, field, beam in sorted(chosen, key=lambda row: row[1]):
-        value, still = told.values[at, field, beam], told.quasi_static[at, field, beam]
-        met = search.model.resonance(float(told.ratio[at])) if value > AMPLIFIED * still else None
-        yield SpeedPeak(float(told.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
+        value, still = mapped.values[at, field, beam], mapped.quasi_static[at, field, beam]
+        met = search.model.resonance(float(mapped.ratio[at])) if value > AMPLIFIED * still else None
+        yield SpeedPeak(float(mapped.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
 
 
 def speed_unit(scene: Scene) -> str:

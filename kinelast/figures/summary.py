@@ -56,7 +56,7 @@ def report_of(results: Results) -> Report:
     interrupted = scene.course.interrupted
     return Report(
         kinelast=__version__,
-        told_in=scene.told_in,
+        shown_in=scene.shown_in,
         scene=report.SceneWords(scene.name, scene.title, scene.source),
         run=report.RunReport(
             *results.counts,
@@ -188,9 +188,9 @@ def _making(results: Results, number: int) -> dict[str, str | None]:
     """Return section with sizes and material of a beam in words."""
     if number >= len(results.scene.made_of):
         return {"section": None, "material": None}
-    made, told_in = results.scene.made_of[number], results.scene.told_in
+    made, shown_in = results.scene.made_of[number], results.scene.shown_in
     sizes = ", ".join(
-        f"{name} {' to '.join(quantity(size, 'm', told_in=told_in) for size in ends)}"
+        f"{name} {' to '.join(quantity(size, 'm', shown_in=shown_in) for size in ends)}"
         for name, ends in made.sizes.items()
     )
     return {
@@ -267,7 +267,7 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
 
 
 def output_reading(reader: Reader) -> report.OutputReading | None:
-    """Return the error of the output with its place and the shares of the links, or None without an output."""
+    """Return the error of the output with its location and the shares of the links, or None without an output."""
     output = reader.results.figures.output
     if output is None:
         return None

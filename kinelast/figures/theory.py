@@ -93,7 +93,7 @@ def answer(
     quasi_static: Cycle,
     theory: Theory,
     period: float,
-    only_told: bool = False,
+    quasi_static_only: bool = False,
     progress: Progress = SILENT,
 ) -> Answer:
     """Return the answer of the requested theory, or of the cheapest one that is accurate enough.
@@ -104,7 +104,7 @@ def answer(
         Quasi-static answer at the positions of the run.
     period
         Duration of the cycle [s]; nan without a cycle: vibration then starts from the quasi-static deflection.
-    only_told
+    quasi_static_only
         True to take the quasi-static answer, whatever its error.
     progress
         Receives the stages of the computation.
@@ -116,7 +116,7 @@ def answer(
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     scene, plain = quasi_static.scene, quasi_static.deflection
-    rungs, named = _Rungs(quasi_static, theory, progress), theory.name is not None and not only_told
+    rungs, named = _Rungs(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
     if not scene.labels:
         return rungs.rigid()
     rests = not named and _rests(plain)
@@ -150,7 +150,11 @@ def answer(
         return rungs.at_rest()
     tried: list[Answer] = []
     for rung in rungs.climbed(linear, tolerance, aim):
-        if only_told or (not named and (rung.enough(wanted) or not linear.stable)) or rung.theory == theory.name:
+        if (
+            quasi_static_only
+            or (not named and (rung.enough(wanted) or not linear.stable))
+            or rung.theory == theory.name
+        ):
             return rung
         tried.append(rung)
     return min(reversed(tried), key=lambda rung: rung.off_by_motion)

@@ -163,7 +163,7 @@ class SceneAnswer:
     @cached_property
     def figures(self) -> Figures:
         """Entries of summary.json. Entries of the table `figures` are also available directly by name."""
-        return figures_of(data_of(self.report), self.scene.told_in)
+        return figures_of(data_of(self.report), self.scene.shown_in)
 
     @property
     def headline(self) -> str:

@@ -10,7 +10,7 @@ from msgspec import convert
 
 from kinelast.outputs.words import error_words
 from kinelast.scene.error import likely
-from kinelast.scene.numbers import ToldIn, quantity
+from kinelast.scene.numbers import DisplayUnits, quantity
 from kinelast.scene.reading import Reading
 
 
@@ -21,13 +21,13 @@ class Value(dict[str, Any]):
     1.6 mm ± 0.12 %
     """
 
-    def __init__(self, entries: Mapping[str, Any], told_in: ToldIn) -> None:
+    def __init__(self, entries: Mapping[str, Any], shown_in: DisplayUnits) -> None:
         super().__init__(entries)
-        self._told_in = told_in
+        self._display_units = shown_in
 
     def __repr__(self) -> str:
-        return quantity(float(self), self["unit"], told_in=self._told_in) + error_words(
-            convert(self, Reading), self._told_in
+        return quantity(float(self), self["unit"], shown_in=self._display_units) + error_words(
+            convert(self, Reading), self._display_units
         )
 
     def __float__(self) -> float:
@@ -45,15 +45,15 @@ class Figures(dict[str, Any]):
         raise KeyError(f'there is no figure "{name}"{likely(name, [*figures, *self])}')
 
 
-def figures_of(summary: Mapping[str, Any], told_in: ToldIn) -> Figures:
+def figures_of(summary: Mapping[str, Any], shown_in: DisplayUnits) -> Figures:
     """Return a summary with a `Value` for every number that has a unit."""
-    return Figures({key: _valued(entry, told_in) for key, entry in summary.items()})
+    return Figures({key: _valued(entry, shown_in) for key, entry in summary.items()})
 
 
-def _valued(entry: Any, told_in: ToldIn) -> Any:
+def _valued(entry: Any, shown_in: DisplayUnits) -> Any:
     if isinstance(entry, list):
-        return [_valued(each, told_in) for each in entry]
+        return [_valued(each, shown_in) for each in entry]
     if not isinstance(entry, Mapping):
         return entry
-    whole = {key: _valued(each, told_in) for key, each in entry.items()}
-    return Value(whole, told_in) if {"value", "unit"} <= whole.keys() else whole
+    whole = {key: _valued(each, shown_in) for key, each in entry.items()}
+    return Value(whole, shown_in) if {"value", "unit"} <= whole.keys() else whole

@@ -26,7 +26,7 @@ from kinelast.tasks.request import RequestError, written
 EARLIER = "earlier"  # folder for files of earlier runs that a run does not make again
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
-OWNER = ".owner"  # in the place of a lock
+OWNER = ".owner"  # in the location of a lock
 PATIENCE = 60.0  # [s] longest wait for another run
 PAUSE = 0.05  # [s] between two attempts
 LINE = 300  # letters of a path in a message
@@ -153,7 +153,7 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise an error if the place of a folder is a file or a link."""
+    """Raise an error if the location of a folder is a file or a link."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)

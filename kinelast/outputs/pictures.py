@@ -153,7 +153,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the drawn places of the moving points."""
+    """Return the drawn locations of the moving points."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))

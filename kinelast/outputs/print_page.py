@@ -118,7 +118,7 @@ def _figures(report: Report) -> Iterator[str]:
     """Yield sentences on stress and safety, output, and drives."""
 
     def words(found: Reading) -> str:
-        return size(found, report.told_in) + error_words(found, report.told_in)
+        return size(found, report.shown_in) + error_words(found, report.shown_in)
 
     if stress := report.largest_stress:
         safety = report.strength[stress.label].safety_factor.value

@@ -16,14 +16,14 @@ from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
+from kinelast.scene.numbers import SI, DisplayUnits, number, percent, quantity
 from kinelast.scene.reading import known
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
 MAX_NAME = 36  # letters of a bar's name
-DEGREES: ToldIn = {"rad": (180 / math.pi, "deg")}
+DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,14 @@ MIN_CHANGE = 5e-6  # smallest drawn change, relative to the figure
 
 
 @dataclass(frozen=True, eq=False)
-class ToldSensitivities:
+class PrintedSensitivities:
     """Sensitivities with variables, units of figures, steps, and units of the scene."""
 
     result: Sensitivities
     variables: Sequence[Variable]
     units: Mapping[str, str]
     steps: Sequence[SensitivityStep]
-    told_in: ToldIn = field(default_factory=dict)
+    shown_in: DisplayUnits = field(default_factory=dict)
 
     @cached_property
     def change(self) -> Reals:
@@ -96,12 +96,12 @@ class ToldSensitivities:
     def step_words(self, column: int) -> str:
         """Return the step of a number in words."""
         step, unit = self.steps[column], self.variables[column].unit
-        return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, told_in={**DEGREES, **self.told_in})
+        return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
         """Return the change of a figure for the step of a number in words."""
         change, name = float(self.change[row, column]), self.result.figures[row]
-        size = quantity(change, self.units[name], 3, {**DEGREES, **self.told_in})
+        size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
         share = f" ({_signed(number(100 * change / figure, 3), change / figure)} %)" if figure else ""
         return f"{_signed(size, change)}{share}"
@@ -127,18 +127,18 @@ def _signed(words: str, size: float) -> str:
     return f"+{words}" if size > 0 else words
 
 
-def sensitivity_figures(told: ToldSensitivities) -> dict[str, Any]:
+def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
     """Return sensitivities as plain data for JSON, with the largest in `words`."""
-    result, variables, units = told.result, told.variables, told.units
+    result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
-        "words": [words for row in rows for words in told.sentences(row, 1)],
+        "words": [words for row in rows for words in shown.sentences(row, 1)],
         "numbers": [
             {
                 "path": one.path,
                 "value": one.base,
                 "unit": one.unit,
-                "step": {"value": told.steps[at].size, "words": told.step_words(at), "kind": told.steps[at].kind},
+                "step": {"value": shown.steps[at].size, "words": shown.step_words(at), "kind": shown.steps[at].kind},
             }
             for at, one in enumerate(variables)
         ],
@@ -147,31 +147,31 @@ def sensitivity_figures(told: ToldSensitivities) -> dict[str, Any]:
                 "name": name,
                 "value": float(result.figure[row]),
                 "unit": units[name],
-                "slopes": [_slope(told, row, column) for column in range(len(variables))],
-                "words": told.sentences(row, MOST_BARS),
+                "slopes": [_slope(shown, row, column) for column in range(len(variables))],
+                "words": shown.sentences(row, MOST_BARS),
             }
             for row, name in enumerate(result.figures)
         ],
     }
 
 
-def _slope(told: ToldSensitivities, row: int, column: int) -> dict[str, Any]:
-    result = told.result
+def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]:
+    result = shown.result
     kinked = bool(result.kink[row, column])
     return {
         "slope": float(result.slope[row, column]),
         "error": float(result.error[row, column]),
         "percent": float(result.logarithmic[row, column]),
-        "change": float(told.change[row, column]),
+        "change": float(shown.change[row, column]),
         "kink": kinked,
         "stays_by": float(result.still[row, column]),
         **({"below": float(result.below[row, column]), "above": float(result.above[row, column])} if kinked else {}),
     }
 
 
-def sensitivity_table(told: ToldSensitivities) -> Table:
+def sensitivity_table(shown: PrintedSensitivities) -> Table:
     """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes for the steps."""
-    result = told.result
+    result = shown.result
     sides = (result.slope, result.error, result.logarithmic, result.kink, result.below, result.above, result.still)
     return Table.of_rows(
         HEAD,
@@ -179,30 +179,30 @@ def sensitivity_table(told: ToldSensitivities) -> Table:
             (
                 name,
                 result.figure[row],
-                told.units[name],
+                shown.units[name],
                 variable.path,
                 variable.base,
                 variable.unit,
                 *(each[row, column].item() for each in sides),
-                told.steps[column].size,
-                told.change[row, column].item(),
+                shown.steps[column].size,
+                shown.change[row, column].item(),
             )
             for row, name in enumerate(result.figures)
-            for column, variable in enumerate(told.variables)
+            for column, variable in enumerate(shown.variables)
         ],
     )
 
 
-def sensitivity_bars(told: ToldSensitivities) -> str:
+def sensitivity_bars(shown: PrintedSensitivities) -> str:
     """Return the largest changes of each figure for the steps as bars in SVG."""
-    result, charts = told.result, []
+    result, charts = shown.result, []
     for row, name in enumerate(result.figures):
-        size = quantity(float(result.figure[row]), told.units[name], told_in=told.told_in)
+        size = quantity(float(result.figure[row]), shown.units[name], shown_in=shown.shown_in)
         bars = []
-        for column in told.ranked(row)[:MOST_BARS]:
+        for column in shown.ranked(row)[:MOST_BARS]:
             mark = " (kink)" if result.kink[row, column] else ""
-            heading = f"{told.step_words(column)} more {told.variables[column].path}"
-            bars.append((heading, float(told.change[row, column]), told.change_words(row, column) + mark))
+            heading = f"{shown.step_words(column)} more {shown.variables[column].path}"
+            bars.append((heading, float(shown.change[row, column]), shown.change_words(row, column) + mark))
         if bars:
             charts.append(Bars(f"{name}, {size}: largest influences", tuple(bars)))
     return bars_svg(charts)
@@ -211,7 +211,7 @@ def sensitivity_bars(told: ToldSensitivities) -> str:
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
 
 
-def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str, Any]:
+def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
     """Return ranges of figures as plain data for JSON, with the first in `words`."""
     numbers = [
         {
@@ -225,7 +225,7 @@ def tolerance_figures(result: ToleranceResult, told_in: ToldIn = SI) -> dict[str
     ]
     figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
     names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:NAMED]
-    words = [_range_words(name, result.sampled[name], result.units[name], told_in) for name in names]
+    words = [_range_words(name, result.sampled[name], result.units[name], shown_in) for name in names]
     if result.answer.theory != QUASI_STATIC:
         words = [f"{word} ({QUASI_STATIC})" if name == WHOLE else word for name, word in zip(names, words, strict=True)]
     kept = None if result.kept is None else {key: known(each) for key, each in asdict(result.kept).items()}
@@ -254,10 +254,10 @@ def _kept_words(kept: KeptShare) -> str:
     return f"all limits are kept by {percent(kept.in_full)} of machines with vibration and error ({sure}), {plain}"
 
 
-def _range_words(name: str, sampled: Scatter, unit: str, told_in: ToldIn) -> str:
+def _range_words(name: str, sampled: Scatter, unit: str, shown_in: DisplayUnits) -> str:
     """Return the range of a figure in words."""
     low, median, high = (
-        quantity(value, unit, told_in=told_in) for value in (sampled.low, sampled.median, sampled.high)
+        quantity(value, unit, shown_in=shown_in) for value in (sampled.low, sampled.median, sampled.high)
     )
     return f"{name} of 95 % of machines: {low} to {high}, median {median}"
 
@@ -305,7 +305,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
     return Table.of_rows(head, rows)
 
 
-def tolerance_bars(result: ToleranceResult, told_in: ToldIn = SI) -> str:
+def tolerance_bars(result: ToleranceResult, shown_in: DisplayUnits = SI) -> str:
     """Return the shares of the numbers in the variance of each figure as bars in SVG."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
@@ -317,7 +317,7 @@ def tolerance_bars(result: ToleranceResult, told_in: ToldIn = SI) -> str:
         )
         if bars and sampled.known:
             value, low, high = (
-                quantity(each, unit, told_in=told_in)
+                quantity(each, unit, shown_in=shown_in)
                 for each in (result.nominal.figure[row], sampled.low, sampled.high)
             )
             charts.append(Bars(f"{name}, {value}: 95 % of machines from {low} to {high}; causes", bars))

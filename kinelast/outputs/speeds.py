@@ -217,49 +217,50 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     """Yield sentences on the limit speed, on speeds without a steady state, and on errors."""
     unit = speed_unit(scene)
 
-    def told(speed: Any) -> str:
-        return quantity(float(speed), unit, told_in=scene.told_in)
+    def printed(speed: Any) -> str:
+        return quantity(float(speed), unit, shown_in=scene.shown_in)
 
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
     beyond = [number for number, words in enumerate(result.buckles) if words]
     if beyond:
-        first, last = told(result.speed[beyond[0]]), told(result.speed[beyond[-1]])
+        first, last = printed(result.speed[beyond[0]]), printed(result.speed[beyond[-1]])
         yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
     if result.highest is not None:
         if not result.highest:
             words = {TOO_NEAR: "are too close to decide", UNKNOWN: "cannot be judged"}
-            yield f"limits {words.get(result.verdicts[0], 'do not hold')} at the lowest speed, {told(result.speed[0])}"
+            outcome = words.get(result.verdicts[0], "do not hold")
+            yield f"limits {outcome} at the lowest speed, {printed(result.speed[0])}"
         elif result.limit is None and beyond:
-            yield f"all limits hold up to {told(result.highest)}; above it a link buckles"
+            yield f"all limits hold up to {printed(result.highest)}; above it a link buckles"
         elif result.limit is None:
-            yield f"all limits hold up to {told(result.highest)}, the highest requested speed"
+            yield f"all limits hold up to {printed(result.highest)}, the highest requested speed"
         else:
             broken, near = result.limit.broken, ""
             if broken > (1 + NEAR) * result.limit.above:
                 known = math.isfinite(broken)
-                near = f"; too close to decide up to {told(broken)}" if known else "; above it too close to decide"
-            yield f"all limits hold up to {told(result.highest)} ({limit_words(result.limit, scene)}){near}"
+                near = f"; too close to decide up to {printed(broken)}" if known else "; above it too close to decide"
+            yield f"all limits hold up to {printed(result.highest)} ({limit_words(result.limit, scene)}){near}"
     else:
-        yield "no limits are set: with [limits], the highest speed at which they hold is told"
+        yield "no limits are set: with [limits], the highest speed at which they hold is reported"
     safety = result.figures.get(STRENGTH.figure)
     if safety and len(yielding := np.flatnonzero(safety[1] < STRENGTH.bound)):
-        first = told(result.speed[yielding[0]])
+        first = printed(result.speed[yielding[0]])
         yield f"a link yields at {len(yielding)} of {len(result.speed)} speeds, from {first} on: no limit can be judged"
     for low, high in result.unstable:
-        yield f"no steady state from {told(low)} to {told(high)}: the links' vibration grows"
-    yield from _error_words(result, scene, told)
+        yield f"no steady state from {printed(low)} to {printed(high)}: the links' vibration grows"
+    yield from _error_words(result, scene, printed)
 
 
-def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> Iterator[str]:
+def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
     """Yield a sentence on speeds with errors beyond the accuracy, and on unreliable ones near resonance."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
     if not len(missed) or np.isnan(result.error).all():
         return
     worst, unreliable = int(np.nanargmax(result.error)), result.error > UNRELIABLE
-    first, at = (told(result.speed[number]) for number in (missed[0], worst))
+    first, at = (printed(result.speed[number]) for number in (missed[0], worst))
     words = f"{len(missed)} of {len(result.speed)} speeds, from {first} on, have errors beyond {percent(wanted)}"
     near = min(result.peaks, key=lambda peak: abs(peak.speed - result.speed[worst]), default=None)
     if not unreliable.any():
@@ -270,4 +271,4 @@ def _error_words(result: Speeds, scene: Scene, told: Callable[[Any], str]) -> It
         yield f"{words}, for example {at}"
     else:
         resonance = resonance_words(near.resonance, scene)
-        yield f"{words}: damping decides at resonance, for example at {told(near.speed)}, where {resonance}"
+        yield f"{words}: damping decides at resonance, for example at {printed(near.speed)}, where {resonance}"

@@ -20,7 +20,7 @@ from kinelast.outputs.table import Table, write_table
 from kinelast.outputs.words import error_words, size
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import SI, ToldIn, number, percent, quantity
+from kinelast.scene.numbers import SI, DisplayUnits, number, percent, quantity
 from kinelast.scene.reading import Reading, known
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
@@ -32,10 +32,10 @@ HEAD = (
 )
 
 
-def optimum_report(solved: OptimumResult, told_in: ToldIn = SI) -> OptimumReport:
+def optimum_report(solved: OptimumResult, shown_in: DisplayUnits = SI) -> OptimumReport:
     """Return the best design and its certificate."""
     task, best = solved.task, solved.optimum
-    held, verdict, (value, error) = best.certificate, _verdict(solved, told_in), _goal_in_full(solved)
+    held, verdict, (value, error) = best.certificate, _verdict(solved, shown_in), _goal_in_full(solved)
     return OptimumReport(
         goal="maximize" if task.largest else "minimize",
         figure=task.figure,
@@ -69,7 +69,7 @@ def optimum_report(solved: OptimumResult, told_in: ToldIn = SI) -> OptimumReport
         ],
         designs=best.designs,
         calls=best.calls,
-        words=words(solved, told_in),
+        words=words(solved, shown_in),
     )
 
 
@@ -130,30 +130,30 @@ def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
     return known(value), known(error)
 
 
-def _verdict(solved: OptimumResult, told_in: ToldIn) -> Verdict:
+def _verdict(solved: OptimumResult, shown_in: DisplayUnits) -> Verdict:
     """Return the verdict on the best design."""
     if solved.task.limits and not solved.optimum.feasible:
-        return Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=_missed(solved, told_in))
+        return Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=_missed(solved, shown_in))
     return verdict_on(solved.judgements)
 
 
-def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
+def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
     """Return sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
-    found = _verdict(solved, told_in)
+    found = _verdict(solved, shown_in)
     kept = found.verdict if found.passed else f"{found.verdict.upper()}: {found.problem}".rstrip(": ")
     if found.passed is False:
         kept = f"NO design keeps all limits: at best {found.problem}"
     kept = f"; {kept}" if kept else ""
-    before, after = (quantity(each[task.figure], unit, told_in=told_in) for each in (solved.before, solved.after))
-    said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, told_in)}{kept}"]
+    before, after = (quantity(each[task.figure], unit, shown_in=shown_in) for each in (solved.before, solved.after))
+    said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, shown_in)}{kept}"]
     less = "more" if task.largest else "less"
     rows = zip(task.limits, solved.held_to, held.margin, held.multiplier, strict=True)
     for limit, held_to, margin, multiplier in rows:
         if abs(margin) < ACTIVE:
             bound, moved = (
-                quantity(each, solved.units[limit.figure], told_in=told_in) for each in (limit.bound, held_to)
+                quantity(each, solved.units[limit.figure], shown_in=shown_in) for each in (limit.bound, held_to)
             )
             room = f" ({moved} without vibration and error)" if moved != bound else ""
             gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
@@ -161,7 +161,7 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     for row in _variables(solved):
         if row.at_bound:
             end = "lower" if row.at_bound == "low" else "upper"
-            said.append(f"active {end} bound of {row.path}, {quantity(row.value, row.unit, told_in=told_in)}")
+            said.append(f"active {end} bound of {row.path}, {quantity(row.value, row.unit, shown_in=shown_in)}")
     residual = f"converged to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     near = f"{better or 'no'} better {'designs' if better > 1 else 'design'} among {tried} neighbours"
@@ -171,28 +171,30 @@ def words(solved: OptimumResult, told_in: ToldIn = SI) -> list[str]:
     return said
 
 
-def _goal_words(solved: OptimumResult, told_in: ToldIn) -> str:
+def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
     """Return the goal by the full answer in words, empty without one."""
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
         return ""
     found = Reading(value=value, unit=solved.units[solved.task.figure], error=error)
-    return f" (full answer {size(found, told_in)}{error_words(found, told_in)}, {theory})"
+    return f" (full answer {size(found, shown_in)}{error_words(found, shown_in)}, {theory})"
 
 
-def _missed(solved: OptimumResult, told_in: ToldIn) -> str:
+def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
     """Return the limits that the closest design exceeds, and by how much, in words."""
-    told = []
+    violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
     ):
         if not margin >= 0:
             value, bound = (
-                quantity(each, solved.units[limit.figure], told_in=told_in)
+                quantity(each, solved.units[limit.figure], shown_in=shown_in)
                 for each in (solved.after[limit.figure], held_to)
             )
-            told.append(f"{limit.figure} is {value}, {percent(-margin)} {'below' if limit.least else 'above'} {bound}")
-    return "; ".join(told) or "they are exceeded by round-off"
+            violated.append(
+                f"{limit.figure} is {value}, {percent(-margin)} {'below' if limit.least else 'above'} {bound}"
+            )
+    return "; ".join(violated) or "they are exceeded by round-off"
 
 
 def optimum_table(best: OptimumReport) -> Table:
@@ -235,20 +237,20 @@ def write_studies(
         if request.sensitivities:
             result, numbers, units = sensitivity_study(document, progress=progress)
             steps = steps_of(document, numbers)
-            told_so = bars.ToldSensitivities(result, numbers, units, steps, document.scene.told_in)
-            write_table(part / "sensitivities.csv", bars.sensitivity_table(told_so), request.tables)
-            (part / "sensitivities.svg").write_text(bars.sensitivity_bars(told_so), encoding="utf-8")
-            figures["sensitivities"] = bars.sensitivity_figures(told_so)
+            printed = bars.PrintedSensitivities(result, numbers, units, steps, document.scene.shown_in)
+            write_table(part / "sensitivities.csv", bars.sensitivity_table(printed), request.tables)
+            (part / "sensitivities.svg").write_text(bars.sensitivity_bars(printed), encoding="utf-8")
+            figures["sensitivities"] = bars.sensitivity_figures(printed)
         if request.tolerances:
             ranges = tolerance_study(document, request.samples or DESIGNS, progress)
             write_table(part / "tolerances.csv", bars.tolerance_table(ranges), request.tables)
-            (part / "tolerances.svg").write_text(bars.tolerance_bars(ranges, document.scene.told_in), encoding="utf-8")
-            figures["tolerances"] = bars.tolerance_figures(ranges, document.scene.told_in)
+            (part / "tolerances.svg").write_text(bars.tolerance_bars(ranges, document.scene.shown_in), encoding="utf-8")
+            figures["tolerances"] = bars.tolerance_figures(ranges, document.scene.shown_in)
         if request.optimize:
             best = optimum_study(document, progress)
             paths = (number.path for number in best.task.variables)
             values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
-            optimum = optimum_report(best, document.scene.told_in)
+            optimum = optimum_report(best, document.scene.shown_in)
             verdict = optimum.verdict
             head = f"The best design by [optimize] of the scene {document.name}{verdict and ': '}{verdict}."
             new = document.with_values(values).text(head)

@@ -13,7 +13,7 @@ from kinelast.figures.limits import KEPT, VERDICTS
 from kinelast.figures.report import CheckReport, FurtherCheck, JudgedLimit, Report, RunReport, TheoryReport
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import SI, ToldIn, beside, coordinate, error_percent, number, percent, quantity
+from kinelast.scene.numbers import SI, DisplayUnits, beside, coordinate, error_percent, number, percent, quantity
 from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
@@ -30,7 +30,7 @@ LIMIT_NAMES = {
 
 def headline(report: Report) -> str:
     """Return the answer in one line: verdict, largest deflection, stress, drives with motors, checks, doubts."""
-    accepted, told_in = report.acceptance, report.told_in
+    accepted, shown_in = report.acceptance, report.shown_in
     verdict = verdict_words(report)
     if accepted.passed is not True:
         verdict = accepted.verdict.upper() + verdict.removeprefix(accepted.verdict)
@@ -42,16 +42,16 @@ def headline(report: Report) -> str:
     if report.yields and report.yields not in verdict:
         words.append(report.yields)
     if largest := report.largest_deflection:
-        drives = (f"{name} at {_coordinate_words(each, told_in)}" for name, each in largest.drive.items())
-        place = f"{size(largest.along_member, told_in, 3)} along it"
-        value = size(magnitude(largest), told_in) + error_words(largest, told_in)
+        drives = (f"{name} at {_coordinate_words(each, shown_in)}" for name, each in largest.drive.items())
+        place = f"{size(largest.along_member, shown_in, 3)} along it"
+        value = size(magnitude(largest), shown_in) + error_words(largest, shown_in)
         words.append(f"largest deflection {value} ({', '.join((largest.member, place, *drives))})")
     else:
         words.append("no position could be computed" if report.links else "nothing bends: no link has beams")
     if stress := report.largest_stress:
         factor = report.strength[stress.label].safety_factor.value
         safety = "" if factor is None else f", safety {factor:.3g}"
-        value = size(stress, told_in, 3) + error_words(stress, told_in)
+        value = size(stress, shown_in, 3) + error_words(stress, shown_in)
         words.append(f"stress {value} ({stress.member}{safety})")
     words += _motors(report)
     words += _run(report.run)
@@ -66,10 +66,10 @@ def headline(report: Report) -> str:
     return "; ".join(words)
 
 
-def size(found: Reading, told_in: ToldIn, digits: int = 4) -> str:
+def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
     """Return a known value with its unit."""
     assert found.value is not None
-    return quantity(found.value, found.unit, digits, told_in)
+    return quantity(found.value, found.unit, digits, shown_in)
 
 
 def magnitude(found: Reading) -> Reading:
@@ -77,9 +77,9 @@ def magnitude(found: Reading) -> Reading:
     return replace(found, value=None if found.value is None else abs(found.value))
 
 
-def _coordinate_words(found: Reading, told_in: ToldIn) -> str:
+def _coordinate_words(found: Reading, shown_in: DisplayUnits) -> str:
     assert found.value is not None
-    return coordinate(found.value, found.unit, told_in)
+    return coordinate(found.value, found.unit, shown_in)
 
 
 def _motors(report: Report) -> Iterator[str]:
@@ -87,8 +87,8 @@ def _motors(report: Report) -> Iterator[str]:
     for name, drive in report.drives.items():
         effort, shaft = drive["effort"], drive.get("motor", {}).get("motor_torque")
         if shaft is not None and effort.value is not None and shaft.value is not None:
-            told = [size(magnitude(each), report.told_in) for each in (effort, shaft)]
-            yield f"drive of {name} {told[0]}{error_words(effort, report.told_in)} ({told[1]} at its motor)"
+            both = [size(magnitude(each), report.shown_in) for each in (effort, shaft)]
+            yield f"drive of {name} {both[0]}{error_words(effort, report.shown_in)} ({both[1]} at its motor)"
 
 
 def _run(run: RunReport) -> Iterator[str]:
@@ -108,7 +108,7 @@ def _run(run: RunReport) -> Iterator[str]:
         yield f"{counted(run.left_out, 'position')} out of reach"
 
 
-def error_words(figure: Reading, told_in: ToldIn) -> str:
+def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
     """Return the error of a figure as a suffix, empty if it is unknown or zero.
 
     The error is relative, or absolute if it exceeds the figure itself.
@@ -118,7 +118,7 @@ def error_words(figure: Reading, told_in: ToldIn) -> str:
         return ""
     words = ""
     if error:
-        words = error_percent(error / abs(value)) if error <= abs(value) else quantity(error, figure.unit, 2, told_in)
+        words = error_percent(error / abs(value)) if error <= abs(value) else quantity(error, figure.unit, 2, shown_in)
         words = f" ± {words}{' measured' if figure.error_measured else ''}"
     return words + (" (unreliable)" if figure.unreliable else "")
 
@@ -147,7 +147,7 @@ def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
 
 def _limit_words(row: JudgedLimit, report: Report) -> str:
     """Return a figure with its limit."""
-    figure, told_in = row.found, report.told_in
+    figure, shown_in = row.found, report.shown_in
     item = figure.label or row.on
     name = LIMIT_NAMES.get(row.kind)
     if name and item and row.kind != "output":
@@ -157,12 +157,12 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     if figure.value is None and not figure.endless:
         return name
     bound = math.inf if row.limit.value is None else row.limit.value  # JSON has no infinity
-    value, allowed = beside(math.inf if figure.value is None else figure.value, bound, row.limit.unit, told_in)
+    value, allowed = beside(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
     within = ", kept within five times this error" if figure.unreliable and row.outcome == KEPT else ""
-    error = error_words(replace(figure, unreliable=False) if within else figure, told_in)
+    error = error_words(replace(figure, unreliable=False) if within else figure, shown_in)
     return f"{name} {value}{error} ({'minimum' if row.least else 'limit'} {allowed}{within})"
 
 
@@ -236,7 +236,7 @@ def assumptions(report: Report) -> list[str]:
     inputs, run, output = report.inputs, report.run, report.output
 
     def words(found: Reading) -> str:
-        return size(found, report.told_in, 3).replace("^2", "²").replace("^3", "³")
+        return size(found, report.shown_in, 3).replace("^2", "²").replace("^3", "³")
 
     said = ["Plane motion. No link has beams: all are rigid."]
     if report.links:

@@ -64,8 +64,8 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
         (memory, _free_memory(), "of memory", "--positions or elements to --check"),
     ):
         if need > SHARE * free:
-            told = f"takes about {_words(need)} {where}, where {_words(free)} are free"
-            raise RequestError(f"what is asked for {told}: ask for fewer {less}")
+            sentence = f"takes about {_words(need)} {where}, where {_words(free)} are free"
+            raise RequestError(f"what is asked for {sentence}: ask for fewer {less}")
     sentences = [many] if (many := too_many_beams(scene.mechanism)) else []
     if max(disk, memory) >= HEAVY:
         of_memory = f" and {_words(memory)} of memory" if memory else ""

@@ -290,8 +290,8 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
     except (RequestError, OSError, MemoryError):
         raise
     except Exception as error:
-        if told := missing_package(error):
-            raise RequestError(f"{name}: {told}") from None
+        if sentence := missing_package(error):
+            raise RequestError(f"{name}: {sentence}") from None
         failed[name] = traceback.format_exc()
 
 

@@ -46,12 +46,12 @@ class Run:
     tolerance
         Relative tolerance of a step if the motion is integrated.
     steps
-        Largest number of steps of an integration.
+        Maximum number of steps of an integration.
     cycle
         Period of the motion [s], independent of the duration; nan if the motion never repeats.
     no_cycle
         Reason why the motion never repeats; empty if it does or if nobody expects it.
-    told
+    duration_given
         True if the scene gives the duration.
     """
 
@@ -62,7 +62,7 @@ class Run:
     steps: int = 1000
     cycle: Any = nan
     no_cycle: str = ""
-    told: bool = False
+    duration_given: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Limit
 from kinelast.scene.limits import FigureBound, Output
-from kinelast.scene.numbers import REPORT_UNITS, ToldIn
+from kinelast.scene.numbers import REPORT_UNITS, DisplayUnits
 from kinelast.scene.sections import Material, SectionSource
 from kinelast.scene.units import shown
 from machine.cams import Cam
@@ -144,15 +144,15 @@ class Scene:
         return self.parts["bearings"]
 
     def __repr__(self) -> str:
-        return f'Scene("{self.name}": {self._told})'
+        return f'Scene("{self.name}": {self._summary})'
 
     def _repr_html_(self) -> str:
         """Return title, counts and links for a notebook."""
         links = ", ".join(link.name for link in self.mechanism.links[1:])
-        return f"<p><b>{escape(self.title)}</b>: {self._told}<br>links: <code>{escape(links)}</code></p>"
+        return f"<p><b>{escape(self.title)}</b>: {self._summary}<br>links: <code>{escape(links)}</code></p>"
 
     @property
-    def _told(self) -> str:
+    def _summary(self) -> str:
         """Numbers of links, beams, drives and positions in words."""
         counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
         counts["position"] = self.run.positions
@@ -172,7 +172,7 @@ class Scene:
         return tuple(names[number] for number in members.number)
 
     @property
-    def told_in(self) -> ToldIn:
+    def shown_in(self) -> DisplayUnits:
         """Units of the report, by SI unit."""
         return {**REPORT_UNITS.get(self.report_units, {}), **self.written}
 
@@ -241,7 +241,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 def require_reached(scene: Scene, moved: Motion) -> None:
     """Raise if the drives demand unreachable positions, with the place and the joint that opens."""
     try:
-        require_reach(moved, scene.told_in.get("m", (1.0, "m")))
+        require_reach(moved, scene.shown_in.get("m", (1.0, "m")))
     except ReachError as error:
         table = "links" if error.kind == "unreachable" else "drives[1]"
         raise SceneError(scene.path, table, "", str(error)) from None

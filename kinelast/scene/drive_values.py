@@ -135,7 +135,7 @@ def _effort_units(scene: Scene) -> list[str]:
 
 
 DRIVE_FIGURES: tuple[Figure, ...] = (
-    Figure("drive_effort", "effort of a drive", _effort_units, DRIVE, each(lambda cycle: cycle.efforts), told=True),
+    Figure("drive_effort", "effort of a drive", _effort_units, DRIVE, each(lambda cycle: cycle.efforts), listed=True),
     Figure("drive_rms", "effort of a drive, root mean square", _effort_units, DRIVE,
            _over_time(root_mean_square, effort), AVERAGE),
     Figure("drive_mean", "effort of a drive, mean", _effort_units, DRIVE, _over_time(mean, effort), AVERAGE),

@@ -90,7 +90,7 @@ class Figure:
         Keys of the fields that it takes.
     everywhere
         Whether ill-conditioned positions count too.
-    told
+    listed
         Whether a design's row has it by default.
     asked
         Whether it is computed only if named.
@@ -121,7 +121,7 @@ class Figure:
     fields: tuple[str, ...] = ()
     everywhere: bool = False
     asked: bool = False
-    told: bool = False
+    listed: bool = False
     limit: str = ""
     rigid: bool = False
     exact: bool = False

@@ -70,7 +70,7 @@ def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], w
 
 @dataclass(frozen=True)
 class Output:
-    """Output of a machine: the place of a point, or the angle of a link if `point` is empty.
+    """Output of a machine: the location of a point, or the angle of a link if `point` is empty.
 
     `guessed` is True if the program chose it.
     """

@@ -121,9 +121,9 @@ MIN_PRINTED_ERROR = 1e-4  # smaller relative errors are below the printed digits
 UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
 MIN_PRINTED_STRESS = 1e-3  # in the stress unit of the report; smaller stresses are printed with a prefix
-ToldIn = Mapping[str, tuple[float, str]]
+DisplayUnits = Mapping[str, tuple[float, str]]
 """Units of a report: by SI unit, the conversion factor and the name of the unit."""
-SI: ToldIn = {}
+SI: DisplayUnits = {}
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -200,7 +200,7 @@ def error_percent(share: float) -> str:
     return f"< {percent(MIN_PRINTED_ERROR)}" if share < MIN_PRINTED_ERROR else percent(share)
 
 
-def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> str:
+def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = SI) -> str:
     """Format a number with its unit: that of the report, or an SI unit with a prefix.
 
     >>> quantity(0.00146, "m")
@@ -210,30 +210,32 @@ def quantity(value: float, unit: str, digits: int = 4, told_in: ToldIn = SI) -> 
     """
     if not math.isfinite(value):
         return number(value)
-    if unit in told_in and not (unit == "Pa" and 0.0 < abs(value) * told_in[unit][0] < MIN_PRINTED_STRESS):
-        factor, name = told_in[unit]
+    if unit in shown_in and not (unit == "Pa" and 0.0 < abs(value) * shown_in[unit][0] < MIN_PRINTED_STRESS):
+        factor, name = shown_in[unit]
         return f"{number(value * factor, digits)} {name.replace(' ', '·')}".replace(" deg", "°")
     factor, prefixed = scale_of(value, unit)
     return f"{number(value * factor, digits)} {'' if prefixed == '1' else prefixed.replace(' ', '·')}".strip()
 
 
-def beside(value: float, limit: float, unit: str, told_in: ToldIn = SI) -> tuple[str, str]:
+def beside(value: float, limit: float, unit: str, shown_in: DisplayUnits = SI) -> tuple[str, str]:
     """Format a figure and its limit; a time is in the unit of its limit.
 
     >>> beside(6294.0, 7.2e7, "s")
     ('1.748 h', '20000 h')
     """
-    units = {**told_in, "s": scale_of(limit, "s")} if unit == "s" else told_in
-    return quantity(value, unit, told_in=units), quantity(limit, unit, told_in=units)
+    units = {**shown_in, "s": scale_of(limit, "s")} if unit == "s" else shown_in
+    return quantity(value, unit, shown_in=units), quantity(limit, unit, shown_in=units)
 
 
-def coordinate(value: float, unit: str, told_in: ToldIn = SI) -> str:
+def coordinate(value: float, unit: str, shown_in: DisplayUnits = SI) -> str:
     """Format the coordinate of a drive: an angle in degrees from 0 to 360, or a travel.
 
     >>> coordinate(-0.5 * math.pi, "rad")
     '270°'
     """
-    return f"{number(_within_turn(math.degrees(value)))}°" if unit == "rad" else quantity(value, unit, told_in=told_in)
+    return (
+        f"{number(_within_turn(math.degrees(value)))}°" if unit == "rad" else quantity(value, unit, shown_in=shown_in)
+    )
 
 
 def _within_turn(angle: float) -> float:

@@ -171,7 +171,7 @@ class Reader:
         return {key: each for key, each in found.items() if each is not None}
 
     def on_beam(self, field: str, peak: Peak, beam: int, **more: Any) -> dict[str, Any]:
-        """Return the peak of a field with its place on a beam, as entries of a reading."""
+        """Return the peak of a field with its location on a beam, as entries of a reading."""
         unit, length = FIELDS[field].unit, self.results.deflection.length[beam].item()
         return {
             "value": known(self.results.figures.rounded(peak.value, unit)),

@@ -107,7 +107,7 @@ def in_file(place: Place, value: float) -> Any:
 
 
 def put(node: Any, names: Sequence[Any], value: Any) -> Any:
-    """Return a copy of the tables with another value at the place of some names."""
+    """Return a copy of the tables with another value at the location of some names."""
     if not names:
         return value
     name, *rest = names
@@ -119,7 +119,7 @@ def put(node: Any, names: Sequence[Any], value: Any) -> Any:
 
 
 def place_of(table: SceneTable, path: str) -> Place:
-    """Return the place of a number in parsed tables by its path.
+    """Return the location of a number in parsed tables by its path.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def place_of(table: SceneTable, path: str) -> Place:
 
 
 def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
-    """Return the place of the length of a link drawn without one; raise SceneError for other paths."""
+    """Return the location of the length of a link drawn without one; raise SceneError for other paths."""
     places = drawn_places(table)
     if isinstance(link.points, dict) or len(link.points) != 2 or not {*link.points} <= places.keys():
         advice = f'name the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
@@ -246,7 +246,7 @@ def _base(leaf: Any, unit: str) -> float:
 
 
 def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
-    """Return the SI unit of a number; if several are possible, the one of its place."""
+    """Return the SI unit of a number; if several are possible, the one of its location."""
     if isinstance(leaf, Sizes | Direction):
         return "m" if isinstance(leaf, Sizes) else "rad"
     if not isinstance(leaf, Quantity):

@@ -236,7 +236,7 @@ def _verdict(tally: Tally) -> str:
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
     """Summarise a sweep in one line."""
-    units, words, told_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.told_in
+    units, words, shown_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.shown_in
     if tally.limits_kept is not None:
         words.append(f"{tally.limits_kept} keep all limits without vibration and error")
     aim = tally.aim
@@ -245,11 +245,11 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
     else:
         found = tally.answered.get(int(tally.best[NUMBER]))
         value, error = (found.figures if found else {}).get(aim.figure, (tally.best[aim.figure], 0.0))
-        size = quantity(value, units[aim.figure], told_in=told_in)
+        size = quantity(value, units[aim.figure], shown_in=shown_in)
         if found and value and np.isfinite(error) and error:
             size += f" ± {error_percent(error / abs(value))}"
         paths = evaluation.plan.paths[:MAX_SHOWN]
-        numbers = [f"{path} {quantity(tally.best[path], units[path], told_in=told_in)}" for path in paths]
+        numbers = [f"{path} {quantity(tally.best[path], units[path], shown_in=shown_in)}" for path in paths]
         which = "largest" if aim.largest else "smallest"
         verdict = _verdict(tally)
         words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)}){verdict}")

@@ -39,7 +39,7 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
     pair
         Names of the two columns of the front.
     most
-        Largest number of designs.
+        Maximum number of designs.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def write_pages(
         paths,
         figures,
         best,
-        told_in=evaluation.base.scene.told_in,
+        shown_in=evaluation.base.scene.shown_in,
         answered=answers_as_data(tally, evaluation.units),
     )
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name

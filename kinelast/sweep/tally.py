@@ -48,7 +48,7 @@ class Aim:
 class Rows:
     """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and cells for full answers.
 
-    Units are those of the scene. The cells (theory, figures with errors, verdict) are filled later, for selected
+    Units are those of the scene. The cells (theory, figures with errors, verdict) are filled in later, for selected
     designs.
     """
 
@@ -72,7 +72,7 @@ class Rows:
         return {**units, **{name + end: units[name] for name in self.bent for end in (IN_FULL, ERROR)}}
 
     def _unit_of(self, unit: str) -> tuple[float, str]:
-        return self.evaluation.base.scene.told_in.get(unit, (1.0, unit))
+        return self.evaluation.base.scene.shown_in.get(unit, (1.0, unit))
 
     def factor(self, name: str) -> float:
         """Factor from the SI unit of a column to its unit."""

@@ -9,11 +9,11 @@ export async function save() {
   const whole = text.text();
   if (state.path === null) return download();
   try {
-    const told = await talk.save(whole, state.digest);
-    if (!told.ok) {
-      return notice(told.problem, false, ["Take the file's text", () => follow(true)], ["Download mine", download]);
+    const reply = await talk.save(whole, state.digest);
+    if (!reply.ok) {
+      return notice(reply.problem, false, ["Take the file's text", () => follow(true)], ["Download mine", download]);
     }
-    Object.assign(state, { digest: told.digest, saved: whole });
+    Object.assign(state, { digest: reply.digest, saved: whole });
     hush(true);
     keepInBrowser();
   } catch {
@@ -32,23 +32,23 @@ export function download() {
 
 // The file's text as it is now: taken where nothing here would be lost, or where that is asked for.
 export async function follow(forced = false) {
-  const told = await talk.scene();
-  if (told.problem) return notice(told.problem);
+  const reply = await talk.scene();
+  if (reply.problem) return notice(reply.problem);
   const before = text.text(), mine = before !== state.saved;
-  if (told.digest === "missing" && state.digest !== "missing") {
+  if (reply.digest === "missing" && state.digest !== "missing") {
     state.saved = null;
     keepInBrowser();
     return notice("The file is gone from the disk; its text is still here, and Save writes it again.");
   }
-  if (mine && !forced && told.text !== before) {
+  if (mine && !forced && reply.text !== before) {
     return notice("The file has changed on disk, and the text here is not saved.", false, [
       "Take the file's text",
       () => follow(true),
     ], ["Keep mine", () => hush(true)]);
   }
-  Object.assign(state, { digest: told.digest, saved: told.text });
-  if (told.text === before) return keepInBrowser();
-  await changed(told.text);
+  Object.assign(state, { digest: reply.digest, saved: reply.text });
+  if (reply.text === before) return keepInBrowser();
+  await changed(reply.text);
   text.keep(before);
   hush(true);
 }
@@ -56,10 +56,10 @@ export async function follow(forced = false) {
 export async function watch() {
   try {
     const { digest } = await talk.state();
-    if (digest !== state.digest && digest !== state.told && state.dragging === null) {
-      state.told = digest;
+    if (digest !== state.digest && digest !== state.reported && state.dragging === null) {
+      state.reported = digest;
       await follow();
     }
-  } catch { /* told by onReach */ }
+  } catch { /* the listener of onReach reports it */ }
   setTimeout(watch, window.kernel ? 5000 : 1000);
 }

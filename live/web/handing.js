@@ -9,10 +9,10 @@ import { $, state } from "./state.js";
 
 export async function copyLink() {
   const link = state.opens + (await share.fragment(text.text()));
-  const told = "opens in an editor: with deflection-report --live by a click, in any other by pasting it on its page";
+  const how = "opens in an editor: with deflection-report --live by a click, in any other by pasting it on its page";
   try {
     await navigator.clipboard.writeText(link);
-    notice(`The link is copied. It ${told}.`, true);
+    notice(`The link is copied. It ${how}.`, true);
   } catch {
     const field = Object.assign(document.createElement("input"), {
       type: "text",
@@ -21,7 +21,7 @@ export async function copyLink() {
       size: 30,
     });
     field.setAttribute("aria-label", "Link to this scene");
-    notice(`Copy this link. It ${told}. `, true);
+    notice(`Copy this link. It ${how}. `, true);
     $("notice").append(field);
     field.select();
   }

@@ -23,31 +23,31 @@ listeners.answered = (answer, job) => {
 listeners.edited = chooseNew;
 
 async function start() {
-  const told = await talk.scene();
-  if (told.problem) return notice(told.problem);
+  const reply = await talk.scene();
+  if (reply.problem) return notice(reply.problem);
   Object.assign(state, {
-    digest: told.digest,
-    saved: told.digest === "missing" ? null : told.text,
-    path: told.path,
-    name: told.name,
-    shipped: told.shipped,
-    opens: told.opens,
+    digest: reply.digest,
+    saved: reply.digest === "missing" ? null : reply.text,
+    path: reply.path,
+    name: reply.name,
+    shipped: reply.shipped,
+    opens: reply.opens,
   });
   try {
     localStorage.setItem("live path", location.pathname);
   } catch { /* a browser that keeps nothing */ }
-  $("name").textContent = told.name;
-  $("name").title = told.path ?? "";
-  Object.assign(state, { keys: told.keys, motions: told.motions, parts: told.parts ?? {} });
-  for (const [kind, words] of Object.entries(told.parts ?? {})) {
+  $("name").textContent = reply.name;
+  $("name").title = reply.path ?? "";
+  Object.assign(state, { keys: reply.keys, motions: reply.motions, parts: reply.parts ?? {} });
+  for (const [kind, words] of Object.entries(reply.parts ?? {})) {
     const stem = kind.replace(/s$/, "");
     ADDED.push([kind, words]);
     BESIDE.push(stem);
     PATHS[stem] = kind;
   }
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
-  for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...told[kind].map((name) => new Option(name)));
-  $("begin").append(...Object.keys(told.shipped).map((name) => new Option(name, name)));
+  for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...reply[kind].map((name) => new Option(name)));
+  $("begin").append(...Object.keys(reply.shipped).map((name) => new Option(name, name)));
   tools.begin({
     choose,
     grab,
@@ -61,17 +61,17 @@ async function start() {
     position,
     play,
   });
-  text.begin(told.text);
+  text.begin(reply.text);
   let kept = null;
   try {
     kept = localStorage.getItem(KEY());
   } catch { /* a browser that keeps nothing */ }
-  await ask({ text: told.text, numbers: true });
+  await ask({ text: reply.text, numbers: true });
   if (view.sheet?.empty) tools.take("link");
   fit();
   show();
   settle(50);
-  if (kept !== null && kept !== told.text) {
+  if (kept !== null && kept !== reply.text) {
     notice("This browser has kept a text that was not saved.", false, ["Take it", () => {
       const before = text.text();
       changed(kept).then(() => text.keep(before));

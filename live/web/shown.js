@@ -56,7 +56,7 @@ export function tile(kind, name, value, more) {
   box.append(name, figure, more);
   return box;
 }
-export const NO_ERROR = 1e-6; // of a value, an error that is not told
+export const NO_ERROR = 1e-6; // smallest relative error that is shown
 export const figureTile = ({ key, name, value, unit, on, error }) => {
   const box = tile(
     "",

@@ -103,5 +103,5 @@ export async function full(text, done) {
     if (!response.ok) return done({ picture: null, mistakes: [{ message: await response.text() }] });
     const answer = unpacked(await response.arrayBuffer());
     if (asked === number) done(answer);
-  } catch { /* given up, or the server is not there, which is told elsewhere */ }
+  } catch { /* cancelled, or no server: another notice says so */ }
 }

@@ -33,8 +33,8 @@ export function quantity(value, unit, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
   if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
-  const told = view.picture?.units[unit]; // the unit of the scene
-  if (told) return `${Number((value * told[0]).toPrecision(digits))} ${told[1]}`;
+  const shown = view.picture?.units[unit]; // the unit of the scene
+  if (shown) return `${Number((value * shown[0]).toPrecision(digits))} ${shown[1]}`;
   const prefixes = unit === "m"
     ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]]
     : unit === "s"

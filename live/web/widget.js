@@ -1,5 +1,5 @@
 // The editor as a widget of a notebook: its page in a frame without an address, its requests as messages.
-const PATIENCE = 10_000; // ms until it is told that nothing comes
+const PATIENCE = 10_000; // ms until it is message that nothing comes
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
@@ -9,10 +9,10 @@ function render({ model, el }) {
     const code = files[name].replace(/from "\.\/(\w+\.js)"/g, (_, other) => `from "${addresses[other]}"`);
     addresses[name] = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
   }
-  const listen = (told, buffers) => {
-    const done = waiting.get(told.number);
-    waiting.delete(told.number);
-    done?.(new Response(buffers[0], { status: told.status }));
+  const listen = (message, buffers) => {
+    const done = waiting.get(message.number);
+    waiting.delete(message.number);
+    done?.(new Response(buffers[0], { status: message.status }));
   };
   model.on("msg:custom", listen);
   const ask = (path, given) =>

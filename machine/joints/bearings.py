@@ -124,7 +124,7 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return swing / swing that moves a rolling element to the place of the next, shape (...).
+        """Return swing / swing that moves a rolling element to the location of the next, shape (...).
 
         Elements move half as far as the ring, so that swing is 4 pi / Z. The result is nan at rest, or for an unknown
         number of elements.

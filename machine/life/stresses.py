@@ -75,7 +75,7 @@ class Fatigue:
 
     @cached_property
     def damage(self) -> Largest:
-        """Largest Miner's sum of one run for each beam, and its place; infinite if the beam breaks."""
+        """Largest Miner's sum of one run for each beam, and its location; infinite if the beam breaks."""
         excess = _places(self.excess)  # (beams, ..., places)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
@@ -133,14 +133,14 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
 
 
 def _course(sides: Sequence[Any], index: Any) -> Reals:
-    """Return the stress at places by their numbers, shape (beams, ..., positions)."""
+    """Return the stress at points by their numbers, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
     return np.where(fibre[..., None] == 0, left, right)
 
 
 def _least_place(safety: Any) -> tuple[Reals, Any]:
-    """Return the smallest value over fibres and stations, shape (beams, ...), and its place; nan if one is unknown."""
+    """Return the smallest value over fibres and stations, shape (beams, ...), and its location; nan if unknown."""
     rows = _places(safety)
     index = rows.argmin(axis=-1)
     return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
@@ -163,7 +163,7 @@ def _place(index: Integers) -> tuple[Reals, Integers]:
 
 
 def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
-    """Return the largest Miner's sum of courses, shape (places, positions), and the number of its place.
+    """Return the largest Miner's sum of courses, shape (places, positions), and the number of its location.
 
     The number of cycles is at most half the number of turning points, and no cycle is worse than the largest. If this
     bound is below the largest sum so far, the course needs no count.

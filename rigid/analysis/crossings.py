@@ -13,7 +13,7 @@ from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 CLOSING_TOLERANCE = 1e-6  # largest closing error of a cycle, relative to the extent of each drive's coordinate
-MAX_STEPS = 60  # largest number of steps to a zero
+MAX_STEPS = 60  # maximum number of steps to a zero
 FINAL_STEP = 1e-10  # [intervals] last step to a zero: the error after it is below 1e-16
 
 

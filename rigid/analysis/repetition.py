@@ -15,7 +15,7 @@ from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-MAX_ROUNDS = 32  # largest number of drive turns or periods in a cycle: 11 positions each of 360
+MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle: 11 positions each of 360
 RATIO_TOLERANCE = 1e-9  # relative difference of equal ratios, which differ by round-off
 TURNS = (1, 2, 4, 8)  # turns after which links of a mechanism without gears may return
 CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the size, or of a unit vector

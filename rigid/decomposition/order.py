@@ -14,7 +14,7 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
 
-MAX_NAMED = 3  # largest number of points in a message
+MAX_NAMED = 3  # maximum number of points in a message
 RANK_TOLERANCE = 1e-9  # singular value of mutually driving gears that counts as zero, relative to the largest entry
 
 

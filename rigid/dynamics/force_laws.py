@@ -104,7 +104,7 @@ def table_curve(
     extend
         Beyond the ends: "error", or "hold" the end value.
     angles
-        Whether the places are angles [rad], which messages give in degrees.
+        Whether the locations are angles [rad], which messages give in degrees.
 
     Raises
     ------

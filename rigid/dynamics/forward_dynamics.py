@@ -24,7 +24,7 @@ from rigid.names import counted
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-MAX_EVALUATIONS = 200_000  # largest number of evaluations of the equation of motion
+MAX_EVALUATIONS = 200_000  # maximum number of evaluations of the equation of motion
 MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance for cached polynomial postures
 MIN_TOLERANCE = 3e-14  # smallest tolerance: below it, the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"
@@ -64,11 +64,11 @@ def forward(
         Relative per step; absolute for coordinates in radians and in sizes of the mechanism. It does not bound the
         error at the end, which a mechanism may amplify.
     most_steps
-        Largest number of steps. The integration stops early if the step sizes predict a thousand times as many.
+        Maximum number of steps. The integration stops early if the step sizes predict a thousand times as many.
     on_step
         Called after every step with the time [s].
     evaluations
-        Largest number of evaluations of the equation of motion: the step size may decrease without bound.
+        Maximum number of evaluations of the equation of motion: the step size may decrease without bound.
 
     Raises
     ------

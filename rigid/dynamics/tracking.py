@@ -24,10 +24,10 @@ from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 from rigid.postures import Posture
 
-MAX_STEPS = 25  # largest number of Newton steps
+MAX_STEPS = 25  # maximum number of Newton steps
 TOLERANCE = 1e-15  # tolerance of positions, relative to the mechanism's size, or of angles [rad]
 MAX_STEP = 0.25  # largest step of the linear prediction, relative to the size, or [rad]
-MAX_PIECES = 1024  # largest number of such steps between two calls
+MAX_PIECES = 1024  # maximum number of such steps between two calls
 MAX_REDUCTION = 0.05  # largest reduction factor of the error before the matrix is updated
 MAX_GAP = 1e-10  # largest gap of a redundant constraint that fits, relative to the size, or [rad]
 TINY = np.finfo(float).tiny

@@ -379,7 +379,7 @@ class TrackedBranch:
         return knots
 
     def _change_points(self, number: int) -> list[int]:
-        """Knots nearest to the places at which the sine of a dyad touches zero."""
+        """Knots nearest to the locations at which the sine of a dyad touches zero."""
         table = self.table
         uncertain = ~table[f"sure{number}"] & (
             np.diff(table["place"], append=np.inf) <= 2 * FINEST_STEP * self.path.stride

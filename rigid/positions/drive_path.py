@@ -75,7 +75,7 @@ class Path:
         )
 
     def drives(self, places: Any) -> Reals:
-        """Drive coordinates at places, shape (drives, ...)."""
+        """Drive coordinates at points, shape (drives, ...)."""
         if self.vertices is None:
             return np.asarray(places)[None]
         flat = np.ravel(places)

@@ -82,7 +82,7 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
 
 
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
-    """Knots nearest to the places at which a sine touches zero, at most one in `width`.
+    """Knots nearest to the locations at which a sine touches zero, at most one in `width`.
 
     The sine drops sharply within a few of the finest steps. If it only comes near zero, it turns around gently.
 

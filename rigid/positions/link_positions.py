@@ -165,7 +165,7 @@ def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: An
 
 
 def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
-    """Place all links at places on a branch; `at` are the knots before them."""
+    """Place all links at points on a branch; `at` are the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)

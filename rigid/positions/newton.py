@@ -14,7 +14,7 @@ from rigid.plane import ROUND_OFF, number
 from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
-MAX_NEWTON_STEPS = 40  # largest number of Newton steps
+MAX_NEWTON_STEPS = 40  # maximum number of Newton steps
 TOLERANCE = 1e-14  # largest last step, in radians or mechanism sizes
 MAX_CLOSED_GAP = 1e-10  # largest gap of a redundant joint that counts as closed, in radians or mechanism sizes
 

@@ -38,7 +38,7 @@ def _followed(
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
 ) -> tuple[TrackedBranch, Reals]:
-    """Track the branch as far as the requested positions; return it and their places on it.
+    """Track the branch as far as the requested positions; return it and their locations on it.
 
     The drive goes straight from the drawing to a position; positions beyond a limit of motion are unknown. The first
     position is reached by the shorter way, else by the longer way. If both are barred, the drive starts at the turn at

@@ -16,7 +16,7 @@ from rigid.topology.kinematic_pairs import pairs
 
 MAX_GAP = 1e-9  # largest gap of a closed joint, relative to the mechanism's size
 MAX_ROUNDED_GAP = 1e-3  # largest gap due to rounded dimensions, relative to the size
-MAX_STEPS = 40  # largest number of damped least-squares steps
+MAX_STEPS = 40  # maximum number of damped least-squares steps
 
 
 def assembled(mechanism: Mechanism) -> Posture:

@@ -23,7 +23,7 @@ from kinelast.outputs.page.data import Numbers, kept_positions, model_of, number
 from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import assumptions, checked, headline, verdict_words
 from kinelast.scene.figure import LEAST
-from kinelast.scene.numbers import SI, ToldIn
+from kinelast.scene.numbers import SI, DisplayUnits
 from kinelast.scene.parts import PARTS
 from rigid.arrays import Integers, Reals
 
@@ -185,7 +185,7 @@ def designs_page(
     pages: Mapping[int, str] | None = None,
     scene: str | None = None,
     options: str = "",
-    told_in: ToldIn = SI,
+    shown_in: DisplayUnits = SI,
     answered: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> bytes:
     """Return the self-contained page of many designs, UTF-8.
@@ -211,7 +211,7 @@ def designs_page(
     scene, options
         Name of the scene for the command, and options that reproduce a design's figures. The page shows these commands
         for designs without a page.
-    told_in
+    shown_in
         Units of the scene.
     answered
         Full answers by number of the design: `theory`, `verdict`, and `figures` with `value` and `error`.
@@ -241,7 +241,7 @@ def designs_page(
         "count": len(kept),
         "of": count,
         "units": {name: units.get(name, "1") for name in values},
-        "told_in": told_in,
+        "shown_in": shown_in,
         "numbers": list(numbers),
         "figures": list(figures),
         "axes": first_axes(numbers, figures),
@@ -251,7 +251,7 @@ def designs_page(
         "best": best,
         "sensitivities": {figure: dict(row) for figure, row in (sensitivities or {}).items()},
         "pages": {str(design): address for design, address in (pages or {}).items()},
-        "answered": {str(design): dict(told) for design, told in (answered or {}).items()},
+        "answered": {str(design): dict(figures) for design, figures in (answered or {}).items()},
         "scene": scene,
         "options": options,
     }

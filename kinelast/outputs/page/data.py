@@ -140,7 +140,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     mechanism, bent, marks = results.mechanism, results.deflection, results.cycle.once(display_list)
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
-        "units": results.scene.told_in,
+        "units": results.scene.shown_in,
         "arrays": store.places,
         "integrals": store.integrals,
         "positions": len(kept),

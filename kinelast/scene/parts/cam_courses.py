@@ -199,7 +199,7 @@ def cam_findings(reader: Reader) -> Iterator[Finding]:
     def size(found: Reading | None, sign: float = 1.0) -> str:
         if found is None or found.value is None:
             return "none"
-        return quantity(sign * found.value, found.unit, told_in=reader.scene.told_in)
+        return quantity(sign * found.value, found.unit, shown_in=reader.scene.shown_in)
 
     for name in reader.scene.cams:
         angle, margin = (reader.of_item(key, name) for key in ("cam_pressure_angle", "cam_face_margin"))

@@ -182,7 +182,7 @@ def _cycles(cycle: Cycle) -> Largest:
 
 
 def _row(reader: Reader, _: str) -> dict[str, Any]:
-    """Criterion, and endurance and life of every beam with its place."""
+    """Criterion, and endurance and life of every beam with its location."""
     task, peaks = reader.scene.parts[KEY][ALONE], reader.results.figures.peaks
     stress, links = beam_fatigue(reader.cycle), {}
     for beam, label in enumerate(reader.scene.labels):

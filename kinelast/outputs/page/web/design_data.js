@@ -1,7 +1,7 @@
-// The designs: their numbers and figures, what is better, which are chosen, and who is to be told.
+// The designs: their numbers and figures, what is better, which are chosen, and who is to be counted.
 const data = JSON.parse($("designs").textContent);
 const COUNT = data.count;
-Object.assign(chosenUnits, data.told_in);
+Object.assign(chosenUnits, data.shown_in);
 const arrays = await unpacked(data, COUNT);
 const columnOf = (name) => arrays[name].values;
 const designOf = (k) => columnOf("#design")[k];

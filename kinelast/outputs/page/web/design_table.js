@@ -24,13 +24,13 @@ function tableSection() {
         draw();
       },
     }, "Show more"),
-    told = soft("");
+    counted = soft("");
   let shown = ROWS;
   section(
     "designs-table",
     "Table",
     "All designs",
-    told,
+    counted,
     h(
       "div",
       { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" },
@@ -95,7 +95,7 @@ function tableSection() {
       )
     );
     more.hidden = kept.length <= shown;
-    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${
+    counted.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${
       kept.length < COUNT ? " within the ranges chosen above" : ""
     }, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${
       full
@@ -189,12 +189,14 @@ function answerWords(k) {
   const answer = data.answered[String(designOf(k))];
   return answer ? [answer.theory, answer.verdict].filter(Boolean).join(", ") : reasonOf(k) ? "" : "quasi-static";
 }
-function fullWords(name, told) {
-  if (!told) return name.startsWith("limits_") ? "" : "the same";
-  if (told.value === null) return "";
+function fullWords(name, counted) {
+  if (!counted) return name.startsWith("limits_") ? "" : "the same";
+  if (counted.value === null) return "";
   const [factor] = scaleFor[name],
-    error = told.error === null || !told.value ? "" : ` ± ${number(100 * told.error / Math.abs(told.value), 2)} %`;
-  return `${number(told.value * factor, 6)}${error}`;
+    error = counted.error === null || !counted.value
+      ? ""
+      : ` ± ${number(100 * counted.error / Math.abs(counted.value), 2)} %`;
+  return `${number(counted.value * factor, 6)}${error}`;
 }
 
 // What makes the page of a design that has none here.
@@ -211,7 +213,7 @@ function commandsOf(design) {
 
 // In the units of the file.
 function numberText(name, k) {
-  const [factor, unit] = data.told_in[data.units[name]] ?? [1, data.units[name]],
+  const [factor, unit] = data.shown_in[data.units[name]] ?? [1, data.units[name]],
     value = Number((columnOf(name)[k] * factor).toPrecision(12));
   return unit === "1" || unit === "" ? `${value}` : `"${value} ${unit}"`;
 }

@@ -96,15 +96,15 @@ function sort(k) {
 
 // A scene without figures has its message in their place.
 function lineOf(cells) {
-  const told = figures.length > 0 && cells[message] !== "" && bare(cells),
-    kept = told ? order.filter((k) => k !== message && !figures.includes(k)) : order;
+  const sentence = figures.length > 0 && cells[message] !== "" && bare(cells),
+    kept = sentence ? order.filter((k) => k !== message && !figures.includes(k)) : order;
   const line = kept.map((
     k,
   ) => (k === 0
     ? h("th", { scope: "row", class: long(cells[k]) }, cellOf(cells, k))
     : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : long(cells[k]) }, cellOf(cells, k)))
   );
-  if (told) line.splice(2, 0, h("td", { class: "message", colspan: order.length - kept.length }, cells[message]));
+  if (sentence) line.splice(2, 0, h("td", { class: "message", colspan: order.length - kept.length }, cells[message]));
   return h("tr", { class: cells[1] === "failed" ? "worst" : null }, line);
 }
 

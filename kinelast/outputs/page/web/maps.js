@@ -67,7 +67,7 @@ function map(beam, field, lines) {
     })
   );
   pen.putImageData(image, 0, 0);
-  const line = h("div", { class: "now" }), told = h("span", { class: "soft" }, `±${quantity(most, unit, 3)}`);
+  const line = h("div", { class: "now" }), reading = h("span", { class: "soft" }, `±${quantity(most, unit, 3)}`);
   const place = (event) => {
     const box = canvas.getBoundingClientRect(), part = (size, at) => Math.max(0, Math.min(0.999999, at / size));
     return [
@@ -79,11 +79,11 @@ function map(beam, field, lines) {
   holder.addEventListener("pointermove", (event) => {
     const [k, xi] = place(event), i = order[k];
     if (i === null) return;
-    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${
+    reading.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${
       axis.angular ? coordinateWords(row("drive")[i], "rad") : instantWords(i)
     }`;
   });
-  holder.addEventListener("pointerleave", () => (told.textContent = `±${quantity(most, unit, 3)}`));
+  holder.addEventListener("pointerleave", () => (reading.textContent = `±${quantity(most, unit, 3)}`));
   holder.addEventListener("click", (event) => {
     const i = order[place(event)[0]];
     if (i !== null) {
@@ -95,7 +95,7 @@ function map(beam, field, lines) {
   return h(
     "div",
     { class: "maprow" },
-    h("div", { class: "maplabel" }, h("b", {}, label), h("span", { class: "soft" }, `${start} – ${end}`), told),
+    h("div", { class: "maplabel" }, h("b", {}, label), h("span", { class: "soft" }, `${start} – ${end}`), reading),
     holder,
   );
 }

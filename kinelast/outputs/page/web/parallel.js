@@ -18,7 +18,7 @@ function parallelSection() {
   );
   const holder = h("div", { class: "stage plane" }),
     spans = Object.fromEntries(shown.map((name) => [name, spanOf(name)]));
-  const told = h("span", { class: "soft" }),
+  const counted = h("span", { class: "soft" }),
     from = h("input", { id: "range-from", type: "number", step: "any" }),
     to = h("input", { id: "range-to", type: "number", step: "any" });
   const which = h(
@@ -53,7 +53,7 @@ function parallelSection() {
           tell("brush");
         },
       }, "All again"),
-      told,
+      counted,
     ),
   );
   let made, dragging = null;
@@ -142,7 +142,7 @@ function parallelSection() {
       pen.fillText(number(high * f, 3), x(n), HEAD - 6);
       pen.fillText(number(low * f, 3), x(n), PARALLEL_TALL - FOOT + 15);
     });
-    told.textContent = kept.length < COUNT ? `${kept.length} of ${COUNT} designs are within.` : "";
+    counted.textContent = kept.length < COUNT ? `${kept.length} of ${COUNT} designs are within.` : "";
     made.canvas.setAttribute(
       "aria-label",
       `${COUNT} designs along ${shown.length} axes: ${shown.join(", ")}; ${kept.length} are drawn`,

@@ -12,7 +12,7 @@ function scatterSection() {
     ),
   );
   const holder = h("div", { class: "stage plane" }),
-    told = h("p", { class: "soft", id: "front-words", "aria-live": "polite" });
+    counted = h("p", { class: "soft", id: "front-words", "aria-live": "polite" });
   const pick = (id, words, key) => [
     h("label", { for: id }, words),
     h(
@@ -60,7 +60,7 @@ function scatterSection() {
     ),
     better,
     holder,
-    told,
+    counted,
   );
 
   let spans, front = [], among = [], made;
@@ -111,14 +111,17 @@ function scatterSection() {
     }
     if (state.colour) legend(pen);
     const left = COUNT - all.length;
-    told.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${
+    counted.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${
       left ? `, ${left} without these figures left out` : ""
     }${
       among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""
     }; ${front.length} on the front${bestPlace === null ? "" : "; the star is the best"}${
       among.some(breaks) ? "; grey designs break a limit" : ""
     }.`;
-    made.canvas.setAttribute("aria-label", `${axisWords(state.y)} against ${axisWords(state.x)}: ${told.textContent}`);
+    made.canvas.setAttribute(
+      "aria-label",
+      `${axisWords(state.y)} against ${axisWords(state.x)}: ${counted.textContent}`,
+    );
     mark();
   }
 

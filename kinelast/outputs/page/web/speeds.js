@@ -40,9 +40,9 @@ function speedsSection() {
     const xLabel = `speed of the drive [${unitWords(speeds.unit)}]`;
     chart(grid, `Largest ${name} against the speed`, unit, curves, { xs, notes, log: true, xLabel });
   }
-  const told = [];
+  const sentences = [];
   if (speeds.highest_within_limits !== null) {
-    told.push(
+    sentences.push(
       speeds.highest_within_limits
         ? `All limits hold up to ${words(speeds.highest_within_limits)}${
           speeds.limit ? `; ${speeds.limit.words}` : ", the highest requested speed"
@@ -51,23 +51,23 @@ function speedsSection() {
           speeds.verdicts[0] === "too close to decide" ? "The limits are too close to decide" : "The limits do not hold"
         } at the lowest speed.`,
     );
-  } else if (!limits.length) told.push("No limits are set, so there is no limit speed.");
+  } else if (!limits.length) sentences.push("No limits are set, so there is no limit speed.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) =>
     `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`
   );
   if (critical.length) {
-    told.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);
+    sentences.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);
   }
   for (const [low, high] of speeds.unstable_ranges) {
-    told.push(`No steady state from ${words(low)} to ${words(high)}: vibration grows.`);
+    sentences.push(`No steady state from ${words(low)} to ${words(high)}: vibration grows.`);
   }
-  if (!speeds.unstable_ranges.length) told.push("A steady state exists at every speed.");
-  told.push(
+  if (!speeds.unstable_ranges.length) sentences.push("A steady state exists at every speed.");
+  sentences.push(
     ...speeds.words.filter((line) => line.includes("large displacement")).map((line) =>
       `${line[0].toUpperCase()}${line.slice(1)}.`
     ),
   );
-  $("speeds").append(h("p", {}, told.join(" ")), soft("All values are in speeds.csv."));
+  $("speeds").append(h("p", {}, sentences.join(" ")), soft("All values are in speeds.csv."));
 }
 
 // Value at x on the line through values at rising places.
