@@ -1,8 +1,8 @@
 """The libraries of PMKS+ and Linkage move as their own files say.
 
 Each file is read a second time here, as conditions on the positions of its points: lengths, slots, gears, drives.
-Positions that start as drawn, satisfy all conditions and do not jump are the motion of that file. The files come from the folder
-in KINELAST_DRAWINGS or from GitHub; without both, the tests are skipped.
+Positions that start as drawn, satisfy all conditions and do not jump are the motion of that file. The files come from
+the folder in KINELAST_DRAWINGS or from GitHub; without both, the tests are skipped.
 """
 
 import os
