@@ -186,10 +186,10 @@ def test_a_verdict_names_few_limits(verdict, out):
     ("figure", "value", "error", "outcome"),
     [
         ("safety", 17.33, 10.6, KEPT),  # stress error 61 %: at five times the error the safety is 4.3
-        ("safety", 5.0, 3.1, UNKNOWN),  # at five times the error it is 1.2
+        ("safety", 5.0, 3.1, TOO_NEAR),  # at five times the error it is 1.2
         ("safety", 2.0, 1.2, TOO_NEAR),
         ("transmission_angle", 17.33, 10.6, TOO_NEAR),
-        ("transmission_angle", 17.33, 4.5, UNKNOWN),
+        ("transmission_angle", 17.33, 4.5, TOO_NEAR),
         ("transmission_angle", 17.33, 4.3, KEPT),
         ("safety", 17.33, float("nan"), UNKNOWN),
     ],

@@ -14,8 +14,7 @@ from msgspec import UNSET, structs
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.errors import RECIPROCAL, FigureError, stiffness_error
-from kinelast.figures.peaks import Peak
+from kinelast.figures.errors import RECIPROCAL, stiffness_error
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
@@ -36,7 +35,6 @@ LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: give more --positions"
 WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of the errors are right within this factor
 FAR = 5.0  # times its error, within which an unreliable figure must keep a limit
-UNRELIABLE_FIGURE = "the error of the figure is too large"
 SPARE = 1e-4  # margin beyond the error, relative to the limit: the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Field with the location of each figure of beams."""
@@ -45,13 +43,12 @@ PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.field
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound lies within the error of the figure, or within `WIDENED` times the error
-    of an unreliable figure. An unreliable figure keeps a limit only if it does so within `FAR` times its error.
+    A limit is too close to decide if its bound lies within the error of the figure. An unreliable figure exceeds a
+    limit only by more than `WIDENED` times its error, and keeps one only by more than `FAR` times its error.
     """
     below, above = (limit.kept(end) for end in ends(limit, value, error))
     far = np.logical_and(*(limit.kept(end) for end in ends(limit, value, error, FAR)))
-    kept = np.where(far, SEVERITY.index(KEPT), SEVERITY.index(UNKNOWN))
-    known = np.where(below & above, kept, np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
+    known = np.where(below | above, np.where(far, SEVERITY.index(KEPT), SEVERITY.index(TOO_NEAR)), 0)
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)
 
 
@@ -179,21 +176,14 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         outcome, problem = BROKEN, results.buckles
     elif outcome == UNKNOWN:
         problem = "the figure is unknown" if math.isnan(value) else results.error_unknown or "its error is unknown"
-        if not math.isnan(error):
-            advice, problem = nearer(results, _error_of(peaks, item), UNRELIABLE / 2), UNRELIABLE_FIGURE
-            problem = "; ".join(filter(None, (problem, advice)))
     elif outcome == TOO_NEAR:
-        problem = nearer(results, _error_of(peaks, item), abs(value - float(limit.bound)) / (abs(value) or 1.0))
+        parts = peaks[item].error
+        assert parts is not None
+        problem = nearer(results, parts, min(UNRELIABLE, abs(value - float(limit.bound)) / (abs(value) or 1.0)))
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
     return _or_refused(results, judged, key, [item for item, *_ in known])
-
-
-def _error_of(peaks: Sequence[Peak], item: int) -> FigureError:
-    error = peaks[item].error
-    assert error is not None
-    return error
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
@@ -300,8 +290,7 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
-    unknown = f"the error of {limit.figure} is unknown" if math.isnan(error) else UNRELIABLE_FIGURE
-    problem = results.buckles or unknown if outcome == UNKNOWN else ""
+    problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
