@@ -64,8 +64,8 @@ def quick_answer(
 ) -> tuple[Answer, bytes]:
     """Answer a text quasi-statically at few positions; return plain data and the arrays of its picture.
 
-    Reads named files from `folder`. Errors are part of the answer; nothing is raised. A sheet without points and moving
-    links has neither picture nor errors.
+    Reads the files that the text names from `folder`. Errors are part of the answer; nothing is raised. A sheet with
+    neither points nor moving links has no picture and no errors.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -187,8 +187,8 @@ def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | 
     """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
 
     It is on the drawn branch if it starts as drawn, no group changes its assembly, and each step bends by less than
-    half the groups' sine. Both assemblies of a dyad differ by this sine. Near a limit of motion the sine falls to zero
-    and the bend is not checked. This is certain enough for a picture during a drag.
+    half the groups' sine. The sine measures how far apart both assemblies of a dyad are. Near a limit of motion it is
+    near zero and the bend is not checked. This is certain enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
@@ -263,7 +263,7 @@ def _wanted(scene: Scene) -> set[str]:
 
 
 def columns_of(results: Results, graph: str = "") -> list[Column]:
-    """Columns of positions.csv and motion.csv, or one of them by name."""
+    """Columns of positions.csv and motion.csv, or only the column named `graph`."""
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]

@@ -17,7 +17,7 @@ ON_LINE = 1e-9  # a point this close to the mirror line is its own image, relati
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
-    """Copy a link or all moving links, or mirror them at the vertical line through the point `about`.
+    """Copy a link or all moving links, shifted, or mirrored at the vertical line through the point `about`.
 
     Points on the line are shared. Default of `about`: the first support, else the first point.
     """

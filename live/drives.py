@@ -52,8 +52,8 @@ def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
     """Add a drive to a link at its pin or to a point along its slot, or remove the present one.
 
-    A link turns at constant speed, on the ground if pinned there, else on the link closest to the ground. A point moves
-    along its slot and back.
+    A link turns at constant speed, relative to the ground if pinned there, else to the link with the fewest joints to
+    the ground. A point moves along its slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -177,7 +177,7 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
 
 
 def _pin(tables: Tables, joint: Tables) -> str | None:
-    """First pin of a joint that names a link, or None."""
+    """First pin shared by both links of a joint, or None."""
     link, carrier = joint.get("link"), joint.get("on", GROUND)
     known = isinstance(link, str) and isinstance(carrier, str)
     return next(iter(_shared(tables, str(link), str(carrier))), None) if known else None

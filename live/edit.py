@@ -110,7 +110,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
-    """Write an SI value like an existing number, or without unit if that has none of this kind."""
+    """Write an SI value in the form of an existing number, or without unit if the unit of that one does not fit."""
     with suppress(ValueError):
         return written_like(there, value, unit, parts.DIGITS, per_bare)
     return written_like(None, value, unit, parts.DIGITS, per_bare)

@@ -114,7 +114,7 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _with_cam(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cam below a moving point of a link, which becomes its roller."""
+    """Add a cam below a moving point of a link; the point becomes the centre of the roller."""
     point, links = str(change.get("name") or ""), tables.get("links", {})
     owner = next((name for name, link in links.items() if name != GROUND and point in points_of(link)), None)
     places = drawn(tables)

@@ -23,7 +23,7 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Marks of a scene, without those of its points, and corners; arrays that place them, shape (items, positions).
+    """Marks of a scene except those of points, and corners of its extent; arrays to place marks, (items, positions).
 
     The arrays are complex: `origin` and `direction` of the links, `spin` of bodies that are not links.
     """
@@ -41,7 +41,7 @@ def _list(value: Any) -> list[Any]:
 
 
 def _readable(parts: Iterable[Any]) -> list[Any]:
-    """Return parts drawn from several tables, or none if a table is invalid."""
+    """Return parts that several tables define, or an empty list if a table is invalid."""
     try:
         return list(parts)
     except (TypeError, AttributeError):
@@ -96,7 +96,7 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Pin or weld at every point, for the hand; without the middles of cylinders."""
+    """Pin or weld at every point, for dragging; without the middles of cylinders."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
     return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]

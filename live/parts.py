@@ -155,7 +155,7 @@ def along(direction: complex) -> str:
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
     """Add a straight slot of the ground, or of the link `on`, for a point; or remove the present one.
 
-    Default direction: along the link `on`, whose free end is aligned with the point; on the ground, along x.
+    Default direction: along the link `on`, first turned to the point if it has a free end; on the ground, along x.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -177,7 +177,7 @@ def add_slot(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, complex]:
-    """Align the free end of a link with a point, if it has one; return the text and the link's direction."""
+    """Turn a link with a free end towards a point; return the text and the link's direction."""
     sheet, ends = drawn(tables), points_of(tables["links"][name])
     others = [each for other, link in tables["links"].items() if other != name for each in points_of(link)]
     free = [end for end in ends if end not in others]

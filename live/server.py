@@ -288,7 +288,7 @@ def application(live: Live) -> Starlette:
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
     """File and scene name of an argument; the file may not exist yet, a shipped scene is copied to the working folder.
 
-    Scenes from reports and links have no file.
+    Scenes from reports and web links have no file.
     """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
@@ -308,7 +308,7 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
 
 
 def wished_port(name: str) -> int:
-    """Preferred port of a file; the same for an empty sheet on every computer."""
+    """Preferred port of a file, from its name; that of an empty sheet is the same on every computer."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 

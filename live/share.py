@@ -1,4 +1,4 @@
-"""Scenes carried by links, and the landing page of such links."""
+"""Scenes carried by web links, and the landing page of such links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MARK = "#scene="
 
 
 def fragment(text: str) -> str:
-    """Fragment of a link with a scene's text, in the format of `web/share.js`.
+    """Fragment of a web link with a scene's text, in the format of `web/share.js`.
 
     Examples
     --------
@@ -43,6 +43,6 @@ if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
 WORDS = """This is an editor of mechanisms. Open the address that the command printed,
 then paste the link on its page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
-"""Landing page of links, without token: forwards to an editor that was open in the browser, else explains."""
+"""Landing page of web links, without token: forwards to an editor that was open in the browser, else explains."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
 POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

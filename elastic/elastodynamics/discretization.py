@@ -103,7 +103,7 @@ def checked(motion: Motion) -> Motion:
 
 
 def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
-    """Initial time elements: even, with additional edges at breaks and jumps of the loads.
+    """Initial time elements: of equal length, with additional edges at breaks and jumps of the loads.
 
     So loads and accelerations are smooth within each element.
 
@@ -177,7 +177,8 @@ class Discretization:
     start
         Initial state; None for a periodic solution.
     before, in_time, stalled
-        Error before the last refinement; True if that was in time; True if it gained nothing.
+        Error before the last refinement; True if that shortened the time elements; True if the refinement before it did
+        not halve the error.
     closer
         See `reduced_basis`.
     """
@@ -225,7 +226,7 @@ class Discretization:
             )
 
     def wider(self) -> Discretization:
-        """Discretization with twice as many modes, and closer shapes of loads."""
+        """Discretization with twice as many modes, and shapes that represent the loads more closely."""
         return replace(
             self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=VIBRATION.finer_load_accuracy
         )
@@ -236,9 +237,9 @@ class Discretization:
         return replace(self, modes=count) if count <= most else self
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
-        """Next discretization: more coordinates, or shorter elements if these gain nothing; None if neither helps.
+        """Next discretization: refined as before (coordinates or time) if that halved the error, else the other way.
 
-        Also None if it would exceed `most` amplitudes.
+        None if neither way halved the error, or if more coordinates would exceed `most` amplitudes.
         """
         stalled = error > self.before / 2
         if stalled and self.stalled:
@@ -274,7 +275,7 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
 
 
 def worth_halving(mechanism: Mechanism, elements: int, bound: float, resolved: float) -> bool:
-    """True if a bound of the discretization error exceeds `resolved`, and a finer one is worth its time."""
+    """True if a bound of the discretization error exceeds `resolved`, and a finer discretization is worth its time."""
     return bound > resolved and not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
 
 

@@ -100,8 +100,8 @@ class RigidBodyModes:
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
     """Close the joints for unit elastic coordinates.
 
-    Gear teeth are in contact along their common tangent, between both flanks. Displacements are then smooth in time,
-    even if the loaded flank changes.
+    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks.
+    Displacements are then smooth in time, even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     felt = at_joints(structure)
@@ -139,7 +139,7 @@ def at_joints(structure: ElasticStructure) -> Flags:
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Gaps to be closed per coordinate, of `shape`; see `links.compatibility.bent_links` for loads."""
+    """Gaps to be closed per coordinate, of `shape`; `links.compatibility.bent_links` finds those due to loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)
@@ -169,7 +169,7 @@ def _openings(
 def _under_block(
     structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Displacement and rotation under a block, its link clamped at its root, shape (n, positions).
+    """Displacement and rotation of a beam under a block, the beam's link clamped at its root, shape (n, positions).
 
     `places`: beams along the line that the block visits.
     """

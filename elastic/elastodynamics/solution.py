@@ -101,13 +101,13 @@ class Elastodynamic:
 
     @property
     def bound(self) -> float:
-        """Bound of the discretization error; infinite after a start, because axial ringing may exceed it."""
+        """Bound of the discretization error; infinite for a transient: axial ringing may exceed the stated errors."""
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
 
     def resolved_to(self, tolerance: float) -> Elastodynamic:
-        """Return the answer with a smaller tolerance of time elements for further answers."""
+        """Return this answer; answers continued from it resolve time elements at least to this tolerance."""
         known = self.discretization
         return replace(self, discretization=replace(known, resolved=min(known.resolved, tolerance))) if known else self
 
@@ -228,7 +228,7 @@ def bounded(answer: Vibration) -> Vibration:
     Raises
     ------
     MechanismError
-        If it is unbounded, usually because a node is too close to a singular position.
+        If it is unbounded, usually because a node of the time grid is too close to a singular position.
     """
     lost = ~np.isfinite(answer.history[0]).all(axis=-1)
     if lost.any():

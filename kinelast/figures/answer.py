@@ -97,7 +97,7 @@ class Answer:
 
     @property
     def error(self) -> float:
-        """Relative error of the worst graded figure; nan if one is unknown, 0 if there is none."""
+        """Relative error of the worst graded figure; nan if one is unknown, 0 without graded figures."""
         if self.unknown:
             return math.nan
         worst = worst_of(self.graded)
@@ -106,7 +106,7 @@ class Answer:
     def enough(self, wanted: float) -> bool:
         """Return True if a better theory would not help: accuracy reached, or little error left to remove.
 
-        A requested accuracy also holds for the courses of all fields and joint forces.
+        A requested accuracy must also be reached by the courses of all fields and joint forces.
         """
         if self.unknown:
             return False
@@ -136,9 +136,10 @@ class Answer:
 
     @property
     def missed_peaks(self) -> Reals:
-        """Instants between the positions at which graded figures exceed those of the answer by the accuracy [s].
+        """Instants [s] at and next to the peaks of graded figures with an error `BETWEEN` positions above the accuracy.
 
-        Empty with dry friction: a second answer would take as long as the first and sticks at other instants.
+        Empty with dry friction: a second answer would take as long as the first. Its joints would stick at
+        other instants.
         """
         if has_dry_friction(self.cycle.scene.mechanism):
             return np.zeros(0)

@@ -14,7 +14,7 @@ from kinelast.scene.error import SceneError
 from rigid import Motion
 
 MAX_REFINED = 10_000  # with more positions, no instants between them are examined
-MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; peaks of ringing are lost above
+MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; beyond it, peaks of ringing are missed
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,10 @@ class Between:
         return Cycle(scene, moved, bent, sampled=True, between=True)
 
     def of(self, cycle: Cycle, vibrating: Elastodynamic | None) -> Cycle | None:
-        """Return the answer of a cycle, quasi-static without `vibrating`; None for a single position."""
+        """Return a cycle's answer with instants between its positions; quasi-static if `vibrating` is None.
+
+        None for a single position.
+        """
         motion = self.still.motion
         if np.shape(motion.time) != motion.columns or len(motion.time) < 2:
             return None
@@ -66,7 +69,7 @@ class Between:
         return bool(vibrating.lowest * np.diff(self.still.motion.time).max(initial=0.0) > MAX_PHASE)
 
     def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
-        """Return the motion including points of time elements shorter than the given steps."""
+        """Return the motion including the nodes of time elements with nodes closer together than its instants."""
         if vibrating.vibration is None:
             return moved
         grid, times, course = vibrating.vibration.problem.terms.grid, moved.time, self.still.scene.course

@@ -1,4 +1,4 @@
-"""Bounds of errors that are known before anything is solved, and the sole decision on whether a bound suffices."""
+"""Bounds of errors, known before vibration is solved, and the only decision on whether a bound suffices."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from kinelast.scene.data import Scene
 
 RESOLVED = 0.5  # bound of the discretization error that needs no measurement, relative to the accuracy
 BOUNDED = 0.05  # the same of vibration and large displacement, whose bounds are wide for small figures
-JUDGED = 0.2  # factor on this bound if limits judge the answer
+JUDGED = 0.2  # factor on both bounds above if limits judge the answer
 ASKED = 1e-4  # bound of an error that needs no measurement if an accuracy is requested
 BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
 PER_ROTATION = 2.0  # bound of the effect of large displacement / largest rotation [rad]
 
 
 def resolved(accuracy: float, judged: bool, share: float = RESOLVED) -> float:
-    """Largest bound of an error that is stated in place of a measured error; `judged` by limits or for a map."""
+    """Largest bound of an error that needs no measurement; smaller if limits or a speed map use it (`judged`)."""
     return share * (JUDGED if judged else 1.0) * accuracy
 
 

@@ -21,7 +21,7 @@ SMALL = 0.1  # smallest base of course errors, relative to the largest of all be
 def history_error(answer: Cycle, off: Estimate) -> float:
     """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
 
-    It is a share of the largest deflection of the beam. A check of the whole mechanism measures it.
+    It is a share of the largest deflection of the beam. `--check nonlinear` measures it.
     """
     chord = sample(answer.deflection, "chord", STATIONS)
     base = reference_deflection(_greatest_of_members(answer, chord))
@@ -39,7 +39,7 @@ def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
     all.
     """
     shares, errors = math.fsum(off.shares.values()), {}
-    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # they converge later than displacements
+    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # displacements converge faster
     known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
     if not off.stages:
         return known
@@ -54,7 +54,7 @@ def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
 
 
 def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
-    """Return values of the whole member of every beam, from shape (beams, positions, stations)."""
+    """Return, for each beam, the largest magnitude in its whole member; `values`: (beams, positions, stations)."""
     greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
     return members_of(answer.scene.mechanism).greatest(greatest)
 

@@ -45,7 +45,8 @@ class FigureError:
     Attributes
     ----------
     parts
-        Errors by cause. The parts `BY_MOTION` are corrections: they have signs and add up to a better figure.
+        Errors by cause. The parts `BY_MOTION` are corrections: they have signs. Added to the figure they
+        make it more accurate.
     unknown
         Reason why the total is unknown; empty if it is known.
     """
@@ -117,10 +118,10 @@ class Estimate:
     settled
         Convergence error in time and coordinates, as a share of the largest displacement.
     forces
-        Discretization error of forces as a share of the largest one, if no finer answer measures it: they follow from
-        accelerations.
+        Discretization error of forces as a share of the largest one, if no finer answer measures it. It differs from
+        that of displacements, because forces follow from accelerations.
     closer
-        Answer that includes instants between the positions, and the gain of its peaks; None for a single position.
+        Answer that includes instants between the positions; its peaks have a gain. None for a single position.
     moving
         Vibrating answer at these instants, if `closer` is quasi-static: ringing may peak between the positions.
     unknown
@@ -191,7 +192,7 @@ def _of_forces(answer: Cycle, figure: Figure) -> bool:
 
 
 def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
-    """Return values between the positions, or those at the positions plus a change, whichever differ more."""
+    """Return values between the positions, or `here` plus the change from `before` to `after` if this is larger."""
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
             return 1.0 / _farther("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
@@ -202,7 +203,8 @@ def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return magnitudes of figures by key in a cycle with changes.
 
-    A figure that follows another one is not computed again: its relative change is that of the other, times a bound.
+    A figure that follows another one is not computed again: its relative change is taken as
+    `MAX_CHANGE_RATIO` times that of the other.
     """
     sizes = magnitudes(cycle, [figure for figure in figures if figure.follows is None])
     for figure in figures:
@@ -217,10 +219,10 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Return the position errors of all items of a rigid figure.
+    """Return the errors of all items of a rigid figure, by the distance of the positions and by round-off.
 
     For a largest or least value, the error is the gain of a parabola at the peak. For averages, it is the change by
-    using every second instant, or a quarter of the change by every fourth: the first may be small by chance.
+    using every second instant, plus a quarter of the further change by every fourth: the first may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
@@ -272,7 +274,7 @@ def _of_items(
     away = np.where(known < 0.0, -1.0, 1.0)  # a share has no sign of its own, so it must not cancel what is known
     for name, share in off.shares.items():
         parts[name] = (away if name in BY_MOTION else 1.0) * figure.power * share * wide
-    if VIBRATION in off.shares and figure.over == AVERAGE:  # it may be zero without vibration
+    if VIBRATION in off.shares and figure.over == AVERAGE:  # the average may be zero without vibration
         parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
     if TIME in off.shares:
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
@@ -314,7 +316,7 @@ def _difference(after: Any, before: Any) -> Reals:
 
 
 def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
-    """Return the change of the stress from one safety factor to another, relative to that of the answer, times this."""
+    """Return minus the change of stress between two safety factors, relative to the stress of `here`, times `here`."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         change: Reals = here * (here / before - here / after)
     return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
@@ -365,7 +367,7 @@ def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
 
 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
-    """Return the keys of the main figures, each with the item of the largest value."""
+    """Return the keys of the main figures, each with the item of the largest value, or of the least if this governs."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
         (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
     )
@@ -385,7 +387,7 @@ def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
 
 
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest known magnitude by unit, of figures that follow displacements or forces."""
+    """Return the largest known magnitude by unit, of figures that grow with displacements or forces."""
     scales: dict[str, float] = {}
     for key, sizes in values.items():
         for unit, size in zip(figures[key].units(scene), sizes, strict=True) if figures[key].power else ():

@@ -101,7 +101,7 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
-    """Return two figures without errors: whether all limits are kept (1 or 0), and the smallest margin."""
+    """Return two figures that do not count errors: whether all limits are kept (1 or 0), and the smallest margin."""
     needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
@@ -142,7 +142,7 @@ class Judgement:
     value, error
         Magnitude and error of the figure in its SI unit, nan if unknown.
     problem
-        Reason why the limit cannot be judged, or advice that decides it; otherwise empty.
+        Reason why the limit cannot be judged, or advice on how to decide it; otherwise empty.
     """
 
     limit: Limit
@@ -299,8 +299,8 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
 
     A design at this bound should just keep the limit by the full answer with its error.
 
-    The full answer is assumed proportional to the quasi-static one, as in this design.
-    If `before` is given, it is extrapolated linearly from both designs.
+    The full answer is assumed proportional to the quasi-static one, with the ratio of the judged design.
+    If `before` is given, the full answer is extrapolated linearly from both designs.
 
     Parameters
     ----------

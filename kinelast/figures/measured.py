@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
 
-SMALL = 0.1  # smallest error of a beam whose ratio counts, relative to the largest
+SMALL = 0.1  # beams with smaller estimated errors do not count for the ratio, relative to the largest
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Measured:
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
         """Return an error with the measured part instead of the estimates for the theory of motion.
 
-        The estimate stays if the error of the check is larger.
+        A known estimate stays if the check's own error is not smaller than both the estimate and the measured error.
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
@@ -43,7 +43,8 @@ def with_bodies(
     """Errors of beam theory measured by plane bodies.
 
     The error of a chord deflection is the measured difference. Other figures multiply their estimate by the largest
-    ratio of measured to estimated error of a beam. They keep the estimate if one of their beams has no body.
+    ratio of measured to estimated error of a beam. They keep the estimate if a beam that counts
+    for this ratio has no body.
 
     Parameters
     ----------

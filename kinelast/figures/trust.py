@@ -34,7 +34,7 @@ HEADINGS = {
     "axial force": "Buckling",
     "yield": "Strength",
 }
-MIN_SHARE = 0.01  # of an error, smallest part that is listed
+MIN_SHARE = 0.01  # smallest part of an error that is listed, relative to this error
 WITHIN = {
     "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link",
     "deflection": "no link deflects by more than {:.0f} % of its length",
@@ -65,7 +65,7 @@ _FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()
 def findings(results: Results) -> list[Finding]:
     """All findings on a scene's figures, the worst first, computed once.
 
-    Of links that buckle, only the rigid motion is judged.
+    If a link buckles, only buckling and the rigid motion are judged.
     """
     if results not in _FOUND:
         _FOUND[results] = _findings(results)
@@ -183,7 +183,7 @@ def _formulas(results: Results) -> Iterator[Finding]:
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
-    """Whether a slider bears a moment without friction, because its length is not given."""
+    """Whether a slider bears a moment that causes no friction, because the slider's length is not given."""
     if not own.coefficient or np.isfinite(own.length):
         return False
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
