@@ -44,7 +44,7 @@ def drawn(tables: Tables) -> dict[str, complex]:
 
 
 def scale_of(tables: Tables) -> float:
-    """Length of a file's bare length unit [m]."""
+    """Length [m] of the unit that a file's numbers without a unit have."""
     return PER_LENGTH.get(tables.get("units", "m"), 1.0)
 
 

@@ -64,7 +64,7 @@ class Mark:
     kind
         Kind of symbol, such as `pin`.
     at, to
-        Place, and second place if any. With a second place, the x axis points from the first to the second.
+        Place, and second place if any. If a second point is given, the x axis points from the first to the second.
     axis
         Link with which the axes turn, and the direction of the x axis in that link's axes.
         None for axes parallel to the ground axes.

@@ -66,7 +66,7 @@ def made(*changes):
 
 
 def points_of_picture(answer, data):
-    """Return complex positions of the points of a picture by name."""
+    """Return the positions of a picture's points by name, as complex numbers."""
     at, shape = answer["picture"]["arrays"]["points"]
     pairs = np.frombuffer(data, "<f4")[at : at + np.prod(shape)].reshape(shape)
     return dict(zip(answer["picture"]["points"], pairs[..., 0] + 1j * pairs[..., 1], strict=True))

@@ -102,7 +102,7 @@ class Unbalanced:
         return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
 
     def made_by(self, amounts: Reals) -> Reals:
-        """Forces of the strains for given amounts of the elastic coordinates."""
+        """Forces by the strains at given values of the elastic coordinates."""
         strains, stiff = self._strains
         forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
         return forces

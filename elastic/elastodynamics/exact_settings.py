@@ -12,7 +12,7 @@ class ExactSettings:
     Attributes
     ----------
     max_steps, max_steps_with_friction
-        Maximum number of steps about the rigid motion.
+        Maximum number of steps that are linearized about the rigid motion.
     max_mixed
         Earlier steps that are mixed into the next one.
     max_growth

@@ -78,7 +78,7 @@ def _of_wheels(rate: float, follower: Complexes, driver: Complexes) -> tuple[Com
 
 
 def _body(frame: Frame, end: End, carrier: int) -> tuple[int, int]:
-    """Link with the teeth, and the sign of its motion relative to the coordinate."""
+    """Link that carries the teeth, and the sign of its motion relative to the coordinate."""
     on, link = frame.motion.mechanism.ends(end)
     return (link, 1) if on == carrier else (on, -1)
 

@@ -181,7 +181,7 @@ def optimum(
     Raises
     ------
     ValueError
-        If no tried design has all figures.
+        If no design that was tried has all figures.
     """
     return _certified(
         problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress

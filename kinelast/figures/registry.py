@@ -294,7 +294,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
-    """Return all figures of a scene with this output."""
+    """Return all figures of a scene, including those of this output."""
     of_parts = (figure for part in PARTS for figure in part.of_output(output))
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 

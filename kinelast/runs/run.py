@@ -367,7 +367,7 @@ def _drawings(
 
 
 def _agrees(report: Report) -> bool:
-    """Return whether no check failed or could not be made, and limits, optimum and accuracy are reached."""
+    """Return True if every check was made and passed, the limits are kept, and optimum and accuracy are reached."""
     best, verdict = report.optimum, report.acceptance
     failures = [
         report.check and report.check.passed is False,

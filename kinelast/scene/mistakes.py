@@ -194,7 +194,7 @@ class _Copy:
         self.doubtful.add(self._in_file(self._entry(path)))
 
     def _example_put(self, path: Path, problem: str) -> bool:
-        """Replace a wrong value by the example of the message or its first choice."""
+        """Replace a wrong value by the message's example or by its first choice."""
         if path[-1:] == ("shape",):  # the other keys depend on it
             return self._entry_taken(path[:2])
         example = re.search(r'^expected .*?as in "([^"]*)"', problem)

@@ -55,7 +55,7 @@ def quotient(vector: Complex, size: Any) -> Complex:
 
 
 def any_nonzero(value: Real | Complex) -> bool:
-    """Return True if a number is not zero for any design."""
+    """Return True if a number is nonzero for at least one design."""
     return bool(np.any(value)) if isinstance(value, np.ndarray) else bool(value)
 
 

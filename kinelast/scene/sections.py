@@ -217,7 +217,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
     Raises
     ------
     SceneError
-        A file cannot be read, or has other contents.
+        A file cannot be read, or its contents are not as expected.
     """
     texts: dict[str, str] = {}
     parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}

@@ -223,7 +223,7 @@ def _computed(
 def _chunk_results(
     work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
-    """Yield chunks from a scheduler, processes, or this process."""
+    """Yield the chunks that a scheduler, worker processes, or this process compute."""
     if scheduler is not None:
         return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:

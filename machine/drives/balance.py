@@ -22,7 +22,7 @@ ROUND_OFF = 1e-10  # smallest singular value that counts, relative to the larges
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Amounts that minimize the mean square of a quantity.
+    """Values of the corrections that minimize the mean square of a quantity.
 
     Attributes
     ----------

@@ -148,7 +148,7 @@ def _up_to_ends(plain: PartialPosture, branch: TrackedBranch, at: Any) -> Partia
 def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
     """Set a dyad to nan beyond the end of its branch, even if it closes there.
 
-    In the step with the end, a position is beyond it if the dyad does not close or its sine has changed sign.
+    In the step that contains the end, a position is beyond it if the dyad does not close or its sine has changed sign.
     """
     free = sum(bool(group.free) for group in branch.structure.groups[:number])
     sine = branch.table["sine"][:, number]
