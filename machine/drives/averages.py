@@ -35,7 +35,7 @@ def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Weighted mean of the positive part. The average of a power, times the duration, is the consumed energy."""
+    """Weighted mean of the positive part; that of a power, times the duration, is the consumed energy."""
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 
