@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 from tiers import in_tiers
 
+from kinelast import read_scene
 from kinelast.cli.command import main
+from kinelast.runs import computed
+from kinelast.tasks.request import Request
 
 DOCS = Path(__file__).parents[1] / "docs"
 SCENES = sorted((DOCS / "gallery").glob("*.toml"))
@@ -82,6 +85,12 @@ def test_a_scene_is_acceptable_and_has_the_documented_figures(name, tmp_path):
         half = 0.5 * 10.0 ** -len(digits.partition(".")[2])
         value, said = figure(summary, path) / unit, float(digits)
         assert value < said if below else abs(value - said) <= 1.001 * half, (printed, value)
+
+
+def test_loads_that_resist_at_dead_points_leave_the_errors_known():
+    results = computed(read_scene(DOCS / "gallery" / "needle_drive.toml"), Request())
+    assert results.error_unknown == ""
+    assert len(results.scene.course.breaks.before) >= 2
 
 
 def test_every_scene_of_the_gallery_is_documented():

@@ -9,8 +9,9 @@ import pytest
 
 from kinelast.figures.bounds import bound_of_vibration
 from kinelast.figures.entry import magnitudes
-from kinelast.runs.__init__ import computed
+from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC
+from kinelast.scene.document import scene_from_text
 from kinelast.scene.figure import LARGEST
 from kinelast.tasks.request import Request
 
@@ -29,3 +30,15 @@ def test_the_bound_of_vibration_covers_all_figures(number, monkeypatch):
     changes = [np.abs(after[key] - sizes).max() / after[key].max() for key, sizes in before.items() if np.any(sizes)]
     assert len(changes) > 10
     assert 0.0 < max(changes) <= bound
+
+
+FIRST = Path(__file__).parents[1] / "kinelast" / "scene" / "first.toml"
+
+
+@pytest.mark.parametrize(("speed", "damping"), [("60 rpm", "50 ms"), ("100 rpm", "20 ms")])
+def test_the_bound_covers_the_lag_of_strong_damping(speed, damping):
+    text = FIRST.read_text(encoding="utf-8").replace('"300 rpm"', f'"{speed}"').replace('"-2 kN"', '"-5 N"')
+    scene = scene_from_text(text.replace('"7850 kg/m^3"', f'"7850 kg/m^3"\ndamping = "{damping}"'))
+    answers = [computed(scene, Request(theory=theory)) for theory in (None, ELASTODYNAMIC)]
+    (here, there), errors = ([abs(each.figures.peaks["deflection"][1].value) for each in answers], answers[0].errors)
+    assert abs(here - there) <= 2 * errors["deflection"][1].size

@@ -1,8 +1,8 @@
 """Bound of the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
 
 A harmonic of frequency w excites a mode of natural frequency omega and damping ratio zeta to at most
-1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1/(2 zeta) times. All modes are as soft as the
-lowest one at worst. Axial forces change the stiffness by their share of the critical load, rotation of the links by
+1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1/(2 zeta) times. Damping beta delays it by the
+phase beta w. All modes are as soft as the lowest one at worst. Axial forces change the stiffness by their share of the critical load, rotation of the links by
 (rate/omega)^2. The sum bounds the root of the strain energy; single figures may change by `SAFETY` times as much.
 Measurements: docs/validity.md.
 """
@@ -56,8 +56,9 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     settled = damping.settled(lowest)
     square = np.square(spectrum.omega / lowest)
     with np.errstate(divide="ignore"):
-        most = 1.0 / (lowest * settled.beams.min(initial=settled.joints))
-        gain = np.where(square < 1.0, np.minimum(square / np.abs(1.0 - square), most), most)
+        most = 1.0 + 1.0 / (lowest * settled.beams.min(initial=settled.joints))
+        lag = spectrum.omega * settled.beams.max(initial=settled.joints)  # phase lag by damping
+        gain = np.where(square < 1.0, np.minimum((square + np.square(lag)) / np.abs(1.0 - square), most), most)
     change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:]) / spectrum.crest
     turned = float(np.square(motion.angular_velocity).max(initial=0.0)) / lowest**2
     bound = SAFETY * (change + turned + _stiffened(deflection, pressed))

@@ -18,7 +18,7 @@ class VibrationSettings:
     max_elements: int = 2048  # most time elements
     max_halved: int = 256  # most time elements that are halved for an error; above, series estimate it
     order: int = 5  # lowest order of convergence in time, for the length of the next elements
-    refined_error: float = 0.2  # error that a refinement aims for, relative to the tolerance; a l
+    refined_error: float = 0.2  # error that a refinement aims for, relative to the tolerance
     min_step: float = 1e-4  # shortest time element, relative to the duration
     min_break_distance: float = 1e-8  # a break this close to the end counts as the end, relative to the duration
     max_parts: int = 4  # most parts into which an element is divided at once

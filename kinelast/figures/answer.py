@@ -42,7 +42,8 @@ class Answer:
     accuracy
         Requested accuracy; None without a request.
     missed
-        Relative change of the most affected graded figure by vibration and large displacement; nan if unknown.
+        Relative change of the most affected graded figure by vibration and large displacement, or its bound if
+        vibration was not solved; nan if unknown.
     finer
         True if a finer theory can answer.
     """

@@ -33,8 +33,11 @@ def damping_of(scene: Scene) -> Damping:
 
 def bound_of_vibration(cycle: Cycle, period: float) -> float:
     """Bound of the relative change of a quasi-static answer by vibration; infinite if no bound is known."""
-    scene, frequencies = cycle.scene, cycle.frequencies
-    if not math.isfinite(period) or scene.course.stops or frequencies is None or cycle.singular.any():
+    scene, course = cycle.scene, cycle.scene.course
+    if not math.isfinite(period) or course.stops or len(course.breaks.sides) or scene.mechanism.friction:
+        return math.inf
+    frequencies = cycle.frequencies
+    if frequencies is None or cycle.singular.any():
         return math.inf
     pressed = float(np.max(cycle.pressed.value, initial=0.0))
     return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), pressed)

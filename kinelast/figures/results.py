@@ -221,12 +221,12 @@ class Results:
 
     @cached_property
     def drive_words(self) -> list[tuple[str, str, str, str]]:
-        """Names, coordinates, units and efforts of the drives, see `kinelast.figures.cycle.drive_words`."""
+        """Names, coordinates, units and efforts of the drives, see `kinelast.scene.figure.drive_words`."""
         return drive_words(self.mechanism)
 
     @cached_property
     def joint_words(self) -> list[tuple[str, str]]:
-        """Names of the joints and their links, see `kinelast.figures.cycle.joint_words`."""
+        """Names of the joints and their links, see `kinelast.scene.figure.joint_words`."""
         return joint_words(self.mechanism)
 
     @cached_property

@@ -158,6 +158,9 @@ def _require_place(folder: Path) -> None:
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
             raise RequestError(f'-o: "{shown}" is a file or a link, not a folder: move it, or choose another -o')
+        older = folder / EARLIER
+        if older.is_symlink() or (older.exists() and not older.is_dir()):
+            raise RequestError(f'"{plain(str(older), LINE)}" is a file or a link, not a folder: move it')
 
 
 def _lock_of(folder: Path) -> Path:
@@ -310,12 +313,13 @@ def _clean(folder: Path, hidden: str) -> None:
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder, in place of one of the same name."""
+    """Move a file or folder into a folder, under a numbered name if its own is taken."""
     folder.mkdir(exist_ok=True)
-    place = folder / entry.name
-    if place.is_dir():
-        shutil.rmtree(place)
-    entry.replace(place)
+    place, number = folder / entry.name, 1
+    while place.exists() or place.is_symlink():
+        number += 1
+        place = folder / f"{entry.stem}.{number}{entry.suffix}"
+    entry.rename(place)
 
 
 def _ours(folder: Path) -> set[str]:

@@ -70,7 +70,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     content = file_bytes(task.path)
     document = document_from_bytes(content, task.path)
     made, folder = made_from(content, request, document.files), task.folder
-    earlier = files_of(summary_in(folder) or {})
+    earlier = [name for name in files_of(summary_in(folder) or {}) if (folder / name).exists()]
     if resume:
         before, why = finished(folder, to_builtins(made))
         if before:

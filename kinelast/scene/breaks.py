@@ -12,7 +12,7 @@ import numpy as np
 from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
 from rigid.arrays import Flags, Reals
 
-SIDE_DISTANCE = 1e-10  # of each side of a break, relative to the end of the run; for laws, 1e-12 is the same time
+SIDE_DISTANCE = 1e-8  # of each side of a break, relative to the end of the run: beyond the rest at a dead centre
 MIN_BREAK_DISTANCE = 4.0  # of two breaks, relative to SIDE_DISTANCE
 SEARCH_INSTANTS = 1441  # a load's coordinate passes a break at most once between two of them
 BISECTIONS = 26  # they reduce the distance of the instants below SIDE_DISTANCE
@@ -52,7 +52,12 @@ class Breaks:
 
 
 def breaks_of(
-    laws: Iterable[Any], loads: Iterable[Any], end: float, turn: bool, motion_at: Callable[[Reals], Motion]
+    laws: Iterable[Any],
+    loads: Iterable[Any],
+    end: float,
+    turn: bool,
+    motion_at: Callable[[Reals], Motion],
+    last: float,
 ) -> Breaks:
     """Breaks of all laws of a run.
 
@@ -66,17 +71,21 @@ def breaks_of(
         End of the run [s], which starts at 0, and whether it is a cycle.
     motion_at
         The motion at any instants, for loads against a coordinate.
+    last
+        Last instant of the motion [s]; an integration may stop before the end of the run.
     """
     aside, laws, loads = SIDE_DISTANCE * end, [*laws], [*loads]
     efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
     factors = [*efforts, *(getattr(load.load if isinstance(load, Resistance) else load, "law", None) for load in loads)]
     instants = [time for law in laws if not hasattr(law, "effort") for time in _jumps(law, end, aside)]
     curves = [factor for factor in factors if getattr(factor, "breaks", ())]
-    resisting = [load.resisting for load in loads if isinstance(load, Resistance)]
+    resisting = [load for load in loads if isinstance(load, Resistance)]
     if curves or resisting:
-        seen = motion_at(np.linspace(0.0, end, SEARCH_INSTANTS))
+        seen = motion_at(np.linspace(0.0, min(end, last), SEARCH_INSTANTS))
         instants += [time for curve in curves for time in _passed(curve, seen, motion_at)]
-        instants += [time for each in resisting for time in _passes(each, (0.5,), seen, motion_at)]
+        for load in resisting:
+            bounds = (-0.5,) if load.one_way else (-0.5, 0.5)
+            instants += _passes(load.direction, bounds, seen, motion_at)
     times = np.sort(np.mod(instants, end) if turn else np.array(instants, float))
     inside = (times > MIN_BREAK_DISTANCE * aside) & (times < end - MIN_BREAK_DISTANCE * aside)
     wraps = turn and not inside.all()

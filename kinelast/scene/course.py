@@ -100,7 +100,8 @@ class Course(ABC):
     @cached_property
     def breaks(self) -> Breaks:
         """Instants at which laws of drives and loads have jumps or kinks; for one design."""
-        return breaks_of(self.laws, self.mechanism.loads, float(self.run.duration), self.run.turn, self.at)
+        end = float(self.run.duration)
+        return breaks_of(self.laws, self.mechanism.loads, end, self.run.turn, self.at, float(self.span[1]))
 
     def with_breaks(self, times: Reals) -> Reals:
         """Return the given instants [s] and both sides of all breaks between them, shape (instants,)."""

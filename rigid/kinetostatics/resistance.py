@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rigid.arrays import Columns, Flags, Reals
+from rigid.arrays import Columns, Reals
 from rigid.kinematics import Motion
 from rigid.kinetostatics.friction import direction_of, speeds
 from rigid.parts import Law, PointForce, PointLoad
@@ -66,10 +66,10 @@ class Resistance:
             factor = np.where(helps < 0, 1.0, 0.0) if self.one_way else -helps
             yield link, point, force * factor, moment * factor
 
-    def resisting(self, motion: Motion) -> Flags:
-        """True where the load without its law opposes the motion of its point, shape (..., positions)."""
+    def direction(self, motion: Motion) -> Reals:
+        """Sign of the power of the load without its law, shape (..., positions); 0 at rest."""
         [force] = replace(self.load, law=None).forces(motion)
-        return _helps(motion, *force) < 0
+        return _helps(motion, *force)
 
 
 def _helps(motion: Motion, link: str, point: str, force: Columns, moment: Columns) -> Reals:
