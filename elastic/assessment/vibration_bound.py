@@ -1,10 +1,10 @@
 """Bound of the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
 
 A harmonic of frequency w excites a mode of natural frequency omega and damping ratio zeta to at most
-1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1/(2 zeta) times. Damping beta delays it by the
-phase beta w. All modes are as soft as the lowest one at worst. Axial forces change the stiffness by their share of the critical load, rotation of the links by
-(rate/omega)^2. The sum bounds the root of the strain energy; single figures may change by `SAFETY` times as much.
-Measurements: docs/validity.md.
+1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta delays it by
+the phase beta w. All modes are as soft as the lowest one at worst. Axial forces change the stiffness by their share of
+the critical load, rotation of the links by (rate/omega)^2. The sum bounds the root of the strain energy; single figures
+may change by `SAFETY` times as much. Measurements: docs/validity.md.
 """
 
 from __future__ import annotations

@@ -34,7 +34,6 @@ PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: give more --positions"
 WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of the errors are right within this factor
-FAR = 5.0  # times its error, within which an unreliable figure must keep a limit
 SPARE = 1e-4  # margin beyond the error, relative to the limit: the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Field with the location of each figure of beams."""
@@ -43,22 +42,21 @@ PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.field
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
     """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound lies within the error of the figure. An unreliable figure exceeds a
-    limit only by more than `WIDENED` times its error, and keeps one only by more than `FAR` times its error.
+    A limit is too close to decide if its bound lies within the error of the figure, or within `WIDENED` times the error
+    of an unreliable figure.
     """
     below, above = (limit.kept(end) for end in ends(limit, value, error))
-    far = np.logical_and(*(limit.kept(end) for end in ends(limit, value, error, FAR)))
-    known = np.where(below | above, np.where(far, SEVERITY.index(KEPT), SEVERITY.index(TOO_NEAR)), 0)
+    known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
     return np.where(np.isnan(value) | np.isnan(error), SEVERITY.index(UNKNOWN), known)
 
 
-def ends(limit: Limit, value: Any, error: Any, widened: float = WIDENED) -> tuple[Any, Any]:
+def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
     """Return the smallest and the largest value of figures within their errors.
 
-    The errors of unreliable figures are multiplied by `widened`. The error of a safety factor is that of the stress in
+    The errors of unreliable figures are multiplied by `WIDENED`. The error of a safety factor is that of the stress in
     its denominator.
     """
-    error = np.where(error > UNRELIABLE * np.abs(value), widened * error, error)
+    error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
     if limit.figure.partition(".")[0] not in RECIPROCAL:
         return value - error, value + error
     share = np.divide(error, value, where=value > 0.0, out=np.zeros(np.shape(value)))

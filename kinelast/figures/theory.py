@@ -77,6 +77,7 @@ EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to 
 FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
 FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
+LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
 SAME = 1e-9  # relative difference of moments at rest by round-off
@@ -342,7 +343,7 @@ class _Rungs:
         converges less than the answer itself.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
-        shares = {TIME: discretized, LARGE: large_displacement_error(exact)}
+        shares = {TIME: discretized, LARGE: LEFT_OVER_CHANGE * large_displacement_error(exact)}
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, shares
         self._tell(4, "error in time and coordinates")
@@ -353,7 +354,7 @@ class _Rungs:
         )  # otherwise both neglect the same steps
         if left > max(tolerance, exact.exact.open):
             return {}, shares
-        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: shares[LARGE]}
+        return {TIME: self._cycle(bent)}, {} if max(left, exact.exact.worst) <= tolerance else {LARGE: shares[LARGE]}
 
     def _answer(
         self,
