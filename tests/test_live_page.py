@@ -66,14 +66,14 @@ def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
         hand.until("return live.state.whole > 0")
         whole, deflection = hand.run("return live.state.whole"), hand.figure("deflection")
         assert "±" in hand.run("return document.querySelector('[data-figure=deflection]').textContent")
-        start = hand.at(0.28, 0.24)
+        start, *way = [hand.at(0.28 - 0.005 * k, 0.24 - 0.003 * k) for k in range(11)]
         hand.press(start)
-        hand.move([[start[0] - 6 * k, start[1] + 4 * k] for k in range(1, 11)])
+        hand.move(way)
         hand.until("return live.text().includes('B = [0.23, 0.21]')")
         quick = hand.figure("deflection")
         assert abs(quick / deflection - 1) > 0.1
         assert "quick" in hand.run("return document.getElementById('theory').textContent")
-        hand.release([start[0] - 60, start[1] + 40])
+        hand.release(way[-1])
         hand.until(f"return live.state.whole > {whole}")
         assert abs(hand.figure("deflection") / quick - 1) > 0.05  # at this speed the links vibrate
         assert scene.read_text() == before
@@ -264,9 +264,9 @@ def test_dragging_a_point_shows_a_graph_and_sizes(driver, scene):
         assert hand.run("return document.getElementById('figure').value") == "B.y"
         before = hand.run(curve)
         assert before.count("L") > 60
-        start = hand.at(0.28, 0.24)
+        start, *way = [hand.at(0.28 - 0.005 * k, 0.24 - 0.003 * k) for k in range(11)]
         hand.press(start)
-        hand.move([[start[0] - 6 * k, start[1] + 4 * k] for k in range(1, 11)])
+        hand.move(way)
         hand.until("return live.text().includes('B = [0.23, 0.21]')")
         hand.until(f"return document.getElementById('curve').getAttribute('d') !== {before!r}")
         assert hand.run("return live.view.picture.columns.map(({ name }) => name)") == ["B.y"]
@@ -275,7 +275,7 @@ def test_dragging_a_point_shows_a_graph_and_sizes(driver, scene):
             "return [...document.querySelectorAll('#layer-sizes text')].map((each) => each.textContent)"
         )
         assert reported == ["247 mm, 58.24°", "241.9 mm, 119.7°"]  # by Pythagoras: A at (100, 0), D at (350, 0)
-        hand.release([start[0] - 60, start[1] + 40])
+        hand.release(way[-1])
         assert accessibility_faults(hand) == []
         assert errors(hand) == []
 

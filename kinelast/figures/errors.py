@@ -278,7 +278,7 @@ def _of_items(
         parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
     if TIME in off.shares:
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
-        forces = [off.forces if unit in ("N", "N m") else 0.0 for unit in units]
+        forces = [off.forces * figure.power if unit in ("N", "N m") or figure.power > 1.0 else 0.0 for unit in units]
         parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])
     if figure.remains_of and off.settled:
         whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
