@@ -24,7 +24,8 @@ CREEP_SHARE = 1e-3  # largest creep rate, relative to the joint's largest rate
 MAX_STEPS = 40  # maximum number of Newton steps
 TOLERANCE = 1e-15  # relative change of a converged effort
 MAX_RESIDUAL = 1e-12  # the same if round-off prevents more
-MAX_FLANK_ROUNDS = 4  # maximum number of iterations for the loaded flanks of gear teeth
+MAX_FLANK_ROUNDS = 4
+"""Maximum number of iterations for the loaded flanks of gear teeth."""
 
 Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None], JointForces]
 """Function from friction, and optional gear flanks, to joint forces in equilibrium."""
