@@ -104,8 +104,9 @@ class Answer:
         worst = worst_of(self.graded)
         return worst.share if worst else 0.0
 
-    def enough(self, wanted: float) -> bool:
-        """Return True if a better theory would not help: accuracy reached, or little error left to remove.
+    @property
+    def enough(self) -> bool:
+        """True if a better theory would not help: accuracy reached, or little error left to remove.
 
         A requested accuracy must also be reached by the courses of all fields and joint forces.
         """
@@ -114,9 +115,9 @@ class Answer:
         for each in self.graded:
             by_motion = _share_by_motion(each)
             left = each.share - by_motion
-            if not by_motion <= max(wanted - left, BESIDES * wanted):
+            if not by_motion <= max(self.wanted - left, BESIDES * self.wanted):
                 return False
-        return self.accuracy is None or max(self.courses.values(), default=0.0) <= wanted
+        return self.accuracy is None or max(self.courses.values(), default=0.0) <= self.wanted
 
     @property
     def off_by_motion(self) -> float:

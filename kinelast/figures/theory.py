@@ -131,11 +131,11 @@ def answer(
     try:
         motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
 
-        def resolved(times: Reals) -> Motion:
+        def announced(times: Reals) -> Motion:
             progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, STAGES)
             return motion_at(times)
 
-        linear = _vibrating(scene, plain.motion, resolved, cycle, tolerance)
+        linear = _vibrating(scene, plain.motion, announced, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             reason = (
                 "friction sticks too hard to be settled"
@@ -151,11 +151,7 @@ def answer(
         return rungs.at_rest()
     tried: list[Answer] = []
     for rung in rungs.climbed(linear, tolerance, aim):
-        if (
-            quasi_static_only
-            or (not named and (rung.enough(wanted) or not linear.stable))
-            or rung.theory == theory.name
-        ):
+        if quasi_static_only or (not named and (rung.enough or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
     return min(reversed(tried), key=lambda rung: rung.off_by_motion)
