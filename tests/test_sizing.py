@@ -241,6 +241,21 @@ minimize = "mass"
         assert solved.optimum.certificate.residual < 1e-6
         assert words(solved)[0].endswith("kg; acceptable")
 
+    def test_no_link_of_an_optimum_yields(self):
+        """At the root, stress is 6 M / (b h^2) plus the pull of inertia, N / (b h)."""
+        study = '[optimize]\nminimize = "mass"\n[optimize.variables]\n"sections.bar.depth" = ["3 mm", "60 mm"]\n'
+        solved = optimum_study(parse_toml(ARM.replace("density = 2700", 'density = 2700, yield = "5 MPa"') + study))
+        (held_to,) = solved.held_to
+
+        def stress(depth):
+            line = DENSITY * WIDTH * depth
+            moment = PEAK_ACCELERATION * (TIP * L**2 + line * L**3 / 3)
+            return 6 * moment / (WIDTH * depth**2) + (TIP * L + line * L**2 / 2) / (WIDTH * depth)
+
+        assert 1.0 <= held_to < 1.2
+        assert stress(solved.optimum.values[0]) == pytest.approx(5e6 / held_to, rel=1e-3)
+        assert words(solved)[0].endswith("kg; acceptable")
+
     def test_a_limit_without_influence_is_reported_before_the_search(self):
         """The rest of the mass is at the tip, and no depth changes it."""
         more = """

@@ -165,6 +165,18 @@ def test_a_finer_accuracy_never_takes_a_cheaper_theory_or_a_worse_answer():
     assert found[-1].by_motion < 0.0005
 
 
+@pytest.mark.slow
+def test_a_requested_accuracy_measures_the_errors_of_an_exact_answer():
+    """Errors below 0.1 % may be bounds."""
+    scene = read_scene(shipped_scenes()["steel_four_bar"])
+    found, fine = (
+        computed(scene, Request(**how)).answer for how in ({"accuracy": 0.02}, {"theory": GEOMETRICALLY_EXACT})
+    )
+    assert found.theory == GEOMETRICALLY_EXACT
+    for name in ("w", "M"):
+        assert found.courses[name] < max(0.001, 2 * _apart(fine, found, name))
+
+
 def _apart(one, other, name):
     """Return the largest difference of a field of the worst beam, relative to its maximum."""
     here, there = (sample(each.deflection, name, np.linspace(0, 1, 5)) for each in (one, other))

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.limits import limits_of_items
+from kinelast.figures.limits import elastic_limits, limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.figure import Limit
@@ -133,7 +133,8 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
         )
     rows = [bounds(document.table, path, *ends) for path, ends in goal.variables.items()]
     variables, low, high = zip(*rows, strict=True)
-    limits = (*_scene_limits(limits_of_items(document.scene), units), *_limits(document.table, units))
+    within = [*limits_of_items(document.scene), *elastic_limits(document.scene)]
+    limits = (*_scene_limits(within, units), *_limits(document.table, units))
     return OptimizationTask(
         variables, np.array(low), np.array(high),
         figure, goal.maximize is not None, limits, goal.method == "evolution", goal.seed,

@@ -223,6 +223,15 @@ def limits_of_items(scene: Scene) -> list[Limit]:
     return limits
 
 
+def elastic_limits(scene: Scene) -> list[Limit]:
+    """Return the limits within which links stay elastic, for single items; none if the scene limits safety."""
+    if not can_yield(scene) or any(limit.figure == STRENGTH.figure for limit in limits_of(scene)):
+        return []
+    known = [np.isfinite(section.yield_stress).any() for section in scene.sections]
+    names = dict.fromkeys(name for name, can in zip(items_of(scene, STRENGTH.of), known, strict=True) if can)
+    return [replace(STRENGTH, figure=f"{STRENGTH.figure}.{name}") for name in names]
+
+
 @dataclass(frozen=True)
 class FullAnswer:
     """Results for a design by the theory of its scene, with errors.

@@ -202,7 +202,8 @@ class _Rungs:
 
         An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
         error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
-        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy. A
+        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy, or by `ASKED` if
+        an accuracy is requested: what they leave is a bound, not a measured error. A
         theory requested by name yields no cheaper answer if the vibration is stable.
 
         Raises
@@ -235,7 +236,8 @@ class _Rungs:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
-        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
+        most = NO_MORE * wanted if self.theory.accuracy is None else ASKED
+        if stepped.exact is not None and stepped.exact.worst <= most and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
             left = {name: (FORCES_LATER if name == LARGE else 1.0) * share for name, share in left.items()}
@@ -245,7 +247,7 @@ class _Rungs:
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not has_dry_friction(self.scene.mechanism):
-                tolerance = max(EXACT * wanted, FINEST)
+                tolerance = max(min(EXACT * wanted, most), FINEST)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
