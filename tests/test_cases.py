@@ -633,11 +633,12 @@ class TestLargeDisplacement:
         assert 0.04 < abs(summary["largest_deflection"]["value"]) < 0.06
 
     @pytest.mark.exhaustive
-    def test_dry_friction_in_a_slider_crank_has_an_answer_or_a_reason(self, answered):
+    def test_an_error_that_dry_friction_does_not_let_settle_is_unknown(self, answered):
+        """Tolerances of 0.04, 0.1 and 0.25 % gave 0.09 to 0.17 mm, and errors of 4 to 88 %."""
         status, said, summary = answered("crash_coulomb", "--accuracy", "5 %")
-        assert status in (0, 1)
-        assert summary["theory"]["error"] is None or summary["theory"]["error"] > 0.05
-        assert "Error" not in said
+        assert status == 1
+        assert summary["theory"]["error"] is None
+        assert "friction sticks too hard" in said
 
     @pytest.mark.exhaustive
     def test_the_iteration_converges(self, answered):

@@ -63,6 +63,7 @@ from kinelast.scene.data import (
 )
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
+from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion
 from rigid.arrays import Reals
@@ -79,6 +80,7 @@ FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answ
 FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
 LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
+NO_MORE_ASKED = 2e-4  # the same, not relative, and the tolerance of exact answers, if an accuracy is requested
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
 SAME = 1e-9  # relative difference of moments at rest by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
@@ -154,7 +156,7 @@ def answer(
         if quasi_static_only or (not named and (rung.enough or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
-    return min(reversed(tried), key=lambda rung: rung.off_by_motion)
+    return rungs.best(tried)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,8 +204,8 @@ class _Rungs:
 
         An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
         error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
-        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy, or by `ASKED` if
-        an accuracy is requested: what they leave is a bound, not a measured error. A
+        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy, or by
+        `NO_MORE_ASKED` if an accuracy is requested: what they leave is a bound, not a measured error. A
         theory requested by name yields no cheaper answer if the vibration is stable.
 
         Raises
@@ -236,7 +238,7 @@ class _Rungs:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
-        most = NO_MORE * wanted if self.theory.accuracy is None else ASKED
+        most = min(NO_MORE * wanted, math.inf if self.theory.accuracy is None else NO_MORE_ASKED)
         if stepped.exact is not None and stepped.exact.worst <= most and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
@@ -258,6 +260,16 @@ class _Rungs:
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
         opened = self._open(exact, tolerance, wanted, *known)
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
+
+    def best(self, tried: Sequence[Answer]) -> Answer:
+        """Return the answer with the least error by the theory of motion.
+
+        With dry friction, an unreliable error has not settled: it depends on the tolerance, and is unknown.
+        """
+        best = min(reversed(tried), key=lambda rung: rung.off_by_motion)
+        if best.off_by_motion > UNRELIABLE and has_dry_friction(self.scene.mechanism):
+            return self.unknown("large displacement cannot be settled: friction sticks too hard")
+        return best
 
     def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
         """Return True if vibration changes the deflection too much for the quasi-static answer to be tried."""
