@@ -105,17 +105,16 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert 'mm"     # in the plane' in text  # comments and units are kept
     # The optimum leaves room for the error, so the report of the new scene accepts it with the same verdict.
     assert best["verdict"] == "acceptable"
-    assert "four: mass: " in output
-    assert "kg; acceptable\n" in output
+    assert re.search("four: mass: .*kg; acceptable\n", output)
     assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     reported = json.loads((tmp_path / "out" / "optimum" / "summary.json").read_text(encoding="utf-8"))
     assert reported["acceptance"]["verdict"] == best["verdict"]
     figure = reported["largest_deflection"]
-    same = max(best["limits"], key=lambda row: row["in_full"])
+    deflections = [row for row in best["limits"] if row["figure"].startswith("deflection")]
+    same, row = (max(deflections, key=lambda row: row["in_full"] + with_error * row["error"]) for with_error in (0, 1))
     assert abs(figure["value"]) == pytest.approx(same["in_full"], rel=1e-9)
     assert figure["error"] == pytest.approx(same["error"], rel=1e-6)
-    row = max(best["limits"], key=lambda row: row["in_full"] + row["error"])
     # with few positions the error jumps between designs
     assert 0.75e-3 < row["in_full"] + row["error"] <= 1e-3, "no more room than it takes"
     assert row["held_to"] < row["bound"]
@@ -128,7 +127,7 @@ def test_an_infeasible_optimum_fails(scene, tmp_path, capsys):
     assert main([str(scene(**wanted)), "--optimize", "-o", str(tmp_path / "out")]) == 1
     best = json.loads((tmp_path / "out" / "four" / "summary.json").read_text(encoding="utf-8"))["optimum"]
     assert not best["feasible"]
-    (row,) = best["limits"]
+    (row,) = (each for each in best["limits"] if not each["figure"].startswith("safety"))
     value = quantity(row["value"], "m")
     assert row["value"] > 1e-6
     assert row["margin"] == pytest.approx(1 - row["value"] / 1e-6, rel=1e-6)

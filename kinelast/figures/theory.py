@@ -80,7 +80,6 @@ FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answ
 FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
 LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
-NO_MORE_ASKED = 2e-4  # the same, not relative, and the tolerance of exact answers, if an accuracy is requested
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
 SAME = 1e-9  # relative difference of moments at rest by round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
@@ -205,7 +204,7 @@ class _Rungs:
         An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
         error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
         a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy, or by
-        `NO_MORE_ASKED` if an accuracy is requested: what they leave is a bound, not a measured error. A
+        `ASKED` if an accuracy is requested: what they leave is a bound, not a measured error. A
         theory requested by name yields no cheaper answer if the vibration is stable.
 
         Raises
@@ -238,7 +237,7 @@ class _Rungs:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
-        most = min(NO_MORE * wanted, math.inf if self.theory.accuracy is None else NO_MORE_ASKED)
+        most = min(NO_MORE * wanted, math.inf if self.theory.accuracy is None else ASKED)
         if stepped.exact is not None and stepped.exact.worst <= most and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
