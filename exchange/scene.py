@@ -60,7 +60,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
     if drawing.traced:
         run["output"] = drawing.traced
     document["run"] = run
-    return tomlkit.dumps(document)
+    return tomlkit.dumps(document).rstrip("\n") + "\n"
 
 
 class _Link:

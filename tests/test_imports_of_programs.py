@@ -142,7 +142,7 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     assert (load.link, load.point, load.force) == ("BC", "C", pytest.approx(7.5j))
     assert of_text(text, "mine").masses == {"C": pytest.approx(0.006)}
     first = imported(of_text(text, "mine"))
-    assert "; rigid, with the masses of the file: AB (take out rigid, mass, center and inertia" in first.result
+    assert "rigid, mass, center and inertia of AB, which" in first.advice("mine.toml")
     bends = re.sub("^(rigid|mass|center|inertia) = .*\n", "", first.text, flags=re.MULTILINE)
     assert all(link.beams for link in kinelast.scene_from_text(bends).mechanism.links[1:3])
 
@@ -420,7 +420,13 @@ def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys)
     (tmp_path / "boom.pmks").write_text(boom())
     (tmp_path / "loose.pmks").write_text(saved([joint(6, "A", 0), joint(0, "B", 1), joint(0, "C", 2 + 1j)], BARS))
     assert main(["--import", "boom.pmks"]) == 0
-    assert "it moves, " in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "it moves, " in said
+    assert "deflection-report boom.toml" in said
+    lines = re.search(r"such as\n((?: +\S.*\n){2})", said)[1]
+    with (tmp_path / "boom.toml").open("a") as file:
+        file.write(lines)
+    assert len(kinelast.load(tmp_path / "boom.toml").limits) == 1
     assert main(["--import", "loose.pmks"]) == 1
     said = capsys.readouterr().out
     assert "it does not run yet: " in said

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from kinelast import __version__
@@ -313,6 +314,8 @@ def _begin(batch: Batch) -> int:
     for note in first_run.notes:
         say(f"{path}: {note}", sys.stderr)
     say(f"{path} written; {first_run.result}", sys.stdout)
+    if advice := first_run.advice(quote(str(path))):
+        say(advice, sys.stdout)
     return CHECK_FAILED if first_run.reason else FINE
 
 

@@ -23,7 +23,14 @@ MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below whi
 STEPS, ROUNDS = 360, 2  # positions in the search for a limit, and number of refinements
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
 MAX_REASON = 300  # characters
-TO_BEND = "(take out rigid, mass, center and inertia to let them bend)"
+VERDICT = """For a verdict:
+  1. replace the values marked "assumed" by yours{bend}
+  2. append your limits, such as
+     [limits]
+     safety = 1.5
+  3. run: deflection-report {path}"""
+TO_BEND = """, and delete the lines
+     rigid, mass, center and inertia of {links}, which do not bend with them"""
 
 
 @dataclass(frozen=True)
@@ -41,8 +48,12 @@ class Imported:
         """Result of the first run as a sentence."""
         if self.reason:
             return f"it does not run yet: {self.reason}"
-        rigid = f"; rigid, with the masses of the file: {', '.join(self.rigid)} {TO_BEND}" if self.rigid else ""
-        return f"it moves, {self.cycle:.4g} s a cycle{rigid}; sections and materials are assumed: put in yours"
+        return f"it moves, {self.cycle:.4g} s a cycle"
+
+    def advice(self, path: str) -> str:
+        """Steps from the scene at `path` to a verdict; empty if it does not move."""
+        bend = TO_BEND.format(links=", ".join(self.rigid)) if self.rigid else ""
+        return "" if self.reason else VERDICT.format(bend=bend, path=path)
 
 
 def imported(drawing: ForeignMechanism) -> Imported:
