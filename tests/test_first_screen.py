@@ -159,6 +159,24 @@ CROSSED = """
     }).map(() => names[k].textContent))]"""  # noqa: E501
 
 
+HATCHED = """
+    const texts = [...document.querySelectorAll('.mechanism .names text')].filter((text) => text.getAttribute('display') !== 'none');
+    return texts.filter((text) => {
+        const box = text.getBoundingClientRect();
+        return [...document.querySelectorAll('.mechanism .paths + g path')].some((path) => {
+            const long = path.getTotalLength(), onScreen = path.getScreenCTM();
+            return Array.from({ length: 800 }, (_, n) => path.getPointAtLength((n * long) / 799).matrixTransform(onScreen))
+                .some(({ x, y }) => x > box.left + 2 && x < box.right - 2 && y > box.top + 4 && y < box.bottom - 4);
+        });
+    }).map((text) => text.textContent)"""  # noqa: E501
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS])
+def test_names_do_not_cover_supports_and_guides_on_a_phone(name, driver, out):
+    page = Page(driver, out / name / "report.html", 390)
+    assert page.run(HATCHED) == []
+
+
 @pytest.mark.parametrize("name", ["steel_four_bar", MANY_LIMITS, "flap_plates"])
 def test_names_do_not_cover_links(name, driver, out):
     page = Page(driver, out / name / "report.html")

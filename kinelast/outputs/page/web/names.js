@@ -1,10 +1,10 @@
-// Names in the picture: on no link, on no other name, and within the frame.
+// Names in the picture: on no link, on no other name, within the frame, and on no support or guide if there is room.
 // Points come before links where there is no room for all names.
 function nameAll(i) {
   const place = ({ link, point }) => at(drawnPlace(link, point, i, view.factor));
   const points = parts.points.map((each) => ({ text: each.text, spots: around(place(each), 0.9 * stage.unit) }));
   const links = parts.labels.filter(({ text }) => text).map(({ k, text }) => ({ text, spots: besideLink(k, i) }));
-  placeNames([...points, ...links], linesDrawn(i), [stage.width, stage.height]);
+  placeNames([...points, ...links], linesDrawn(i), [stage.width, stage.height], linesUnder(i));
 }
 
 // Beside the middle of a link's beam and then nearer to its ends; around the middle of a link without beams.
@@ -27,10 +27,16 @@ function linesDrawn(i) {
   return outlines.flatMap((places) => places.slice(1).map((to, n) => [places[n], to]));
 }
 
+// The supports and guides as they are drawn.
+function linesUnder(i) {
+  const frame = frameAt(i);
+  return parts.marks.filter(({ mark }) => isUnder(mark)).flatMap(({ mark }) => markLines(markAttributes(mark, frame)));
+}
+
 // Names: {text, spots}. One without a free place is left out.
-function placeNames(names, lines, size) {
+function placeNames(names, lines, size, avoided) {
   for (const { text } of names) text.wide ??= text.getComputedTextLength() + 2;
-  const boxes = freeBoxes(names.map(({ text, spots }) => ({ wide: text.wide, spots })), lines, size);
+  const boxes = freeBoxes(names.map(({ text, spots }) => ({ wide: text.wide, spots })), lines, size, avoided);
   names.forEach(({ text }, k) => {
     const box = boxes[k];
     text.setAttribute("display", box ? "inline" : "none");

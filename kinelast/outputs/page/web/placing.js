@@ -10,14 +10,16 @@ export function around(/** @type {number[]} */ [x, y], far) {
   );
 }
 
-// Boxes for words, {wide, spots}: each takes the first of its spots that is free, or none.
-export function freeBoxes(words, lines, [width, height]) {
+// Boxes for words, {wide, spots}: each takes the first of its spots that is free, or none. Free spots off the avoided
+// lines come first.
+export function freeBoxes(words, lines, [width, height], avoided = []) {
   const taken = [];
   const isFree = (box) =>
     box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height &&
     !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, box));
   return words.map(({ wide, spots }) => {
-    const box = spots.filter(([x, y]) => isFinite(x + y)).map((spot) => boxAt(spot, wide)).find(isFree);
+    const free = spots.filter(([x, y]) => isFinite(x + y)).map((spot) => boxAt(spot, wide)).filter(isFree);
+    const box = free.find((each) => !avoided.some((line) => crosses(line, each))) ?? free[0];
     if (box) taken.push(box);
     return box;
   });
@@ -29,7 +31,7 @@ export function boxAt(/** @type {number[]} */ [x, y, lean], wide) {
   return [left, y - ABOVE, left + wide, y + BELOW];
 }
 
-const SHARES_OF_LINE = [0.5, 0.35, 0.65, 0.2, 0.8], SIDES_OF_LINE = [[1, -1], [1.9, -1.9]];
+const SHARES_OF_LINE = [0.5, 0.35, 0.65, 0.2, 0.8], SIDES_OF_LINE = [[1, -1], [1.9, -1.9], [2.8, -2.8]];
 // Spots for words beside a line: near it before far, at its middle before its ends. `at`: a place on it by its part.
 export function besideLine(at, direction, far) {
   return SIDES_OF_LINE.flatMap((sides) =>

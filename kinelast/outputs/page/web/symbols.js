@@ -51,4 +51,14 @@ export function markAttributes(mark, frame) {
   };
 }
 
+/** Straight lines of a mark on the screen, from its path's attributes. */
+export function markLines({ d, transform }) {
+  const [c, , s, , x, y] = transform.slice(7).split(" ").map(parseFloat);
+  return transform === "" ? [] : d.split("M").filter((outline) => !outline.includes("A")).flatMap((outline) => {
+    const spots = outline.split("L").map((spot) => spot.split(" ").map(parseFloat));
+    const places = spots.map(([u, v]) => [c * u + s * v + x, c * v - s * u + y]);
+    return places.slice(1).map((to, n) => [places[n], to]);
+  });
+}
+
 export const isUnder = (mark) => mark.level === "guide" || mark.level === "ground"; // behind the links
