@@ -141,6 +141,8 @@ def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
 
     >>> pace_words(np.linspace(0.0, 0.1, 51), range(51), 25.0)
     'slow motion 1 : 20'
+    >>> pace_words(np.linspace(0.0, 0.01, 31), range(31), 25.0)
+    'slow motion 1 : 120'
     """
     lasts = float(time[chosen[-1]] - time[chosen[0]])
     if lasts <= 0.0 or np.array_equal(time, np.arange(len(time))):
@@ -148,7 +150,9 @@ def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
     slower = (len(chosen) - 1) / rate / lasts
     if 0.95 < slower < 1.05:
         return "in real time"
-    return f"slow motion 1 : {slower:.2g}" if slower > 1 else f"{1 / slower:.2g} times as fast as the machine"
+    if slower < 1:
+        return f"{1 / slower:.2g} times as fast as the machine"
+    return f"slow motion 1 : {float(f'{slower:.2g}'):g}"
 
 
 def spread(possible: Any, frames: int | None) -> list[int]:

@@ -14,6 +14,8 @@ from animations.solid_mechanism import sections_of
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
+from rigid import Reals
+from rigid.arrays import Integers
 
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions of a name from its point
 NAME_GAPS = (0.25, 1.0)  # distances between a name and its point, in letter heights
@@ -22,12 +24,13 @@ DOT_RADIUS = 0.35  # radius of the peak dot, relative to a pin's diameter
 # Penalties of a label's place, in letter heights of hidden line one pixel wide: farther from its point, over another
 # label, nearer to another point, partly outside.
 FARTHER_COST, OVERLAP_COST, WRONG_POINT_COST, OUTSIDE_COST = 1.0, 25.0, 25.0, 50.0
+CHANGE_COST = 3.0  # penalty of a change of the side between two positions of the sample, in the same unit
 
 
 def name_labels(
     deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float
 ) -> list[Label]:
-    """Place the requested names of points and links where they hide least.
+    """Place the requested names of points and links where they hide least, with few changes of the side.
 
     Parameters
     ----------
@@ -46,16 +49,33 @@ def name_labels(
         away = [0.5 * pin * scales.pin * view.pixels + share * height for share in NAME_GAPS]
         ways = np.concatenate([_reach(SIDES, half) + SIDES * each for each in away])
         there = anchor + ways[:, None]
-        cost = ink.hidden(there, half) / height + FARTHER_COST * (np.arange(len(ways)) >= len(SIDES))
-        cost += OUTSIDE_COST * np.mean(np.abs(kept_inside(there, half, style) - there) > 0, axis=1)
+        cost = FARTHER_COST * (np.arange(len(ways)) >= len(SIDES))[:, None] + OUTSIDE_COST * (
+            np.abs(kept_inside(there, half, style) - there) > 0
+        )
         if is_point:
             nearest = np.min(np.abs(there - points[:, None]), axis=0)
-            cost += WRONG_POINT_COST * np.mean(nearest < (1 - 1e-9) * np.abs(there - anchor), axis=1)
+            cost += WRONG_POINT_COST * (nearest < (1 - 1e-9) * np.abs(there - anchor))
         for other in labels:
-            cost += OVERLAP_COST * np.mean(within(there - other.middle, half + other.half), axis=1)
-        best = kept_inside(there[int(np.argmin(cost))], half, style)
+            cost += OVERLAP_COST * within(there - other.middle, half + other.half)
+        steps = np.arange(there.shape[1])
+        nearest_sample = np.abs(steps[:, None] - ink.positions).argmin(axis=1)
+        side = _sides(ink.hidden(there, half) / height + cost[:, ink.positions].T)[nearest_sample]
+        best = kept_inside(there[side, steps], half, style)
         labels.append(Label(text, best, height, "ink" if is_point else "soft", half))
     return labels
+
+
+def _sides(cost: Reals) -> Integers:
+    """Return the side at each position with the least total cost, given as (positions, sides), plus that of changes."""
+    best, before = cost[0], []
+    for here in cost[1:]:
+        stays = best <= best.min() + CHANGE_COST
+        before.append(np.where(stays, np.arange(len(best)), best.argmin()))
+        best = here + np.where(stays, best, best.min() + CHANGE_COST)
+    sides = [int(best.argmin())]
+    for earlier in reversed(before):
+        sides.append(int(earlier[sides[-1]]))
+    return np.array(sides[::-1])
 
 
 def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:

@@ -33,7 +33,7 @@ from rigid.arrays import Integers
 from symbols import DRIVE, JOINTS, marks_of
 
 MAX_SAMPLES = 120  # maximum number of positions used to choose the view and the labels
-MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 12  # of these, the numbers used for solid bodies and for labels
+MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 24  # of these, the numbers used for solid bodies and for labels
 MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
 
 

@@ -98,20 +98,20 @@ class Ink:
     areas: list[Reals]
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Area hidden by texts of equal size, averaged over the positions.
+        """Area hidden by texts of equal size at the sample of positions, shape (positions, texts).
 
         Parameters
         ----------
         middle
             Middles of the texts at all positions of the mechanism, shape (texts, positions).
         """
-        total = np.zeros(len(middle))
+        areas_hidden = []
         for position, places, areas in zip(self.positions, self.places, self.areas, strict=True):
             here = middle[:, position]
             far = abs(half) + np.max(np.abs(here - here[0]))
             near = np.abs(places - here[0]) < far
-            total += within(places[near] - here[:, None], half) @ areas[near]
-        return total / len(self.positions)
+            areas_hidden.append(within(places[near] - here[:, None], half) @ areas[near])
+        return np.array(areas_hidden)
 
 
 def ink_of(

@@ -232,6 +232,20 @@ class TestWords:
             )
             assert max(abs(at[name] - pin) for name, pin in zip("ODA", pins, strict=True)) < 40
 
+    def test_names_change_sides_as_links_approach(self, four_bar):
+        style = Style(size=(640, 384), show=("names", "links"))
+        scales = scales_of(four_bar, DEFLECTION, style)
+        shapes = shapes_of(four_bar, DEFLECTION, scales, style)
+        view = view_for(shapes, [], range(12), style)
+        labels = name_labels(four_bar, scales, view, style, ink_of(shapes, [], view, range(12), 3.0), 0.0)
+        axis, along = moved_beams(four_bar, 0.0), np.linspace(0.0, 1.0, 200)
+        crossed = []
+        for position in range(12):
+            places = np.concatenate([line[0] + along * (line[-1] - line[0]) for line in axis(position)])
+            offsets = [view.flat(places) - label.middle[position] for label in labels]
+            crossed += [within(each, 0.8 * label.half).any() for each, label in zip(offsets, labels, strict=True)]
+        assert np.mean(crossed) <= 0.03
+
     def test_the_mechanism_fills_the_picture(self, four_bar):
         for name in ("deflection", "shape", "motion"):
             style = Style(size=(640, 360), show=())
