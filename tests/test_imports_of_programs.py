@@ -415,6 +415,18 @@ def test_the_driven_link_of_pylinkages_drawing_is_that_of_its_crank_layer(tmp_pa
     assert {found.points[point] for point in found.ground} == {0, 3}
 
 
+def test_a_limit_of_rigid_links_says_how_they_bend(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(6))]
+    links = [link("YR", "AB", 40, 0.5, B / 4), link("YR", "BC", 50, 30, C)]
+    (tmp_path / "heavy.pmks").write_text(saved(joints, links))
+    assert main(["--import", "heavy.pmks"]) == 0
+    with (tmp_path / "heavy.toml").open("a") as file:
+        file.write("[limits]\nsafety = 1.5\n")
+    assert main(["heavy.toml", "--positions", "12"]) == 1
+    assert "CANNOT BE JUDGED: safety: every link is rigid: to let one bend, delete" in capsys.readouterr().out
+
+
 def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "boom.pmks").write_text(boom())

@@ -27,6 +27,7 @@ from kinelast.scene.numbers import UNRELIABLE
 from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
+NO_BEAMS = "every link is rigid: to let one bend, delete its rigid, mass, center and inertia"
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
@@ -173,7 +174,8 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     if results.buckles and math.isnan(value):
         outcome, problem = BROKEN, results.buckles
     elif outcome == UNKNOWN:
-        problem = "the figure is unknown" if math.isnan(value) else results.error_unknown or "its error is unknown"
+        unknown = "the figure is unknown" if peaks or results.mechanism.beams else NO_BEAMS
+        problem = unknown if math.isnan(value) else results.error_unknown or "its error is unknown"
     elif outcome == TOO_NEAR:
         parts = peaks[item].error
         assert parts is not None
