@@ -1,7 +1,5 @@
 """Deflections of any number of positions and designs, in chunks that fit the cache."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 

@@ -3,8 +3,6 @@
 Bending stress is -M y/I of a symmetric section; the left fibre is on the side of +y', the right one on that of -y'.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import reduce
 

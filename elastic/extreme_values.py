@@ -4,8 +4,6 @@ The derivative of each field is another field: q_y, V, M, phi, w and q_x, N, u. 
 points of the next and bracket its zeros. So all zeros follow along the chain from the load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce

@@ -4,8 +4,6 @@ Sampling, extremes, tables, diagrams, maps and meshes read it. A new field that 
 squares, of known fields is one entry here. A field with its own formula also needs a function in `elastic.derived`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum

@@ -1,7 +1,5 @@
 """Value of largest magnitude over the positions, and its position."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fields at stations, and displacement and rotation of points."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import reduce
 

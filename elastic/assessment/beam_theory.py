@@ -1,7 +1,5 @@
 """Error of beam theory: shear deflection, moments introduced at beam ends, and corners."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import comb

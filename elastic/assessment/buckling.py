@@ -10,8 +10,6 @@ References
 Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -16,8 +16,6 @@ it is at most the number of links with W > 0 times the largest work. The ratio o
 its W. Equations: docs/theory.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Spans of beams as columns: compression, Euler load, slenderness."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Largest and rms values over all positions; period of a cycle."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic.extreme_values import Extreme

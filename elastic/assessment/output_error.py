@@ -1,7 +1,5 @@
 """Error of the machine's output relative to rigid links."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Residual vibration after a stop: begin of the rest, and settling time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid import Reals

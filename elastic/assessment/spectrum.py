@@ -1,7 +1,5 @@
 """Excitation by the cycle: harmonics of the quasi-static bending."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Stress ranges of the beams, and safety factors against yield."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic.arrays import AtStations

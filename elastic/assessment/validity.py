@@ -3,8 +3,6 @@
 Limits and their sources: docs/strength.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -7,8 +7,6 @@ the critical load, rotation of the links by (rate/omega)^2. The sum bounds the r
 may change by `SAFETY` times as much. Measurements: docs/validity.md.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Elastic coordinates of one link clamped at its root, and the displacements of its beams and nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

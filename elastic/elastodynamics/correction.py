@@ -6,8 +6,6 @@ are added as loads to the reduced equations, where they may resonate, and to the
 precondition this iteration. The next change is the error. Dashpots and soft joints do not damp the residual response.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

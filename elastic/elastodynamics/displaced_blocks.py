@@ -6,8 +6,6 @@ pushes the block along by C times the curvature, because sliding turns it (Bigon
 elastic structures, Mechanics of Materials 80 (2015) 368-374). Derivation: docs/theory.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

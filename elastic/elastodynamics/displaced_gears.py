@@ -6,8 +6,6 @@ loaded flank. The tooth force is the transpose: its line of action turns with th
 docs/theory.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Joints with large displacement of the links: forces and gaps beyond the linear solution."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ The linear solution displaces the end of an arm a by i alpha a, and applies its 
 (exp(i alpha) - 1) a. The difference opens the joints, and its forces exert moments on the links.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ The coordinates are independent, and their stiffness does not depend on the posi
 the joints does, see `displacements.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

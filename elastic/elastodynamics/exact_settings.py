@@ -1,7 +1,5 @@
 """Settings of the solver for the exact equations of displaced links."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -9,8 +9,6 @@ with the last step's ratio of force to rate. These secants converge to Coulomb's
 Derivation: docs/theory.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

@@ -6,8 +6,6 @@ follow it at every instant, and rigid-body motion closes the joints. Time deriva
 chain rule: direct differentiation would amplify the unresolved part of every element.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """Geometrically exact elastodynamics, starting from the answer of small displacements."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

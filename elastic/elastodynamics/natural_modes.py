@@ -1,7 +1,5 @@
 """Natural modes of the whole mechanism at single positions, with held drives: frequencies, damping ratios, shapes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ balance at every instant, without inertia. If steps diverge, the loads of the ri
 answer is the one connected with the straight links. Derivation: docs/theory.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Vibration in reduced coordinates on a given time grid."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ positions (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct su
 Engineering and Structural Dynamics 10 (1982) 813-821).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

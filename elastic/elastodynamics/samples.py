@@ -1,7 +1,5 @@
 """Fields of a deflection at Gauss points, smooth over the positions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ Two loads remain: the force of vibration across turned pieces, and the inertia o
 Derivation: docs/elastodynamics.md.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic.elastodynamics.displacements import own_basis, unit_displacements

@@ -1,7 +1,5 @@
 """Links with large displacement, and their residual in the exact equations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

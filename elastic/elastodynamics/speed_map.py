@@ -1,7 +1,5 @@
 """Response of the vibrating mechanism as a function of drive speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

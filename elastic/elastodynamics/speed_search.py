@@ -4,8 +4,6 @@ A `SpeedScan` guides the search, with steps of the damping's width and smaller o
 there correct the scan by a factor, which is interpolated linearly between known answers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Settings of the answers at many speeds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

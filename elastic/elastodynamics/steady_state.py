@@ -1,7 +1,5 @@
 """Steady state of the vibrating mechanism over a cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from elastic.beams.section import JointCompliance, Section

@@ -1,7 +1,5 @@
 """Error of the quasi-static answer by vibration, and of linear theory by large displacement."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Vibration of the mechanism through a motion that does not repeat."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any

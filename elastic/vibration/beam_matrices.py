@@ -5,8 +5,6 @@ vibration analysis of a flat plate using the hierarchical finite element method,
 (1991) 263-289). Without them the stiffness is still exact for loads at the ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Natural frequencies of a mechanism at each position, with held drives."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

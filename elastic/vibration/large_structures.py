@@ -3,8 +3,6 @@
 Time with dense matrices grows with the cube of the number of links: 2 s for 30 links, 90 s for 100.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic.arrays import Matrices

@@ -1,7 +1,5 @@
 """Stiffness and mass matrices of one link in link axes, equal at all positions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Matrices of all links at some positions, and the constraints of their joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
