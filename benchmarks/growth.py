@@ -10,14 +10,16 @@ import measuring
 import numpy as np
 from jobs import Job, chain, four_bars, steel_four_bar
 
-from elastic import PRIMARY, deflection, deflection_in_chunks, sample
+from elastic import PRIMARY, deflection, sample
+from rigid import motion_in_chunks
 
 MAX_AT_ONCE = 100_000  # positions in one batch
 MANY_UNITS = 200_000  # fewer rounds beyond this
 
 
 def in_chunks(job: Job) -> None:
-    for chunk in deflection_in_chunks(job.mechanism, job.sections, job.drive, job.rate):
+    for course in motion_in_chunks(job.mechanism, job.drive, job.rate):
+        chunk = deflection(course, job.sections)
         del chunk
 
 

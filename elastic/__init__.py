@@ -7,7 +7,6 @@ frequencies) and `elastic.elastodynamics` (vibrating links).
 from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper, with_rotary_inertia
 from elastic.beams.shaped_sections import section_of, tapered
-from elastic.chunks import deflection_in_chunks
 from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
@@ -35,7 +34,6 @@ __all__ = [
     "coefficients",
     "cycle_maxima",
     "deflection",
-    "deflection_in_chunks",
     "displacement_of",
     "extremes",
     "i_section",

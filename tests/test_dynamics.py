@@ -32,10 +32,10 @@ from rigid import (
 )
 from rigid.analysis import LinkAngle, Slide
 from rigid.dynamics import (
+    CurveLaw,
     TableError,
     equation_of_motion,
     law_of,
-    law_of_rate,
     law_of_time,
     reduced_inertia,
     table_curve,
@@ -372,7 +372,7 @@ class TestForceLaws:
             "time": (law_of_time(lambda t: 1 + t**2), lambda course: 1 + time**2),
             "angle": (law_of(crank, table_curve([0, 7], [0, 7])), lambda course: turn(8, 1.0)),
             "slide": (law_of(slide, np.square), lambda course: slide.value(course) ** 2),
-            "rate": (law_of_rate(slide, lambda v: -v), lambda course: -slide.rate(course)),
+            "rate": (CurveLaw(slide.rate, lambda v: -v), lambda course: -slide.rate(course)),
         }
         for law, expected in laws.values():
             found, course = moment_under(law)

@@ -30,7 +30,7 @@ from rigid import (
     reactions,
 )
 from rigid.analysis import LinkAngle
-from rigid.dynamics import Effort, ForwardError, forward, law_of_rate, motion_during, tracking
+from rigid.dynamics import CurveLaw, Effort, ForwardError, forward, motion_during, tracking
 from rigid.kinetostatics import dissipated_power, kinetic_energy, potential_energy
 
 GRAVITY = 9.81
@@ -82,7 +82,7 @@ class TestOneFreedom:
 
     def test_an_effort_can_depend_on_the_rate(self):
         """The moment of a motor decreases with its speed: w = w0 (1 - exp(-c t/J))."""
-        motor = Effort(law_of_rate(LinkAngle("wheel"), lambda w: 0.8 * (6.0 - w)))
+        motor = Effort(CurveLaw(LinkAngle("wheel").rate, lambda w: 0.8 * (6.0 - w)))
         found = motion_during(forward(flywheel(2.0), [motor], 0.0, 0.0, 3.0), np.linspace(0, 3, 7))
         np.testing.assert_allclose(found.drive_rate[0], 6 * (1 - np.exp(-0.4 * found.time)), atol=1e-10)
 

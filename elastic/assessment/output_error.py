@@ -62,15 +62,3 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
             return at_end
     axes: Reals = deflection.angle[at]
     return axes
-
-
-def point_displacements(deflection: Deflection) -> dict[tuple[str, str], Complexes]:
-    """Displacement [m], complex, shape (..., positions), of every point by names of link and point.
-
-    A joint counts as a point of each connected link; the values differ at a compliant joint.
-    """
-    return {
-        (link.name, point): displacement_of(deflection, link.name, point)
-        for link in deflection.motion.mechanism.links[1:]
-        for point in link.points
-    }

@@ -9,7 +9,6 @@ from rigid.dynamics.force_laws import (
     CurveLaw,
     corners,
     law_of,
-    law_of_rate,
     law_of_time,
     table_curve,
 )

@@ -13,7 +13,6 @@ from rigid.analysis.coordinates import Coordinate
 from rigid.arrays import ArrayLike, Reals
 from rigid.kinematics import Motion
 from rigid.laws import TableError
-from rigid.parts import Law
 
 Curve = Callable[[ArrayLike], Reals]
 RANGE_TOLERANCE = 1e-12  # tolerance beyond a table's ends, relative to its range
@@ -58,11 +57,6 @@ def _time(motion: Motion) -> Reals:
 def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
     """Law of an angle [rad], slide [m] or other coordinate; for `breaks` see `CurveLaw`."""
     return CurveLaw(coordinate.value, curve, breaks)
-
-
-def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
-    """Law of a coordinate's rate: motor characteristic, fluid friction."""
-    return CurveLaw(coordinate.rate, curve)
 
 
 def corners(at: Reals, value: Reals) -> tuple[float, ...]:
