@@ -109,12 +109,12 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the rows of CSV. A table of real numbers only is encoded at once, which is faster."""
+    """Return the rows of CSV. A table of real numbers only is encoded by rows, which is faster."""
     if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
-        rows = np.array([column.values for column in columns]).T.tolist()
-        return [msgspec.json.encode(rows)[2:-2].replace(b"],[", b"\n").replace(b"null", b"")] if rows else []
+        rows, encode = np.array([column.values for column in columns]).T.tolist(), msgspec.json.Encoder().encode
+        return [encode(row)[1:-1].replace(b"null", b"") for row in rows]
     return map(b",".join, zip(*map(_cells, columns), strict=True))
 
 
