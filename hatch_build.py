@@ -5,8 +5,6 @@ editable installation the files go into the repository, and git ignores them. Th
 module itself.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Answers to a scene's text: errors with lines, drawn parts, motion and deflection."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Copies of links, shifted or mirrored, including attached parts except loads, springs and gears."""
 
-from __future__ import annotations
-
 import tomllib
 from cmath import rect
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Edits that add or remove drives, motion laws, gears and cylinders."""
 
-from __future__ import annotations
-
 import cmath
 import tomllib
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Edits of a scene's text: move points, set numbers, add and remove parts."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable, Iterator, Mapping

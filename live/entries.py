@@ -1,7 +1,5 @@
 """Edits of table entries by key, and of tables without a drawing."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache

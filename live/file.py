@@ -1,7 +1,5 @@
 """File of a live scene: read, watch, and overwrite it if unchanged on disk."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Marks of the editor: of a scene that moves, or of its tables as long as it does not."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping

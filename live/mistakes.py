@@ -1,7 +1,5 @@
 """Errors in a scene's text, with lines."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

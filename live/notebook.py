@@ -1,7 +1,5 @@
 """Live editor in a notebook: server in a thread of the kernel, page in a frame below the cell."""
 
-from __future__ import annotations
-
 import secrets
 import threading
 import webbrowser

@@ -1,7 +1,5 @@
 """Edits that add or remove parts: points, links, slots, welds, springs, masses, loads."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import tomllib

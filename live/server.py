@@ -1,7 +1,5 @@
 """Server of the live editor on the loopback address: page, answers, one file; requests need the token."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

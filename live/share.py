@@ -1,7 +1,5 @@
 """Scenes carried by web links, and the landing page of such links."""
 
-from __future__ import annotations
-
 import zlib
 from base64 import b64encode, urlsafe_b64decode, urlsafe_b64encode
 from hashlib import sha256

@@ -1,7 +1,5 @@
 """Spans of keys and values in a TOML text, and edits that preserve all other characters."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Live editor as a widget: requests are notebook messages, so the kernel may run anywhere."""
 
-from __future__ import annotations
-
 import threading
 from typing import Any
 

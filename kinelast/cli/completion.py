@@ -1,7 +1,5 @@
 """Completion scripts of shells: options, their words, shipped scenes, files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from shlex import quote
 

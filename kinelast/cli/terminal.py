@@ -1,7 +1,5 @@
 """The command at its terminal: arguments as a request, printed lines, and a progress bar."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """Evaluation of many designs of a scene on an array axis."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Full answers of some sampled machines, extended to the whole sample by response surfaces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Best design of a problem, with a certificate: active limits, their cost, neighbouring designs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

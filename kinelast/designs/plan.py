@@ -1,7 +1,5 @@
 """Plan of a sweep: the values of design k as a function of k alone."""
 
-from __future__ import annotations
-
 import csv
 import re
 import warnings

@@ -1,7 +1,5 @@
 """Optimization methods: parallel local searches from many starts, or differential evolution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Sensitivities: derivatives of figures with respect to a design's numbers, by Richardson extrapolation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

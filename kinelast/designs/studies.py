@@ -1,7 +1,5 @@
 """Studies of a scene: sensitivities, tolerances, optimum."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

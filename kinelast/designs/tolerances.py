@@ -1,7 +1,5 @@
 """Scatter of figures from tolerances of a design's numbers; error of its output."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

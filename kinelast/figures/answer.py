@@ -1,7 +1,5 @@
 """Answer of a theory of motion to a scene, with the errors of its figures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Proposals for balancing: counterweights, discs and springs on links that turn about ground pins."""
 
-from __future__ import annotations
-
 import math
 from cmath import rect
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Answers including instants between the positions of a run, where peaks may be larger."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 

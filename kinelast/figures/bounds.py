@@ -1,7 +1,5 @@
 """Bounds of errors, known before vibration is solved, and the only decision on whether a bound suffices."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

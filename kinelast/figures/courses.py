@@ -1,7 +1,5 @@
 """Largest errors over time of fields and joint forces, from differences between answers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

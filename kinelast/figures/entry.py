@@ -1,7 +1,5 @@
 """Measures: figures of all items or of single items, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

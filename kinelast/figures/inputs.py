@@ -1,7 +1,5 @@
 """Findings on inputs: unusual numbers, and runs and loads that do not form a cycle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Compares figures with their limits, for a run, for designs and for speeds, and gives the verdict."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Errors of figures as measured by checks with another theory or with plane bodies."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

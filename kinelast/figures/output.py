@@ -1,7 +1,5 @@
 """Output of a machine: the point or angle that its scene names, or one derived from its structure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

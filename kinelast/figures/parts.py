@@ -1,7 +1,5 @@
 """Sections of the report: inputs, strength, vibration, drives, joints, friction, reserves."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence

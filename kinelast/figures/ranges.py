@@ -1,7 +1,5 @@
 """Reasons why limits cannot be judged: a link yields, or a sizing formula is outside its range."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

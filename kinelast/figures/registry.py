@@ -1,7 +1,5 @@
 """Registry of all figures, used by reports, designs, speeds and limits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce

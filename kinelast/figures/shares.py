@@ -1,7 +1,5 @@
 """Shares of the links in the error of the output."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

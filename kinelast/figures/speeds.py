@@ -1,7 +1,5 @@
 """Answer as a function of the drive speed: largest values, peaks, unstable ranges and the limit speed."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Choice of the theory of motion for a scene, and the error of its answer."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -3,8 +3,6 @@
 docs/report.md and docs/strength.md have the limits and their sources.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

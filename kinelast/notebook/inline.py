@@ -1,7 +1,5 @@
 """Answers and reports for notebooks, and the editor in a frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property

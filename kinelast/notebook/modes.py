@@ -1,7 +1,5 @@
 """Natural frequencies, damping ratios and mode shapes of a scene, by beam."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pictures and films of a deflection that a notebook shows below the cell."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from dataclasses import dataclass
 from io import BytesIO

@@ -1,7 +1,5 @@
 """Motion and deflection of a scene as pandas tables and xarray data sets."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

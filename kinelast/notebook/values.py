@@ -1,7 +1,5 @@
 """Figures of an answer by name, which print with unit and error."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables of a batch: summary.csv, index.html and, on request, summary.parquet, with a row for each scene."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Display list of a scene, for the page and for paper."""
 
-from __future__ import annotations
-
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import Results
 from kinelast.scene.parts import symbols_of

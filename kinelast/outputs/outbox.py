@@ -4,8 +4,6 @@ A folder is written under a hidden name and then exchanged with the existing one
 lock file has the hidden name, so that the next run cleans up after a run that was killed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

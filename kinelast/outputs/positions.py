@@ -1,7 +1,5 @@
 """positions.csv, motion.csv and fields.npz: figures, motion and fields at each position."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase

@@ -1,7 +1,5 @@
 """One-page print as PDF: verdict, picture, main figures, limits, assumptions, checks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

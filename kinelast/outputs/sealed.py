@@ -1,7 +1,5 @@
 """Summary of a scene's folder, with its origin and checksums of all files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

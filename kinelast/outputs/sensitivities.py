@@ -1,7 +1,5 @@
 """Sensitivities and scatter from tolerances, as plain data, tables and bar charts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field

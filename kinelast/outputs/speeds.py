@@ -1,7 +1,5 @@
 """Answer as a function of the drive speed: table, curves, plain data and words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path

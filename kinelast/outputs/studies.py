@@ -1,7 +1,5 @@
 """Studies of a scene's designs, written into its folder, and the best design as data, table and words."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Sentences of a report: headline, verdict, limits, errors, checks, and the assumptions of the printed page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Compute one scene and write its folder completely or not at all."""
 
-from __future__ import annotations
-
 import re
 import time
 import traceback

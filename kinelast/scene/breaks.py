@@ -1,7 +1,5 @@
 """Instants at which the laws of drives and loads break off: accelerations jump, loads jump, have corners or reverse."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, pi

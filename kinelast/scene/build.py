@@ -1,7 +1,5 @@
 """Build a `Scene` from parsed tables: mechanism, run, loads and limits."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Joints of a scene: sliders, slots, welds, gears, joint compliance and friction."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

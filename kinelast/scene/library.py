@@ -1,7 +1,5 @@
 """Library of materials and standard sections, by name."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Links of a scene: drawing, points in link axes, beams and masses."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 Mistakes that only follow from a repair are not reported.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """Moving joints that drives, gears and end stops name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

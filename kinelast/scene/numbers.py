@@ -4,8 +4,6 @@ The builders of a scene use the same arithmetic for one design and for several. 
 the designs that violate it.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 import re

@@ -1,7 +1,5 @@
 """Parsing and validation of scene files, with messages for users."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,5 @@
 """The kinds of quantities in a scene: the forms that a file may hold for each, and the words to ask for it."""
 
-from __future__ import annotations
-
 from cmath import rect
 from contextlib import suppress
 from math import inf, pi

@@ -3,8 +3,6 @@
 `hatch_build.py` writes the schemas at installation; `python -m kinelast.scene.schema` writes them again.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Text of a scene file: read it, and write it with changed values."""
 
-from __future__ import annotations
-
 import re
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence

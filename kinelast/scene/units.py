@@ -1,7 +1,5 @@
 """Quantities of a file: numbers in SI units or strings with a unit, converted to floats in SI units."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from math import inf, nan

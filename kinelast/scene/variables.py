@@ -4,8 +4,6 @@ Every number of a file can be a variable. An entry of a list of tables has its n
 or slider if that is unique. Components are x and y, or [1] and [2].
 """
 
-from __future__ import annotations
-
 import cmath
 import re
 from collections.abc import Iterator, Mapping, Sequence

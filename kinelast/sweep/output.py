@@ -1,7 +1,5 @@
 """Sweep of a scene: compute and store all designs, find the best, summarise."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Tally of a sweep, full answers of the best designs, pages of the sweep and of single designs."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -5,8 +5,6 @@ joins, then only indices of chunks. dask reassigns the chunks of a lost worker. 
 as keep the workers busy, so its memory does not grow with the sweep.
 """
 
-from __future__ import annotations
-
 import secrets
 import time
 import traceback

@@ -5,8 +5,6 @@ data set, a folder with the chunks' files, which any Parquet reader opens as one
 processes that computed the chunks, nor on their order.
 """
 
-from __future__ import annotations
-
 import csv
 import os
 import shutil

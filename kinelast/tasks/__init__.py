@@ -1,7 +1,5 @@
 """Requests, tasks and outcomes. The root defines options: fields of a request that the command line sets."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Parallel work in processes, which are restarted if they die and end with this process."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

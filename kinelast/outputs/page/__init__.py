@@ -1,7 +1,5 @@
 """Self-contained pages of a scene (report.html), its designs (designs.html) and a folder (index.html)."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from base64 import b64encode
