@@ -5,6 +5,8 @@ A field accepts a point, link or section object instead of its name. The classes
 `kinelast.scene` at import. A wheel also has a stub with all classes, for type checkers and editors.
 """
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, make_dataclass

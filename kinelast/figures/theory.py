@@ -69,7 +69,8 @@ from rigid.arrays import Reals
 MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
-FINE = 0.05  # tolerance of the solver, relative to the requested accuracy
+FINE = 0.05  # tolerance of the solver, relative to the requested accuracy or the accuracy to judge limits
+FINE_BY_DEFAULT = 0.1  # the same without limits and without a requested accuracy
 FINE_WITH_FRICTION = 0.02  # the same with friction, whose unsettled vibration only a finer tolerance reveals
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
@@ -122,7 +123,8 @@ def answer(
     rests = not named and _rests(plain)
     if not named and not rests and (early := rungs.without_vibration(period, wanted)):
         return early
-    fine = FINE_WITH_FRICTION if scene.mechanism.friction else FINE
+    fine = FINE_BY_DEFAULT if theory.accuracy is None and not named and not limits_of(scene) else FINE
+    fine = FINE_WITH_FRICTION if scene.mechanism.friction else fine
     aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
     tolerance = min(TOLERANCE, fine * aim) if named else max(fine * aim, FINEST)
     if scene.mechanism.friction:
@@ -201,9 +203,8 @@ class _Rungs:
 
         An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
         error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
-        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy, or by
-        `ASKED` if an accuracy is requested: what they leave is a bound, not a measured error. A
-        theory requested by name yields no cheaper answer if the vibration is stable.
+        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy. A theory
+        requested by name yields no cheaper answer if the vibration is stable.
 
         Raises
         ------
@@ -235,8 +236,7 @@ class _Rungs:
             yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
-        most = min(NO_MORE * wanted, math.inf if self.theory.accuracy is None else ASKED)
-        if stepped.exact is not None and stepped.exact.worst <= most and asked is None and not rests:
+        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
             left = {name: (FORCES_LATER if name == LARGE else 1.0) * share for name, share in left.items()}
@@ -246,7 +246,7 @@ class _Rungs:
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not has_dry_friction(self.scene.mechanism):
-                tolerance = max(min(EXACT * wanted, most), FINEST)
+                tolerance = max(EXACT * wanted, FINEST)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
@@ -356,12 +356,12 @@ class _Rungs:
         self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(
-            exact, finer, FURTHER * tolerance, begun
-        )  # otherwise both neglect the same steps
+        bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)
         if left > max(tolerance, exact.exact.open):
             return {}, shares
-        return {TIME: self._cycle(bent)}, {} if max(left, exact.exact.worst) <= tolerance else {LARGE: shares[LARGE]}
+        if exact.exact.displaced.shortened is not None:  # the finer answer starts from this one and may share its error
+            left = max(left, exact.exact.worst)
+        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: shares[LARGE]}
 
     def _answer(
         self,
