@@ -297,7 +297,7 @@ def figures_of(output: Output | None) -> tuple[Figure, ...]:
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 
 
-OF_OUTPUTS = {
-    each.key for output in (Output("", "P"), Output("")) for each in figures_of(output) if each not in figures_of(None)
+OF_OUTPUTS = {each.key for output in (Output("", "P"), Output("")) for each in figures_of(output)} - {
+    each.key for each in figures_of(None)
 }
 """Keys of figures that need an output."""
