@@ -8,9 +8,7 @@ import numpy as np
 from fem_direct import Part, multiplied, stretching
 from scipy.linalg import eigh, null_space
 
-from fem_check import solve
-from fem_check.linear.frame import Frame
-from fem_check.linear.ties import ties
+from fem_check.linear.solution import solved_frame
 from rigid import SINGULAR
 
 Powers = np.polynomial.polynomial.polyval
@@ -21,11 +19,10 @@ def natural_frequencies(motion, sections, elements=8, count=3, positions=None, j
 
     They are nan at singular positions and with a block beyond its beam, and infinite without possible vibration.
     """
-    frame = Frame(motion)
-    flanks = solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
-    rows = [row for tie in ties(frame, joints or {}, flanks) for row in tie.rows]
+    solved = solved_frame(motion, sections, 1, joints or {})
+    rows = [row for tie in solved.held for row in tie.rows]
     chosen = range(motion.columns[-1]) if positions is None else positions
-    return np.transpose([_Place(frame, sections, elements, p).frequencies(rows, count) for p in chosen])
+    return np.transpose([_Place(solved.frame, sections, elements, p).frequencies(rows, count) for p in chosen])
 
 
 class _VibratingPart(Part):

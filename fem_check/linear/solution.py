@@ -9,7 +9,7 @@ import numpy as np
 from elastic import PRIMARY, JointCompliance, Section
 from fem_check.linear.beams import LoadedBeams, beams_of, over_designs
 from fem_check.linear.block import BlockResponse
-from fem_check.linear.equilibrium import balanced, wrenches_of
+from fem_check.linear.equilibrium import Wrenches, balanced, wrenches_of
 from fem_check.linear.frame import Frame
 from fem_check.linear.friction import Load, Rubbing
 from fem_check.linear.meshes import Flanks
@@ -57,10 +57,6 @@ class Solution:
         Forces of welds, pins, sliders and drives.
     efforts
         Moment [N m] or force [N] of each drive along its coordinate, shape (drives, ..., positions).
-    flanks
-        Loaded flanks of the gears' teeth.
-    friction
-        Place, force [N], complex, and moment [N m] of friction on both sides of each joint.
     """
 
     motion: Motion
@@ -75,8 +71,6 @@ class Solution:
     phi: Reals
     ties: tuple[TieForce, ...]
     efforts: Reals
-    flanks: Flanks
-    friction: Sequence[Load] = ()
 
     def __repr__(self) -> str:
         return f"Solution({len(self.sections)} beams of {self.elements} elements, columns {self.motion.columns})"
@@ -130,15 +124,53 @@ def solve(
     """
     if len(sections) != len(motion.mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
-    motion = over_designs(motion, sections)
+    solved = solved_frame(over_designs(motion, sections), sections, elements, joints or {})
+    wrenches, multipliers = solved.wrenches, solved.multipliers
+    with np.errstate(invalid="ignore", over="ignore"):
+        spots = wrenches.spots
+        spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
+        spots[..., 2] *= wrenches.size
+        fields = fields_of(solved.beams, *(np.moveaxis(part, (-2, -1), (1, 0)) for part in (spots, solved.carried)))
+    motion = solved.frame.motion
+    forces, efforts = _tie_forces(motion, solved.held, np.moveaxis(multipliers, -1, 0), wrenches.size)
+    return Solution(
+        motion=motion,
+        sections=tuple(sections),
+        elements=elements,
+        xi=unit_beam(elements).xi,
+        ties=forces,
+        efforts=efforts,
+        **fields,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedFrame:
+    """Constraint multipliers and body displacements of a frame, see `balanced`.
+
+    `friction`: place, force [N], complex, and moment [N m] of friction on both sides of each joint.
+    """
+
+    frame: Frame
+    beams: LoadedBeams
+    held: Sequence[Tie]
+    wrenches: Wrenches
+    multipliers: Reals
+    carried: Reals
+    friction: Sequence[Load]
+
+
+def solved_frame(
+    motion: Motion, sections: Sequence[Section], elements: int, joints: Mapping[str, JointCompliance]
+) -> SolvedFrame:
+    """Iterate the loaded flanks of gear teeth and the friction; nan where the friction does not converge."""
     frame = Frame(motion)
-    nodes = unit_beam(elements).xi
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)
         flanks: Flanks = {}
         friction = Rubbing(frame)
         for _ in range(MAX_ROUNDS if motion.mechanism.friction else MAX_FLANK_ROUNDS):
-            held = list(ties(frame, joints or {}, flanks))
+            held = list(ties(frame, joints, flanks))
             rows = [row for tie in held for row in tie.rows]
             wrenches = wrenches_of(frame, rows, beams, friction.loads)
             multipliers, carried = balanced(motion, rows, beams, wrenches)
@@ -151,22 +183,7 @@ def solve(
             multipliers = np.where(friction.unsettled[..., None], np.nan, multipliers)
             carried = np.where(friction.unsettled[..., None, None], np.nan, carried)
             friction = friction.known
-        spots = wrenches.spots
-        spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
-        spots[..., 2] *= wrenches.size
-        fields = fields_of(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (spots, carried)))
-    forces, efforts = _tie_forces(motion, held, np.moveaxis(multipliers, -1, 0), wrenches.size)
-    return Solution(
-        motion=motion,
-        sections=tuple(sections),
-        elements=elements,
-        xi=nodes,
-        ties=forces,
-        efforts=efforts,
-        flanks=flanks,
-        friction=friction.loads,
-        **fields,
-    )
+        return SolvedFrame(frame, beams, held, wrenches, multipliers, carried, friction.loads)
 
 
 def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:

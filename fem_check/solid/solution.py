@@ -7,12 +7,9 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section, Taper
-from fem_check.linear.beams import beams_of
-from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
-from fem_check.linear.solution import solve
-from fem_check.linear.ties import ties
+from fem_check.linear.solution import SolvedFrame, solved_frame
 from fem_check.solid.outline import OutlineError, SolidOutline, Strip
 from fem_check.solid.responses import Responses, responses
 from rigid import LineLoad, Motion, Reals
@@ -118,9 +115,9 @@ def solve_solid(
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
     if across < MIN_ACROSS or across % 2:
         raise ValueError(f"{across} elements across: expected an even number")
-    frame = Frame(motion)
+    solved = solved_frame(motion, sections, 1, joints or {})
+    frame, pushes = solved.frame, list(_pushes(solved))
     given = np.broadcast_to(np.asarray(poisson, float), len(sections))
-    pushes = list(_pushes(frame, sections, joints or {}))
     if motion.mechanism.friction and not all(np.isfinite(part).all() for *_, push in pushes for part in push):
         raise ValueError("friction may lock the mechanism")
     bodies: dict[int, Responses] = {}
@@ -175,22 +172,10 @@ def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
     return tuple(float(at_start) * float(factor) for factor in taper)
 
 
-def _pushes(
-    frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
-) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
+def _pushes(solved: SolvedFrame) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
     """Yield joint forces and concentrated loads at beam ends: link, point, force, moment."""
-    pushes = (
-        solve(frame.motion, sections, 1, joints)
-        if frame.motion.mechanism.gears or frame.motion.mechanism.friction
-        else None
-    )
-    flanks, friction = (pushes.flanks, pushes.friction) if pushes else ({}, ())
-    rows = [row for tie in ties(frame, joints, flanks) for row in tie.rows]
-    with np.errstate(invalid="ignore", over="ignore"):
-        beams = beams_of(frame, sections, 1)
-        wrenches = wrenches_of(frame, rows, beams, friction)
-        multipliers, _ = balanced(frame.motion, rows, beams, wrenches)
-    beamed = frame.motion.mechanism.beams
+    frame = solved.frame
+    beamed, rows = frame.motion.mechanism.beams, [row for tie in solved.held for row in tie.rows]
 
     def on_end(place: FramePlace, force: Columns, moment: Columns) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
         if place.body < len(beamed):
@@ -198,13 +183,13 @@ def _pushes(
             yield at, beam.start if place.spot is None else beam.end, (force, moment)
 
     for number, row in enumerate(rows):
-        unit = multipliers[..., number] * (wrenches.size if row.turns else 1.0)
+        unit = solved.multipliers[..., number] * (solved.wrenches.size if row.turns else 1.0)
         reached = [(place, force, moment) for place, force, moment in row.parts if place is not None]
         if len(reached) == 2 and len({frame.bodies[place.body].link for place, _, _ in reached}) == 1:
             continue  # skip welds within a link
         for place, force, moment in reached:
             yield from on_end(place, force * unit, moment * unit)
-    for where, force, moment in (*concentrated(frame), *friction):
+    for where, force, moment in (*concentrated(frame), *solved.friction):
         if where is not None:
             yield from on_end(where, force, moment)
 
