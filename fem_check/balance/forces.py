@@ -88,9 +88,7 @@ def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
             pushed = pushed + cross(displacement_of(deflection, link, point), force)
     for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
         if joint.parent == 0 and not joint.turns:  # a block displaced on the ground shifts its ground force
-            pushed = pushed + cross(displacement_of(deflection, joint.child, _sliding_point(motion, joint.name)), force)
+            pushed = pushed + cross(
+                displacement_of(deflection, joint.child, motion.mechanism.slider_points[joint.name]), force
+            )
     return pushed
-
-
-def _sliding_point(motion: Motion, name: str) -> str:
-    return motion.mechanism.slider_points[name]

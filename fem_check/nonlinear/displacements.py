@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from fem_check.nonlinear.rigid_places import as_complex
 from fem_check.nonlinear.system import System
 from rigid import Reals
-from rigid.arrays import Complexes
 
 
 def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
@@ -59,8 +59,3 @@ def on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> R
         numbers = fine.of_node[list(along)]
         refined[:, numbers] = np.stack([turned.real, turned.imag, new_phi], axis=-1)
     return refined
-
-
-def as_complex(values: Reals) -> Complexes:
-    """Vectors of the plane as complex numbers, from arrays with x and y first on the last axis."""
-    return values[..., 0] + 1j * values[..., 1]

@@ -1,5 +1,6 @@
 """Motion of the rigid links for laws and loads, by differences of their positions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -7,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from fem_check.nonlinear.nodes import NotCheckedError
-from fem_check.nonlinear.rigid_places import RigidPlaces, coordinates
+from fem_check.nonlinear.rigid_places import RigidPlaces, as_complex, coordinates
 from rigid import Mechanism, structure
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Reals
 from rigid.decomposition import Structure
 
 MAX_STRIDE = 5e-3
@@ -56,12 +57,13 @@ class RigidLinkMotion:
         return coordinates(self.rigid.laws, self.time).T
 
     @cached_property
-    def _places(self) -> tuple[Complexes, Reals]:
-        return self._seen(self.rigid.at(self.time))
+    def link_positions(self) -> Reals:
+        """x, y and angle of each link, shape (links, instants, 3)."""
+        return np.swapaxes(self.rigid.at(self.time), 0, 1)
 
     @cached_property
-    def _rates(self) -> tuple[Reals, ...]:
-        """First and second derivatives of origins and angles, each (2, links, instants)."""
+    def link_rates(self) -> tuple[Reals, Reals]:
+        """First and second derivatives of `link_positions`."""
         step = self._step
         around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # no positions before the start
         places = self.rigid.at((around[:, None] + step * OFFSETS).ravel())
@@ -71,9 +73,10 @@ class RigidLinkMotion:
         share = ((self.time - around) / step)[:, None]
         once = powers * share ** np.maximum(powers - 1, 0) @ fit / step
         twice = powers * (powers - 1) * share ** np.maximum(powers - 2, 0) @ fit / step**2
-        return tuple(
+        rate, acceleration = (
             np.einsum("pk,pkc->pc", weights, values).reshape(len(self.time), -1, 3) for weights in (once, twice)
         )
+        return np.swapaxes(rate, 0, 1), np.swapaxes(acceleration, 0, 1)
 
     @property
     def _step(self) -> float:
@@ -88,44 +91,22 @@ class RigidLinkMotion:
                 return float(step)
         return float(steps[-1])
 
-    @staticmethod
-    def _seen(places: Reals) -> tuple[Complexes, Reals]:
-        return (places[..., 0] + 1j * places[..., 1]).T, places[..., 2].T
-
-    @property
-    def origin(self) -> Complexes:
-        """Origin of each link's axes [m], complex, shape (links, instants)."""
-        return self._places[0]
-
-    @property
-    def direction(self) -> Complexes:
-        """Unit vector of each link's x' axis, complex."""
-        way: Complexes = np.exp(1j * self._places[1])
-        return way
-
-    @property
-    def velocity(self) -> Complexes:
-        """Velocity of the origins [m/s], complex."""
-        return self._seen(self._rates[0])[0]
-
-    @property
-    def angular_velocity(self) -> Reals:
-        """Angular velocity of the links [rad/s]."""
-        spin: Reals = self._seen(self._rates[0])[1]
-        return spin
-
-    @property
-    def acceleration(self) -> Complexes:
-        """Acceleration of the origins [m/s^2], complex."""
-        return self._seen(self._rates[1])[0]
-
-    @property
-    def turning(self) -> Complexes:
-        """Angular acceleration times i minus squared angular velocity [1/s^2], complex."""
-        return np.asarray(1j * self._seen(self._rates[1])[1] - self.angular_velocity**2, complex)
-
     def __getattr__(self, name: str) -> Any:
-        """Raise NotCheckedError for any other attribute of a motion."""
-        raise NotCheckedError(
-            f'a load uses the motion\'s "{name}": the nonlinear check provides positions, velocities and accelerations'
-        )
+        """Return an array of `rigid.Motion` of shape (links, instants), or raise NotCheckedError for others."""
+        if name not in ARRAYS:
+            raise NotCheckedError(
+                f'a load uses the motion\'s "{name}": the nonlinear check provides positions, velocities and '
+                "accelerations"
+            )
+        return ARRAYS[name](self)
+
+
+ARRAYS: dict[str, Callable[[RigidLinkMotion], Any]] = {
+    "origin": lambda motion: as_complex(motion.link_positions),
+    "direction": lambda motion: np.exp(1j * motion.link_positions[..., 2]),
+    "velocity": lambda motion: as_complex(motion.link_rates[0]),
+    "angular_velocity": lambda motion: motion.link_rates[0][..., 2],
+    "acceleration": lambda motion: as_complex(motion.link_rates[1]),
+    "turning": lambda motion: 1j * motion.link_rates[1][..., 2] - motion.link_rates[0][..., 2] ** 2,
+}
+"""Arrays of `rigid.Motion` that loads may use."""

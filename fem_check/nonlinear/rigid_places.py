@@ -13,7 +13,7 @@ from fem_check.nonlinear.couplings import coupling_state
 from fem_check.nonlinear.nodes import Nodes, nodes_of
 from fem_check.nonlinear.ties import Ties, ties_of
 from rigid import Mechanism, Reals
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Complexes
 
 DriveLaw = Callable[[Any], Sequence[Any]]
 MAX_STRIDE = 0.05
@@ -226,3 +226,8 @@ class RigidPlaces:
         empty = np.zeros((0, len(places)))
         table = np.array(rows).reshape(len(rows), len(places), 3 * (count - 1))
         return np.array(gaps or empty).reshape(len(gaps), len(places)).T, np.swapaxes(table, 0, 1)
+
+
+def as_complex(values: Reals) -> Complexes:
+    """Vectors of the plane as complex numbers, from arrays with x and y first on the last axis."""
+    return values[..., 0] + 1j * values[..., 1]
