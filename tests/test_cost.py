@@ -51,7 +51,7 @@ def test_a_warning_after_twenty_steps_announces_too_many_steps(duration, steps, 
     (tmp_path / "arm.toml").write_text(text)
     assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]) == (2 if warned else 0)
     said = capsys.readouterr().err
-    sentence = r"arm: after 2\d steps the integration stands at .*, and it is given up after \d+ \(steps under"
+    sentence = r"arm: after 2\d steps the integration has reached .*, but it stops after \d+ \(steps under"
     assert bool(re.search(sentence, said)) == warned
 
 

@@ -319,7 +319,7 @@ def test_a_search_of_minutes_is_announced(monkeypatch):
     for done in (0, 10, 20):
         looking(done, 2010)
     [sentence] = sentences
-    assert "the search at 2010 speeds takes about 16.7 minutes; give a narrower range" in sentence
+    assert "the search at 2010 speeds takes about 17 minutes; give a narrower range" in sentence
 
 
 def test_prominence_ends_at_a_higher_peak_or_unknown_values():

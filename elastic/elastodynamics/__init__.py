@@ -6,6 +6,7 @@ from elastic.elastodynamics.geometrically_exact import (
     discretized_finer,
     finer_vibration,
     geometrically_exact,
+    stepped_on,
     with_large_displacement,
 )
 from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes

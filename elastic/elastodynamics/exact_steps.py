@@ -166,6 +166,13 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
     return best, least
 
 
+def next_step(known: Settled, fastest: float) -> Settled:
+    """Take one more step, linearized about the rigid motion, from displaced links."""
+    now = known.displaced
+    after, residual, _ = _step(now, now.vibration.under, exact_loads(now), fastest)
+    return Settled(after, places_of(after.moved) - places_of(now.moved), residual, known.steps + 1)
+
+
 def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
     """Response of the linear equations with Coulomb friction replaced by viscous friction of the present ratio."""
     posed = linear.problem

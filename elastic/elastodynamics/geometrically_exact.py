@@ -9,7 +9,13 @@ from elastic.elastodynamics.discretization import Discretization, halved, number
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
-from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, settled_links
+from elastic.elastodynamics.exact_steps import (
+    exact_deflection,
+    first_steps,
+    has_dry_friction,
+    next_step,
+    settled_links,
+)
 from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
@@ -53,6 +59,16 @@ def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = Non
     step, left = steps_to_exact(vibration, discretization)
     bent = _at_positions(step.displaced, linear)
     return replace(linear, deflection=bent, vibration=vibration, discretization=discretization, exact=step), left
+
+
+def stepped_on(answer: Elastodynamic) -> Elastodynamic:
+    """Take one more step from an answer of `with_large_displacement`; the difference is the error of that answer.
+
+    `exact.change` is the change by this step.
+    """
+    assert answer.exact is not None and answer.discretization is not None
+    step = next_step(answer.exact, answer.discretization.fastest)
+    return replace(answer, deflection=_at_positions(step.displaced, answer), exact=step)
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:

@@ -20,6 +20,7 @@ from elastic.elastodynamics import (
     geometrically_exact,
     has_dry_friction,
     large_displacement_error,
+    stepped_on,
     transient,
     with_large_displacement,
     worth_halving,
@@ -191,7 +192,7 @@ class _Rungs:
         expected = EXACT_OVER_FIRST_STEPS * first_steps
         if expected > LONG:
             advice = '"--theory elastodynamic" or a larger --accuracy answers sooner'
-            self.progress.tell(f"{self.scene.name}: large displacement may take {lasting(expected)}; {advice}")
+            self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
     @cached_property
     def figures(self) -> list[Figure]:
@@ -239,7 +240,9 @@ class _Rungs:
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
             found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
-            left = {name: (FORCES_LATER if name == LARGE else 1.0) * share for name, share in left.items()}
+            if LARGE in left:
+                further, left = self._one_more_step(stepped, left, wanted)
+                measured = {**measured, **further}
             yield self._answer(GEOMETRICALLY_EXACT, found, stepped, measured, left)
         self._tell(3, "geometrically exact")
         self._announce(first_steps)
@@ -335,6 +338,24 @@ class _Rungs:
         except MechanismError:
             return linear, {}, {LARGE: large_displacement_error(linear)}
         return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
+
+    def _one_more_step(
+        self, stepped: Elastodynamic, left: Mapping[str, float], wanted: float
+    ) -> tuple[dict[str, Cycle], dict[str, float]]:
+        """Return one more step from first steps to the exact answer, if their bound is too wide, and errors left.
+
+        The change by this step is the error of the answer. Further steps change about as much again times the ratio of
+        both changes.
+        """
+        bound = FORCES_LATER * left[LARGE]
+        if bound <= self.resolved(wanted):
+            return {}, {**left, LARGE: bound}
+        after = stepped_on(stepped)
+        before, change = (large_displacement_error(each) for each in (stepped, after))
+        if not change < before:
+            return {}, {**left, LARGE: bound}
+        shares = {name: share for name, share in left.items() if name != LARGE}
+        return {LARGE: self._cycle(after.deflection)}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
 
     def _open(
         self,

@@ -128,10 +128,10 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
         steps, allowed = len(times) - 1, scene.run.steps
         if steps + ahead > allowed:
             lasts = lasting((time.perf_counter() - began) * allowed / steps)
-            stands = f"after {steps} steps the integration stands at {reached:.3g} s of {end:g} s"
-            limit = f"it is given up after {allowed} (steps under [run]), in about {lasts}"
-            wants = f"at their size it wants {float(f'{ahead:.2g}'):,.0f} more"
-            progress.tell(f"{scene.name}: {stands}; {wants}, and {limit}")
+            done = f"after {steps} steps the integration has reached {reached:.3g} s of {end:g} s"
+            needed = f"it needs about {float(f'{ahead:.2g}'):,.0f} more of this size"
+            limit = f"it stops after {allowed} (steps under [run]), in about {lasts}"
+            progress.tell(f"{scene.name}: {done}; {needed}, but {limit}")
 
     return on_step
 

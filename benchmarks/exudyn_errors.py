@@ -1,0 +1,161 @@
+"""Stated errors of courses compared with exudyn, for random mechanisms with a requested accuracy of 5, 2 and 0.5 %.
+
+    python benchmarks/exudyn_errors.py SEED [COUNT]    (writes results/exudyn_errors-SEED.csv)
+    python benchmarks/exudyn_errors.py show SEED ...
+
+The mechanisms and the reference are those of `exudyn_drawn`. The errors are those of the fields and joint forces over
+the course, each relative to the maximum of its beam or joint. One counts if the stated or the true error exceeds 0.1 %
+and the error of the reference is below a quarter of the true or stated error.
+"""
+
+import csv
+import math
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import exudyn
+import exudyn_drawn as drawn
+import measuring
+import numpy as np
+from exudyn_model import FIELDS, Course, integrated
+from random_scenes import scenes, sheared
+
+from elastic import with_rotary_inertia
+from kinelast.figures.courses import JOINT_FORCES
+from kinelast.runs import computed
+from kinelast.scene.data import Scene
+from kinelast.tasks.request import Request
+
+ACCURACIES = 0.005, 0.02, 0.05
+ELEMENTS_AND_STEPS = (16, 3600), (32, 3600), (16, 7200)  # of the reference, which is extrapolated in both
+LEAST = 0.001  # smallest error that counts
+KNOWN = 0.25  # largest error of the reference, relative to the error
+
+
+def chosen(seed: int) -> Iterator[Scene]:
+    """Yield scenes endlessly, with shear, rotary inertia and damping."""
+    for scene in scenes(seed):
+        if scene.title.split(":")[0] in drawn.KINDS and len(scene.sections) <= drawn.MAX_BEAMS:
+            sections = tuple(map(sheared, scene.sections))
+            course = replace(scene.course, mechanism=with_rotary_inertia(scene.mechanism, sections))
+            yield drawn.prepared(replace(scene, sections=sections, course=course), drawn.DAMPING)
+
+
+def reference(scene: Scene, results: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the courses of exudyn by name, extrapolated in elements and time steps, and those of its finest models."""
+    vibrating = results.answer.vibrating
+    beta = vibrating.damping.beams
+    closed, times = not math.isnan(results.period), results.motion.time
+    span = results.period if closed else float(times[-1] - times[0])
+    rates = [np.abs(np.asarray(law(times)[1])) for law in scene.course.laws]
+    from_rest = not closed or all(rate.max() > 0 and rate[0] < 1e-6 * rate.max() for rate in rates)
+    turns = 1
+    if closed:
+        fading = float(np.min(beta)) * vibrating.lowest**2 / 2 * span
+        turns = min(drawn.MAX_TURNS, 2 + math.ceil(-math.log(drawn.TRANSIENT_LEFT) / fading))
+    first = (turns - 1) * drawn.POSITIONS
+    courses = []
+    for elements, steps in ELEMENTS_AND_STEPS:
+        sizes = beta, elements, span, turns, steps, drawn.POSITIONS
+        model = integrated(scene, results.motion, *sizes, from_rest=from_rest)
+        courses.append(model.course(first, first + len(times)))
+    coarse, more_elements, more_steps = courses
+    fine = more_elements + more_steps + coarse.times(-1.0)
+    return by_name(fine.times(4 / 3) + coarse.times(-1 / 3)), by_name(fine)
+
+
+def by_name(course: Course) -> dict[str, Any]:
+    """Return the courses by the names that the program uses."""
+    return {**{name: course.fields[name] for name in FIELDS}, JOINT_FORCES: course.joints}
+
+
+def rows_of(scene: Scene, folder: Path) -> Iterator[dict[str, Any]]:
+    """Yield a row for each accuracy and course. The reference is kept in a folder."""
+    known, kept = None, folder / f"{scene.name}.npz"
+    for accuracy in ACCURACIES:
+        asked = replace(scene, theory=replace(scene.theory, accuracy=accuracy))
+        start = time.process_time()
+        results = computed(asked, Request())
+        seconds = time.process_time() - start
+        answer = results.answer
+        head = {"scene": scene.name, "kind": scene.title, "accuracy": accuracy, "s": seconds}
+        if answer is None or not answer.courses or (answer.vibrating is None and not kept.exists()):
+            yield {**head, "unanswered": (answer and answer.unknown) or "no steady state, or none was needed"}
+            continue
+        head |= {"theory": answer.theory}
+        if known is None:
+            if not kept.exists():
+                try:
+                    best, fine = reference(scene, results)
+                except exudyn.SolverError as problem:
+                    yield {**head, "unanswered": f"exudyn: {problem}"}
+                    return
+                np.savez(kept, **{f"best {k}": v for k, v in best.items()}, **{f"fine {k}": v for k, v in fine.items()})
+            known = dict(np.load(kept))
+        mine = by_name(drawn.of_answer(results))
+        for name, stated in answer.courses.items():
+            true = drawn.apart(mine[name], known[f"best {name}"]) / 100
+            own = drawn.apart(known[f"fine {name}"], known[f"best {name}"]) / 100
+            yield {**head, "course": name, "stated": stated, "true": true, "of reference": own,
+                   "reached": answer.accurate}  # fmt: skip
+
+
+def show(seeds: list[str]) -> None:
+    """Print the counts, and every row that is off by more than a factor of two."""
+    counts = {"errors": 0, "within a factor of two": 0, "three times too low": 0, "three times too high": 0,
+              "false met": 0, "false not reached": 0}  # fmt: skip
+    for seed in seeds:
+        with target(seed).open(encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                if row.get("unanswered"):
+                    print(row["scene"], row["kind"], row["accuracy"], row["unanswered"])
+                    continue
+                stated, true, own = float(row["stated"]), float(row["true"]), float(row["of reference"])
+                accuracy, notes = float(row["accuracy"]), []
+                if row["reached"] == "True" and true - own > accuracy:
+                    notes.append("false met")
+                if row["reached"] == "False" and stated > accuracy and true + own < accuracy:
+                    notes.append("false not reached")
+                if max(stated, true) > LEAST and own < KNOWN * max(stated, true):
+                    counts["errors"] += 1
+                    counts["within a factor of two"] += 0.5 <= stated / true <= 2
+                    notes += ["within"] if 0.5 <= stated / true <= 2 else ["off"]
+                    notes += ["three times too low"] if true > 3 * stated else []
+                    notes += ["three times too high"] if stated > 3 * true else []
+                for note in notes:
+                    if note in counts:
+                        counts[note] += 1
+                if notes not in ([], ["within"]):
+                    print(row["scene"], row["kind"], row["accuracy"], row["theory"], row["course"],
+                          f"stated {stated:.3%} true {true:.3%} reference {own:.3%}", notes)  # fmt: skip
+    print(counts)
+
+
+def target(seed: Any) -> Path:
+    """Return the file of a seed."""
+    return measuring.RESULTS / f"exudyn_errors-{seed}.csv"
+
+
+def main() -> None:
+    """Compare mechanisms of a seed, or show the counts of seeds."""
+    if sys.argv[1] == "show":
+        show(sys.argv[2:])
+        return
+    seed, count = int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    folder = Path("build/exudyn")
+    folder.mkdir(parents=True, exist_ok=True)
+    rows: list[dict[str, Any]] = []
+    for scene in chosen(seed):
+        if len({row["scene"] for row in rows if not row.get("unanswered")}) == count:
+            return
+        rows += rows_of(scene, folder)
+        print(scene.name, scene.title, rows[-1]["s"], flush=True)
+        measuring.write_rows(target(seed), rows)
+
+
+if __name__ == "__main__":
+    main()
