@@ -183,6 +183,55 @@ def _apart(one, other, name):
     return float((np.abs(here - there).max(axis=(1, 2)) / np.abs(here).max(axis=(1, 2))).max())
 
 
+RISE_AND_RETURN = """
+[materials.steel]
+E = "210 GPa"
+density = 7850
+poisson = 0.3
+[sections.bar]
+shape = "rectangle"
+depth = "6 mm"
+width = "20 mm"
+[points]
+O = [0.0, 0.0]
+A = [0.5, 0.0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "arm"
+repeat = true
+law = [
+    {curve = "cycloidal", duration = 0.12, by = 1.0}, {curve = "dwell", duration = 0.06},
+    {curve = "cycloidal", duration = 0.12, by = -1.0}, {curve = "dwell", duration = 0.06},
+]
+[run]
+positions = 120
+damping_ratio = 0.04
+"""
+
+
+def test_the_start_of_a_cycle_is_as_accurate_as_the_rest():
+    """The jerk jumps where the arm starts; a polynomial of the elements after it would be extrapolated to the start."""
+    coarse, fine = (
+        computed(scene_from_text(f"{RISE_AND_RETURN}accuracy = {accuracy}"), Request()) for accuracy in (0.01, 3e-4)
+    )
+    moments = [sample(results.deflection, "M", np.zeros(1))[0, :, 0] for results in (coarse, fine)]
+    off = abs(moments[0][0] - moments[1][0]) / np.abs(moments[1]).max()
+    assert off < coarse.answer.courses["M"] < 2e-4
+
+
+def test_one_more_step_measures_the_error_of_the_first_steps_to_the_exact_answer():
+    """Six times the last change, the bound, would be more than a tenth of the requested accuracy."""
+    found, fine = (results_at(SLOW, run).answer for run in ('accuracy = "0.2 %"', f'theory = "{GEOMETRICALLY_EXACT}"'))
+    assert found.theory == GEOMETRICALLY_EXACT
+    for name in ("u", "w", "M"):
+        assert _apart(fine, found, name) < found.courses[name] < 1.5e-4
+
+
 @pytest.mark.slow
 def test_an_accuracy_is_that_of_all_courses():
     """The ends of Simeon's rod approach each other by bending: twice its stretch, which is not in any graded figure."""
@@ -280,7 +329,9 @@ def test_a_long_exact_answer_is_announced_with_an_option_that_answers_sooner(mon
     heard = Listener()
     computed(read_scene(shipped_scenes()["utenov_four_bar"]), Request(theory=GEOMETRICALLY_EXACT, positions=12), heard)
     (sentence,) = heard.sentences
-    assert re.fullmatch(r"utenov_four_bar: large displacement may take up to [\d.]+ s; .*elastodynamic.* sooner", sentence)
+    assert re.fullmatch(
+        r"utenov_four_bar: large displacement may take up to [\d.]+ s; .*elastodynamic.* sooner", sentence
+    )
 
 
 @pytest.mark.slow

@@ -235,6 +235,5 @@ def _bends(linear: Elastodynamic) -> bool:
 
 def _at_positions(displaced: Displaced, linear: Elastodynamic) -> Deflection:
     """Deflection of displaced links at the positions of the linear answer."""
-    plain, grid = linear.quasi_static, displaced.vibration.problem.terms.grid
-    time = plain.motion.time
-    return exact_deflection(displaced, plain, grid.sampler(grid.cycled(time) if displaced.vibration.cyclic else time))
+    plain = linear.quasi_static
+    return exact_deflection(displaced, plain, displaced.vibration.sampler(plain.motion.time))

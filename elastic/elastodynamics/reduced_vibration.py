@@ -18,6 +18,8 @@ from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
+CLOSED = 1e-6  # largest difference of section forces at both ends of a cycle without a jump, relative to the largest
+
 Start = Callable[[Propagation, Problem, Deflection], Any]
 
 
@@ -57,6 +59,20 @@ class Vibration:
         return deflection(
             plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
         )
+
+    @cached_property
+    def closed(self) -> bool:
+        """True if the loads at the end of the cycle are those at its start."""
+        moments, forces = self.quasi_static.amplitudes.M, self.quasi_static.amplitudes.N
+        return self.cyclic and all(
+            bool(np.abs(each[..., -1] - each[..., 0]).max(initial=0.0) <= CLOSED * np.abs(each).max(initial=0.0))
+            for each in (moments, forces)
+        )
+
+    def sampler(self, times: Reals) -> Callable[[Any], Any]:
+        """Return the interpolation at given instants, see `Grid.sampler`."""
+        grid = self.problem.terms.grid
+        return grid.sampler(grid.cycled(times, self.closed) if self.cyclic else times)
 
     @cached_property
     def multipliers(self) -> Complexes:

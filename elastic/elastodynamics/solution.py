@@ -151,7 +151,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             break
         discretization = finer
     _, solved, reduced, grid, in_elements, discretization = best
-    loads = resampled(solved.loads, grid.sampler(grid.cycled(motion.time) if solved.cyclic else motion.time))
+    loads = resampled(solved.loads, solved.sampler(motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
     size = solved.history[0].shape[1]
     answer = Elastodynamic(
@@ -175,8 +175,7 @@ def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
     plain = answer.quasi_static
     if answer.vibration is None:
         return deflection(motion, plain.sections, plain.joints)
-    grid, time = answer.vibration.problem.terms.grid, motion.time
-    sampler = grid.sampler(grid.cycled(time) if answer.vibration.cyclic else time)
+    sampler = answer.vibration.sampler(motion.time)
     if answer.exact is not None:
         return exact_deflection(answer.exact.displaced, replace(plain, motion=motion), sampler)
     return deflection(motion, plain.sections, plain.joints, resampled(answer.vibration.loads, sampler))

@@ -89,10 +89,14 @@ class Grid:
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
-    def cycled(self, times: Reals) -> Reals:
-        """Map instants of a periodic process to the grid."""
-        within: Reals = self.edges[0] + np.mod(times - self.edges[0], np.ptp(self.edges))
-        return within
+    def cycled(self, times: Reals, closed: bool = True) -> Reals:
+        """Map instants of a periodic process to the grid.
+
+        The start of the cycle becomes its end, which is a point, if the process is `closed`: without a jump between.
+        """
+        period = np.ptp(self.edges)
+        within: Reals = self.edges[0] + np.mod(times - self.edges[0], period)
+        return np.where(within - self.edges[0] <= SAME_TIME * period, self.edges[-1], within) if closed else within
 
     def at_nodes(self, values: Numbers) -> Numbers:
         """Prepend the extrapolated start value to values at the points, shape (points, ...)."""
