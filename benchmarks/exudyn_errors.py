@@ -1,14 +1,13 @@
 """Stated errors of courses compared with exudyn, for random mechanisms with a requested accuracy of 5, 2 and 0.5 %.
 
-    python benchmarks/exudyn_errors.py SEED [COUNT]    (writes results/exudyn_errors-SEED.csv)
-    python benchmarks/exudyn_errors.py show SEED ...
+    python benchmarks/exudyn_errors.py SEED [COUNT]    (replaces the seed's rows in results/exudyn_errors.csv)
+    python benchmarks/exudyn_errors.py show            (counts, and rows with a wrong error)
 
 The mechanisms and the reference are those of `exudyn_drawn`. The errors are those of the fields and joint forces over
 the course, each relative to the maximum of its beam or joint. One counts if the stated or the true error exceeds 0.1 %
 and the error of the reference is below a quarter of the true or stated error.
 """
 
-import csv
 import math
 import sys
 import time
@@ -34,6 +33,7 @@ ACCURACIES = 0.005, 0.02, 0.05
 ELEMENTS_AND_STEPS = (16, 3600), (32, 3600), (16, 7200)  # of the reference, which is extrapolated in both
 LEAST = 0.001  # smallest error that counts
 KNOWN = 0.25  # largest error of the reference, relative to the error
+TARGET = measuring.RESULTS / "exudyn_errors.csv"
 
 
 def chosen(seed: int) -> Iterator[Scene]:
@@ -104,57 +104,51 @@ def rows_of(scene: Scene, folder: Path) -> Iterator[dict[str, Any]]:
                    "reached": answer.accurate}  # fmt: skip
 
 
-def show(seeds: list[str]) -> None:
+def show() -> None:
     """Print the counts, and every row that is off by more than a factor of two."""
     counts = {"errors": 0, "within a factor of two": 0, "three times too low": 0, "three times too high": 0,
               "false met": 0, "false not reached": 0}  # fmt: skip
-    for seed in seeds:
-        with target(seed).open(encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                if row.get("unanswered"):
-                    print(row["scene"], row["kind"], row["accuracy"], row["unanswered"])
-                    continue
-                stated, true, own = float(row["stated"]), float(row["true"]), float(row["of reference"])
-                accuracy, notes = float(row["accuracy"]), []
-                if row["reached"] == "True" and true - own > accuracy:
-                    notes.append("false met")
-                if row["reached"] == "False" and stated > accuracy and true + own < accuracy:
-                    notes.append("false not reached")
-                if max(stated, true) > LEAST and own < KNOWN * max(stated, true):
-                    counts["errors"] += 1
-                    counts["within a factor of two"] += 0.5 <= stated / true <= 2
-                    notes += ["within"] if 0.5 <= stated / true <= 2 else ["off"]
-                    notes += ["three times too low"] if true > 3 * stated else []
-                    notes += ["three times too high"] if stated > 3 * true else []
-                for note in notes:
-                    if note in counts:
-                        counts[note] += 1
-                if notes not in ([], ["within"]):
-                    print(row["scene"], row["kind"], row["accuracy"], row["theory"], row["course"],
-                          f"stated {stated:.3%} true {true:.3%} reference {own:.3%}", notes)  # fmt: skip
+    for row in measuring.read_rows(TARGET):
+        if row.get("unanswered"):
+            print(row["scene"], row["kind"], row["accuracy"], row["unanswered"])
+            continue
+        stated, true, own = float(row["stated"]), float(row["true"]), float(row["of reference"])
+        accuracy, notes = float(row["accuracy"]), []
+        if row["reached"] == "True" and true - own > accuracy:
+            notes.append("false met")
+        if row["reached"] == "False" and stated > accuracy and true + own < accuracy:
+            notes.append("false not reached")
+        if max(stated, true) > LEAST and own < KNOWN * max(stated, true):
+            counts["errors"] += 1
+            counts["within a factor of two"] += 0.5 <= stated / true <= 2
+            notes += ["within"] if 0.5 <= stated / true <= 2 else ["off"]
+            notes += ["three times too low"] if true > 3 * stated else []
+            notes += ["three times too high"] if stated > 3 * true else []
+        for note in notes:
+            if note in counts:
+                counts[note] += 1
+        if notes not in ([], ["within"]):
+            print(row["scene"], row["kind"], row["accuracy"], row["theory"], row["course"],
+                  f"stated {stated:.3%} true {true:.3%} reference {own:.3%}", notes)  # fmt: skip
     print(counts)
 
 
-def target(seed: Any) -> Path:
-    """Return the file of a seed."""
-    return measuring.RESULTS / f"exudyn_errors-{seed}.csv"
-
-
 def main() -> None:
-    """Compare mechanisms of a seed, or show the counts of seeds."""
+    """Compare mechanisms of a seed, or show the counts."""
     if sys.argv[1] == "show":
-        show(sys.argv[2:])
+        show()
         return
     seed, count = int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 20
     folder = Path("build/exudyn")
     folder.mkdir(parents=True, exist_ok=True)
+    others = [row for row in measuring.read_rows(TARGET) if not row["scene"].startswith(f"{seed}-")]
     rows: list[dict[str, Any]] = []
     for scene in chosen(seed):
         if len({row["scene"] for row in rows if not row.get("unanswered")}) == count:
             return
         rows += rows_of(scene, folder)
         print(scene.name, scene.title, rows[-1]["s"], flush=True)
-        measuring.write_rows(target(seed), rows)
+        measuring.write_rows(TARGET, others + rows)
 
 
 if __name__ == "__main__":

@@ -66,7 +66,8 @@ def stepped_on(answer: Elastodynamic) -> Elastodynamic:
 
     `exact.change` is the change by this step.
     """
-    assert answer.exact is not None and answer.discretization is not None
+    assert answer.exact is not None
+    assert answer.discretization is not None
     step = next_step(answer.exact, answer.discretization.fastest)
     return replace(answer, deflection=_at_positions(step.displaced, answer), exact=step)
 
