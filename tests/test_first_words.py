@@ -112,6 +112,7 @@ def test_an_error_beyond_its_figure_is_absolute():
     assert error_words(row, {}) == " ± 250 mW (unreliable)"
     assert error_words(replace(row, error=3.2e-4), {}) == " ± 32 % (unreliable)"
     assert error_words(reading(0.0, "W", error=0.25), {}) == " ± 250 mW"
+    assert error_words(reading(0.137, "N", error=1.5), {}) == " ± 1.5 N (near zero)"
 
 
 def test_a_press_is_judged_by_the_peak_of_its_ringing(tmp_path, capsys):

@@ -11,7 +11,17 @@ from kinelast.figures.limits import KEPT, VERDICTS
 from kinelast.figures.report import CheckReport, FurtherCheck, JudgedLimit, Report, RunReport, TheoryReport
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import SI, DisplayUnits, beside, coordinate, error_percent, number, percent, quantity
+from kinelast.scene.numbers import (
+    SI,
+    UNRELIABLE,
+    DisplayUnits,
+    beside,
+    coordinate,
+    error_percent,
+    number,
+    percent,
+    quantity,
+)
 from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
@@ -109,7 +119,8 @@ def _run(run: RunReport) -> Iterator[str]:
 def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
     """Return the error of a figure as a suffix, empty if it is unknown or zero.
 
-    The error is relative, or absolute if it exceeds the figure itself.
+    The error is relative, or absolute if it exceeds the figure itself. A figure near zero, relative to the largest of
+    its unit, is not unreliable but has a mark of its own.
     """
     error, value = figure.error, figure.value
     if value is None:
@@ -118,7 +129,9 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
     if error:
         words = error_percent(error / abs(value)) if error <= abs(value) else quantity(error, figure.unit, 2, shown_in)
         words = f" ± {words}{' measured' if figure.error_measured else ''}"
-    return words + (" (unreliable)" if figure.unreliable else "")
+    if figure.unreliable:
+        return f"{words} (unreliable)"
+    return f"{words} (near zero)" if value and error and error > UNRELIABLE * abs(value) else words
 
 
 def verdict_words(report: Report) -> str:
@@ -160,7 +173,8 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
     within = ", kept within five times this error" if figure.unreliable and row.outcome == KEPT else ""
-    error = error_words(replace(figure, unreliable=False) if within else figure, shown_in)
+    error = error_words(figure, shown_in)
+    error = error.removesuffix(" (unreliable)") if within else error
     return f"{name} {value}{error} ({'minimum' if row.least else 'limit'} {allowed}{within})"
 
 

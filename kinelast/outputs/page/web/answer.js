@@ -96,7 +96,8 @@ function foundWords(each) {
       ? `not settled within the ${quantity(end.value - start.value, "s")} computed`
       : "endless";
   }
-  return besideWords(each) + errorWords(each.outcome === "kept" ? { ...found, unreliable: false } : found);
+  const error = errorWords(found);
+  return besideWords(each) + (each.outcome === "kept" ? error.replace(" (unreliable)", "") : error);
 }
 
 // A time has the unit of its limit.
@@ -165,7 +166,7 @@ function errorWords(figure) {
       measured ? " measured" : ""
     }`
     : "";
-  return size + unreliableMark({ unreliable });
+  return size + unreliableMark({ value, error, unreliable });
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;

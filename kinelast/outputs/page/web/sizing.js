@@ -60,7 +60,6 @@ function sensitivitiesSection({ numbers, figures }) {
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
-const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
 const withError = (
   { in_full: full, error, unit },
 ) => (full === null
