@@ -93,8 +93,7 @@ def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple
 
 def _reach(way: Complexes, half: complex) -> Complexes:
     """Offset from the edge of a text box to its middle, in a direction [pixels]."""
-    reach: Complexes = way.real * half.real + 1j * way.imag * half.imag
-    return reach
+    return way.real * half.real + 1j * way.imag * half.imag
 
 
 def peak_label(

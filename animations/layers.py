@@ -103,8 +103,7 @@ def reach(points: Complexes, radius: float) -> Reals:
     -------
     Shape (positions, sides).
     """
-    found: Reals = (np.conj(SIDES) * points[..., None]).real.max(axis=1) + radius
-    return found
+    return (np.conj(SIDES) * points[..., None]).real.max(axis=1) + radius
 
 
 def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
@@ -117,5 +116,4 @@ def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
 
 def _over(one: Reals, other: Reals) -> NDArray[Any]:
     """Whether two hulls overlap at each position: no direction of `SIDES` separates them."""
-    over: NDArray[Any] = np.all(one + np.roll(other, len(SIDES) // 2, axis=-1) > 0, axis=-1)
-    return over
+    return np.all(one + np.roll(other, len(SIDES) // 2, axis=-1) > 0, axis=-1)

@@ -80,8 +80,7 @@ class View:
 
     def solid(self, points: Reals) -> Reals:
         """Project points in space [m], shape (points, 3), to pixels."""
-        moved: Reals = (points @ self.turn.T - [self.corner.real, self.corner.imag, 0.0]) * self.pixels
-        return moved
+        return (points @ self.turn.T - [self.corner.real, self.corner.imag, 0.0]) * self.pixels
 
 
 def turn_of(look: str) -> Reals:
@@ -90,8 +89,7 @@ def turn_of(look: str) -> Reals:
         return np.eye(3)
     c, s = np.cos((TILT, YAW)), np.sin((TILT, YAW))
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, c[0], -s[0]], [0.0, s[0], c[0]]])
-    turn: Reals = about_x @ np.array([[c[1], 0.0, -s[1]], [0.0, 1.0, 0.0], [s[1], 0.0, c[1]]])
-    return turn
+    return about_x @ np.array([[c[1], 0.0, -s[1]], [0.0, 1.0, 0.0], [s[1], 0.0, c[1]]])
 
 
 def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
@@ -164,8 +162,7 @@ def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
 def seen_solid(points: Reals, turn: Reals) -> Complexes:
     """Project points in space, shape (points, 3), to view coordinates [m]."""
     moved = points @ turn.T
-    seen: Complexes = moved[:, 0] + 1j * moved[:, 1]
-    return seen
+    return moved[:, 0] + 1j * moved[:, 1]
 
 
 def _seen(points: Complexes, turn: Reals) -> Complexes:

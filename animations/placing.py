@@ -51,8 +51,7 @@ def half_of(text: str, height: float) -> complex:
 
 def within(way: Complexes, half: Any) -> Flags:
     """Whether an offset from the middle of a box is inside it."""
-    inside: Flags = (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
-    return inside
+    return (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
 
 
 def meeting(one: Label, other: Label) -> Flags:
@@ -74,10 +73,9 @@ def without_overlaps(labels: Sequence[Label]) -> list[Label]:
 def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
     """Shift the middles so that a text stays between margins, title and legend [pixels]."""
     (width, height), unit = style.size, style.unit
-    inside: Complexes = np.clip(middle.real, half.real, width - half.real) + 1j * np.clip(
+    return np.clip(middle.real, half.real, width - half.real) + 1j * np.clip(
         middle.imag, FOOT * unit + half.imag, height - HEAD * unit - half.imag
     )
-    return inside
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,8 +66,7 @@ class BeamPlaces:
     def points(self, position: int, stations: Reals = STATIONS) -> Complexes:
         """Points of the axes at a position [m], shape (beams, stations)."""
         way = self.along[:, position] * self.length
-        result: Complexes = self.start[:, position, None] + way[:, None] * stations
-        return result
+        return self.start[:, position, None] + way[:, None] * stations
 
 
 def beams(deflection: Deflection) -> BeamPlaces:
@@ -213,5 +212,4 @@ def _closed(
 
 
 def _circle(corners: int) -> Complexes:
-    turns: Complexes = np.exp(2j * np.pi * np.arange(corners) / corners)
-    return turns
+    return np.exp(2j * np.pi * np.arange(corners) / corners)

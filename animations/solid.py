@@ -82,8 +82,7 @@ def prism(
 
 def _along(taper: Sequence[float]) -> Reals:
     """Evaluate a taper polynomial at the stations."""
-    values: Reals = np.polynomial.polynomial.polyval(STATIONS, np.array(taper)) * np.ones(len(STATIONS))
-    return values
+    return np.polynomial.polynomial.polyval(STATIONS, np.array(taper)) * np.ones(len(STATIONS))
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,13 +131,11 @@ def _between(stack: Stack, links: Collection[int], below: float, above: float) -
 
 
 def _round(middle: Complexes, radius: float, position: int) -> Complexes:
-    circle: Complexes = middle[position] + radius * CIRCLE
-    return circle
+    return middle[position] + radius * CIRCLE
 
 
 def _square(middle: Complexes, half: float, position: int) -> Complexes:
-    corners: Complexes = middle[position] + half * np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
-    return corners
+    return middle[position] + half * np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 
 
 def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
@@ -145,8 +143,7 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
     motion = deflection.motion
     along = motion.direction[motion.mechanism.index[slider.on]] * slider.direction
     middle = moved_place(deflection, slider.link, slider.point, scales.exaggeration)
-    corners: Complexes = middle[:, None] + scales.symbol * along[:, None] * BLOCK_CORNERS
-    return corners
+    return middle[:, None] + scales.symbol * along[:, None] * BLOCK_CORNERS
 
 
 def slide(deflection: Deflection, slider: Slider, pin: float) -> tuple[complex, complex]:
@@ -166,8 +163,7 @@ def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
     """Corners of the ground's rail under a block [m]."""
     start, end = slide(deflection, slider, pin)
     way = under(end - start)
-    corners: Complexes = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
-    return corners
+    return np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
 
 
 def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[SolidShape]:

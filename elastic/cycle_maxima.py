@@ -184,15 +184,13 @@ def _station_matrix(count: int, steps: int) -> Reals:
 def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
     """Upper bound of the root of a sum of squares over all positions, shape (pieces, ...)."""
     total = sum(weight * np.square(_largest_coefficient(coefficients(deflection, key))) for weight, key in roots)
-    ceiling: Reals = SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
-    return ceiling
+    return SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
 
 
 def _largest_coefficient(values: Coefficients) -> Reals:
     """Largest Bernstein coefficient of polynomials in powers, an upper bound of their values."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
-    greatest: Reals = np.abs(found).max(axis=0).reshape(values.shape[1:])
-    return greatest
+    return np.abs(found).max(axis=0).reshape(values.shape[1:])
 
 
 @lru_cache(maxsize=32)

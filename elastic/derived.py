@@ -38,8 +38,7 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     """
     entry = field_named(field)
     if entry.integral_of:
-        values: Coefficients = getattr(deflection, entry.key)
-        return values
+        return getattr(deflection, entry.key)
     if entry.key not in _MADE:
         polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
         raise ValueError(f'the field "{field}" is no polynomial: choose from {polynomials}')
@@ -90,8 +89,7 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
     for weight, key in parts:
         values = coefficients(deflection, key)
         squares.append(multiplied(values, weight * values))
-    result: Coefficients = _lowered(deflection, reduce(added, squares))
-    return result
+    return _lowered(deflection, reduce(added, squares))
 
 
 def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:

@@ -116,5 +116,4 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
 def taken(values: Numbers, at: Integers) -> Numbers:
     """Take one value of the last axis per row, faster than `take_along_axis`."""
     flat = values.reshape(-1, values.shape[-1])
-    picked: Numbers = flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)
-    return picked
+    return flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)

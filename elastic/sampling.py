@@ -94,14 +94,10 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     body, moved = motion.mechanism.links[at], _fields_at_point(deflection, at, point, ("u", "w"))
     if moved is None:
-        carried: Complexes = (
-            deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
-        )
-        return carried
+        return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
     beam, (u, w) = moved
     way = body.points[beam.end] - body.points[beam.start]
-    displaced: Complexes = motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
-    return displaced
+    return motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
 
 
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
@@ -134,5 +130,4 @@ def _fields_at_point(
 
 def reference_deflection(largest: PerBeam) -> PerBeam:
     """Reference for relative errors, shape (beams, ...): largest deflection, at least a share of that of all beams."""
-    base: PerBeam = np.maximum(largest, MIN_DEFLECTION_SHARE * largest.max(axis=0, initial=0.0))
-    return base
+    return np.maximum(largest, MIN_DEFLECTION_SHARE * largest.max(axis=0, initial=0.0))

@@ -102,8 +102,7 @@ class Deflection:
     @property
     def length(self) -> PerBeam:
         """Lengths of the beams [m], shape (beams, 1) or (beams, designs, 1)."""
-        found: PerBeam = self.compliance.length
-        return found
+        return self.compliance.length
 
     @cached_property
     def division(self) -> Division:
@@ -298,5 +297,4 @@ def _largest_magnitude(values: Coefficients) -> Reals:
     """Largest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
-    greatest: Reals = reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
-    return greatest
+    return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)

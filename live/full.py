@@ -140,8 +140,7 @@ class Worker:
             self._process = process
         theirs.close()
         try:
-            answer: tuple[dict[str, Any], bytes, bytes] = ours.recv()
-            return answer
+            return ours.recv()
         except EOFError:
             return None
         finally:

@@ -35,8 +35,7 @@ class Range:
 
     def holds(self, value: Any) -> Flags:
         """Return True for values inside the range; unknown values (nan) count as inside."""
-        inside: Flags = ~np.less(value, self.least) & ~np.greater(value, self.most)
-        return inside
+        return ~np.less(value, self.least) & ~np.greater(value, self.most)
 
     @property
     def bounds(self) -> str:

@@ -55,5 +55,4 @@ def of_designs(value: Any) -> Any:
 def distinct(values: Any) -> Numbers:
     """Return the distinct values in ascending order, as `np.unique` does without its slow import of numpy.ma."""
     ordered = np.sort(np.ravel(values))
-    result: Numbers = ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]
-    return result
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]

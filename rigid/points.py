@@ -14,19 +14,16 @@ def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Com
 def position_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Position of a link's point, by name or in link axes [m], complex, (..., positions)."""
     at, arm = _at(motion, link, point)
-    place: Complexes = motion.origin[at] + arm
-    return place
+    return motion.origin[at] + arm
 
 
 def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Velocity of a link's point [m/s], complex, shape (..., positions)."""
     at, arm = _at(motion, link, point)
-    velocity: Complexes = motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
-    return velocity
+    return motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
 
 
 def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
     at, arm = _at(motion, link, point)
-    acceleration: Complexes = motion.acceleration[at] + motion.turning[at] * arm
-    return acceleration
+    return motion.acceleration[at] + motion.turning[at] * arm

@@ -140,8 +140,7 @@ class Mark:
         local = size * sizes + fars
         apart = 0j if end is None else end - place
         direction = x_axis if end is None else apart / max(abs(apart), 1e-300)
-        points: Complexes = place + direction * (-np.conj(local) if mirrored else local) + apart * shares
-        return points
+        return place + direction * (-np.conj(local) if mirrored else local) + apart * shares
 
     def direction(self, placed: Placed) -> Any:
         """Unit vector of the x axis, shape (...)."""

@@ -109,8 +109,7 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
     pairs = zip(sheared, deflection.sections, strict=True)
     added = [0.0 if new is old else 1.0 / np.asarray(new.kGA, float) for new, old in pairs]
-    chord: AtStations = (moment - line) * per_row(added, ndim, float)[..., None]
-    return chord
+    return (moment - line) * per_row(added, ndim, float)[..., None]
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
@@ -242,13 +241,11 @@ def _softest(section: Section) -> Numbers:
 
 def _greatest(values: AtStations) -> PerBeam:
     """Largest magnitude over positions and stations, the last two axes, without nan and inf."""
-    greatest: PerBeam = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
-    return greatest
+    return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
 
 
 def _over_largest(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
     """Largest change in each beam's member, relative to the reference deflection; 0 if nothing bends."""
     members = members_of(deflection.motion.mechanism)
     taken, change = reference_deflection(members.greatest(largest)), members.greatest(change)
-    share: PerBeam = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
-    return share
+    return np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)

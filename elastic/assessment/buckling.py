@@ -129,8 +129,7 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     top = np.where(np.isfinite(top), top, here).round().astype(int)
     top = np.where(seen[top], here, top)
     some = distinct(np.clip([top - 1, top, top + 1], 0, len(seen) - 1))
-    unseen: Integers = some[~seen[some]]
-    return unseen
+    return some[~seen[some]]
 
 
 def buckling_factor(deflection: Deflection) -> Reals:
@@ -255,5 +254,4 @@ class _BucklingModes:
                 along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
         most = work.max(axis=0)
-        shares: Reals = np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)
-        return shares
+        return np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)

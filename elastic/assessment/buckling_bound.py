@@ -69,8 +69,7 @@ def buckling_bound(deflection: Deflection) -> Reals:
             work[row.link] += matrix[at, at]
         square: Reals = (matrix * matrix.swapaxes(0, 1)).sum(axis=(0, 1))
         whole = whole + np.sqrt(np.maximum(square, 0.0))
-    bound: Reals = np.minimum(whole, (work > 0.0).sum(axis=0) * work)
-    return bound
+    return np.minimum(whole, (work > 0.0).sum(axis=0) * work)
 
 
 def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentRow]]:

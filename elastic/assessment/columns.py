@@ -71,8 +71,7 @@ def _moments(place: Reals) -> Reals:
     """
     legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
     scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
-    moments: Reals = (legendre[..., 2:, :] - legendre[..., :-2, :]) / scale[:, None]
-    return moments
+    return (legendre[..., 2:, :] - legendre[..., :-2, :]) / scale[:, None]
 
 
 @lru_cache(maxsize=256)
@@ -100,8 +99,7 @@ def euler_ratio(deflection: Deflection) -> PerBeam:
     -------
     Shape (beams, ..., positions); 0 in tension and for beams that cannot bend, from 1 on the beam buckles.
     """
-    ratio: PerBeam = compressions(deflection) / euler_loads(deflection)
-    return ratio
+    return compressions(deflection) / euler_loads(deflection)
 
 
 def compressions(deflection: Deflection) -> PerBeam:
@@ -115,8 +113,7 @@ def least_shear_rigidity(section: Section) -> float | Reals:
     if section.taper is None:
         return section.kGA
     xi = np.linspace(0.0, 1.0, POINTS + 1)
-    least: float | Reals = section.kGA * np.polynomial.polynomial.polyval(xi, section.taper.kGA).min()
-    return least
+    return section.kGA * np.polynomial.polynomial.polyval(xi, section.taper.kGA).min()
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
@@ -131,8 +128,7 @@ def slenderness(deflection: Deflection) -> PerBeam:
     taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
     with np.errstate(invalid="ignore"):
         ratio = EA / EI
-    slender: PerBeam = np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
-    return slender
+    return np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
 
 
 def member_lengths(deflection: Deflection) -> PerBeam:

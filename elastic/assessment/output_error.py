@@ -58,7 +58,5 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
     for number, (owner, beam) in enumerate(mechanism.beams):
         if owner == at and name in (beam.start, beam.end):
             turned, pieces = coefficients(deflection, "phi"), deflection.division.of_beam(number)
-            at_end: Reals = turned[0, pieces[0]] if name == beam.start else turned[:, pieces[-1]].sum(0)
-            return at_end
-    axes: Reals = deflection.angle[at]
-    return axes
+            return turned[0, pieces[0]] if name == beam.start else turned[:, pieces[-1]].sum(0)
+    return deflection.angle[at]

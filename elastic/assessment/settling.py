@@ -61,5 +61,4 @@ def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | fl
         crossed = now + (here - tolerance) / (here - there) * (then - now)
     waited = crossed - np.take_along_axis(time, start, -1)[..., 0]
     settled = np.where(beyond.any(axis=-1), np.where(last == count - 1, np.inf, waited), 0.0)
-    found: Reals = np.where(rests.any(axis=-1), settled, np.nan)
-    return found
+    return np.where(rests.any(axis=-1), settled, np.nan)

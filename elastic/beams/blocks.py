@@ -47,5 +47,4 @@ class Block:
 
 def at(powers: tuple[Columns, ...], way: Reals) -> Reals:
     """Evaluate a polynomial of low degree at a distance."""
-    value: Reals = sum(factor * way**power for power, factor in enumerate(powers))
-    return value
+    return sum(factor * way**power for power, factor in enumerate(powers))

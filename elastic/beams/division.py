@@ -185,5 +185,4 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
 def _on_piece(division: Division, row: int, xi: Reals | float) -> Columns:
     """Convert xi of a beam to t from 0 to 1 on one piece."""
     width = division.width[row]
-    way: Columns = (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)
-    return way
+    return (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)

@@ -137,5 +137,4 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
 
 def _sum_at_end(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
     """Sum the functions at the beam's end, weighted by their amplitudes."""
-    reached: PerBeam = (amplitudes * ends[: len(amplitudes)]).sum(0)
-    return reached
+    return (amplitudes * ends[: len(amplitudes)]).sum(0)

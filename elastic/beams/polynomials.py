@@ -33,8 +33,7 @@ def gauss_points(count: int) -> tuple[Reals, Reals]:
 def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
     """Evaluate polynomials with coefficients (n, ...) at xi of shape (...) or (m, ...), by Horner's scheme."""
     if len(values) == 1:
-        constant: Reals = values[0] + np.zeros(np.shape(xi))
-        return constant
+        return values[0] + np.zeros(np.shape(xi))
     result: Reals = values[-1] * xi
     result += values[-2]
     for value in values[-3::-1]:

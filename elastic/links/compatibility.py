@@ -165,8 +165,7 @@ def compatible_forces(
 
 def _scaled_part(amount: Reals, part: Columns) -> Numbers:
     """Scale a part of a self-stress; zero if the part is zero, even for an unknown amount."""
-    share: Numbers = np.where(np.abs(part) > MAX_UNSTRESSED, amount, 0.0) * part
-    return share
+    return np.where(np.abs(part) > MAX_UNSTRESSED, amount, 0.0) * part
 
 
 def _work(state: JointForces, gaps: JointGaps) -> Columns:

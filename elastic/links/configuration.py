@@ -67,8 +67,7 @@ class Configuration:
 
     def arm(self, at: int, start: str, end: str) -> Numbers:
         """Vector between two nodes of a link in ground axes [m], complex."""
-        arm: Numbers = self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
-        return arm
+        return self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
 
 
 def configuration_of(motion: Motion) -> Configuration:

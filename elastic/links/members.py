@@ -130,8 +130,7 @@ def _beam_run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> BeamRun:
 
 def _length(mechanism: Mechanism, number: int) -> Columns:
     at, beam = mechanism.beams[number]
-    length: Columns = np.abs(mechanism.links[at].points[beam.end] - mechanism.links[at].points[beam.start])
-    return length
+    return np.abs(mechanism.links[at].points[beam.end] - mechanism.links[at].points[beam.start])
 
 
 def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:

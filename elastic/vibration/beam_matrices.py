@@ -99,8 +99,7 @@ def rigidity(section: Section, name: str, xi: Reals) -> Reals:
     """EA, EI or kGA of a section at stations, for one design."""
     taper = getattr(section.taper, name) if section.taper else (1.0,)
     along: Any = np.polynomial.polynomial.polyval(xi, taper)
-    there: Reals = float(np.ravel(getattr(section, name))[0]) * along
-    return there
+    return float(np.ravel(getattr(section, name))[0]) * along
 
 
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:

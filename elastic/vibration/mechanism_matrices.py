@@ -231,8 +231,7 @@ class VibratingStructure:
                 shift, turned = self._point_displacement(at, joint.point(at) or "", hub)
             return shift, turned / self._scale
 
-        followed: Reals = gear_input(place, moved, flank)
-        return followed
+        return gear_input(place, moved, flank)
 
     def _along(self, along: Columns, shift: Complexes) -> Reals:
         """Component of displacements along a slider's line."""

@@ -41,8 +41,7 @@ def openings(motion: Motion) -> Reals:
 
 def ground_moment(deflection: Deflection, centre: Complex) -> Reals:
     """Moment of the mechanism on the ground about a point [N m], shape (positions,)."""
-    moment: Reals = deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
-    return moment
+    return deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
 
 
 def applied(motion: Motion, masses: Masses, centre: Complex) -> tuple[Complexes, Reals]:

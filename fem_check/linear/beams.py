@@ -113,8 +113,7 @@ class LoadedBeams:
 
 
 def _sum(unit: Reals, load: Reals) -> Reals:
-    total: Reals = sum(value * each for value, each in zip(unit, load, strict=True))
-    return total
+    return sum(value * each for value, each in zip(unit, load, strict=True))
 
 
 def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:

@@ -67,8 +67,7 @@ class Divided:
     def _along(self, low: Reals, length: Reals) -> Reals:
         """Quadrature points of a part of the element, as xi of the line, (..., points)."""
         inside = low[..., None] + length[..., None] * self.line.kind.points
-        xi: Reals = (self.number[..., None] + inside) / self.line.elements
-        return xi
+        return (self.number[..., None] + inside) / self.line.elements
 
     def of_nodes(self, values: Reals) -> Reals:
         """Block displacement from nodal values (m, loads, nodes) or (m, loads, ..., nodes)."""
@@ -95,8 +94,7 @@ class Divided:
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
             soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
-        moved: Reals = total
-        return moved
+        return total
 
     def of_point(self, other: Divided) -> Reals:
         """Block displacement by unit loads of a block on the same clamped element, (m, m, ...)."""
@@ -114,8 +112,7 @@ class Divided:
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
             soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
-        moved: Reals = total
-        return moved
+        return total
 
     def pushed(self) -> tuple[Reals, Reals]:
         """Nodal values and element forces under unit loads of the block.

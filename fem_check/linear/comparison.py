@@ -158,10 +158,7 @@ def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns)
         force = np.maximum(force, np.nan_to_num(greatest[2] / length))
         size_u, size_w = np.maximum(moved, force * stretched), np.maximum(moved, force * bent)
         turned = np.nan_to_num(size_w / length)
-    lifted: Reals = np.maximum(
-        greatest, MIN_REFERENCE * np.array([force, force, force * length, size_u, size_w, turned])
-    )
-    return lifted
+    return np.maximum(greatest, MIN_REFERENCE * np.array([force, force, force * length, size_u, size_w, turned]))
 
 
 def _ratio(difference: Reals, scale: Reals) -> Reals:

@@ -73,8 +73,7 @@ class ElementKind:
         matrix = np.einsum("...g,ig,jg->...ij", rigidity * self.weights, self.strain, self.strain)
         scale = np.power.outer(np.asarray(length, float), self.turns)
         unit = np.power(np.asarray(length, float), -self.order)[..., None, None]
-        scaled: Reals = matrix * unit * scale[..., :, None] * scale[..., None, :]
-        return scaled
+        return matrix * unit * scale[..., :, None] * scale[..., None, :]
 
     def rigid(self, distance: Any) -> Reals:
         """Rigid-body motion of a node per motion of another, `distance` before it, (..., m, m)."""

@@ -88,8 +88,7 @@ class Frame:
 
     def along(self, slider: Slider) -> Complexes:
         """Unit vector of a slider's line in the ground's axes."""
-        line: Complexes = self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
-        return line
+        return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
     def _carried(self, at: int, arm: Complexes) -> FramePlace | None:
         """Place on a link without beams; `arm` from the link's origin in the ground's axes."""

@@ -86,8 +86,7 @@ class Rubbing:
             rate, press = self._slide(slider), np.maximum(np.abs(part), 2 * np.abs(across) / friction.length)
             fastest = np.max([np.abs(velocity_of(motion, link.name, point)) for link, point in points], axis=0)
         moves = np.where(np.abs(rate) > REST_SPEED * fastest, np.sign(rate), 0.0)
-        effort: Reals = -friction.coefficient * press * moves - friction.viscosity * rate
-        return effort
+        return -friction.coefficient * press * moves - friction.viscosity * rate
 
     def _slide(self, slider: Slider) -> Reals:
         """Sliding velocity of the block along the line [m/s]."""
@@ -101,8 +100,7 @@ class Rubbing:
         )
         here = motion.origin[motion.mechanism.index[slider.link]] + ahead
         under = motion.velocity[owner] + 1j * motion.angular_velocity[owner] * (here - motion.origin[owner])
-        slide: Reals = (np.conj(line) * (block - under)).real
-        return slide
+        return (np.conj(line) * (block - under)).real
 
 
 def _slider(frame: Frame, name: str) -> Slider | None:

@@ -86,5 +86,4 @@ def _acceleration(frame: Frame, at: int, local: Any) -> Complexes:
     """Acceleration of a point given in a link's axes [m/s^2], complex."""
     motion = frame.motion
     turning = 1j * motion.angular_acceleration[at] - motion.angular_velocity[at] ** 2
-    acceleration: Complexes = motion.acceleration[at] + turning * motion.direction[at] * local
-    return acceleration
+    return motion.acceleration[at] + turning * motion.direction[at] * local

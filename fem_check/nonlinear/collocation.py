@@ -92,8 +92,7 @@ def _between(edges: Reals, values: Reals, nodes: Reals, time: Reals) -> Reals:
     share = (time - edges[step]) / np.diff(edges)[step]
     power = np.arange(len(nodes))
     weights = share[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
-    found: Reals = np.einsum("pi,pij->pj", weights, values[step])
-    return found
+    return np.einsum("pi,pij->pj", weights, values[step])
 
 
 class Collocation:

@@ -27,8 +27,7 @@ def slopes(step: float) -> Reals:
 
     places = np.arange(POINTS) - (POINTS - 1) / 2
     fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
-    rates: Reals = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / step
-    return rates
+    return polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / step
 
 
 def start_of(system: System, step: float, begin: Start) -> Beginning:

@@ -106,5 +106,4 @@ def _expected(equations: Collocation) -> Reals:
     near = np.concatenate([[0.0], time[:STAGES]])
     places = np.concatenate([equations.first[None], equations.rigid[:STAGES]])
     rigid_rate = np.linalg.solve(near[:, None] ** np.arange(STAGES + 1), places)[1]
-    moved: Reals = equations.start.q - equations.first + time[:, None] * (equations.start.v - rigid_rate)
-    return moved
+    return equations.start.q - equations.first + time[:, None] * (equations.start.v - rigid_rate)

@@ -104,8 +104,7 @@ class System:
 
     def drives(self, time: Reals) -> Reals:
         """Coordinates of the drives with the full turns of the drawing, (instants, drives)."""
-        values: Reals = coordinates(self.laws, time) + self.ties.winding
-        return values
+        return coordinates(self.laws, time) + self.ties.winding
 
     def load_factors(self, time: Reals) -> Reals:
         """Evaluate the laws of all loads, shape (instants, loads)."""
@@ -216,8 +215,7 @@ class System:
         wanted = np.zeros((len(value), len(self.ties.conditions)))
         for row, condition in enumerate(self.ties.conditions):
             wanted[:, row] = condition.target + (0.0 if condition.drive is None else drives[:, condition.drive])
-        violation: Reals = value @ self.parts.T - wanted
-        return violation
+        return value @ self.parts.T - wanted
 
     def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
         """Coupling forces with derivatives by values and rates; the latter (1, couplings)."""

@@ -60,8 +60,7 @@ class SolidLink:
     @cached_property
     def stretching(self) -> Reals:
         """E t [N/m] at the quadrature points."""
-        stiff: Reals = self.along(lambda strip, xi: Powers(xi, strip.EA) / strip.depth(xi))
-        return stiff
+        return self.along(lambda strip, xi: Powers(xi, strip.EA) / strip.depth(xi))
 
     @cached_property
     def spread(self) -> Reals:
@@ -81,16 +80,14 @@ class SolidLink:
         from fem_check.solid.forms import pushed
 
         load = np.broadcast_to(load, self.xi.shape)
-        vector: Reals = pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
-        return vector
+        return pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
 
     def strained(self, strip: int) -> Reals:
         """Load vector of a unit isotropic free strain of a beam."""
         from fem_check.solid.forms import swollen
 
         own = (self.grid.strip == strip)[:, None]
-        vector: Reals = swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
-        return vector
+        return swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
 
     def pin(self, point: int) -> Reals:
         """Load vectors of unit forces along x and y and a unit moment at a joint, (3, dofs).

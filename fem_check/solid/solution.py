@@ -57,8 +57,7 @@ class SolidSolution:
         moved, pins = loads @ response.nodes, loads @ response.points
         way = response.body.outline.way(strip)
         turn = ((pins[strip.end] - pins[strip.start]) / way).imag
-        bent: Complexes = moved - pins[strip.start] - 1j * turn * (response.body.grid.points - start)
-        return bent
+        return moved - pins[strip.start] - 1j * turn * (response.body.grid.points - start)
 
     def __repr__(self) -> str:
         elements = sum(len(found.body.grid.cells) for found in self.bodies.values())

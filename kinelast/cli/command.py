@@ -198,8 +198,7 @@ def _live(*scenes: str) -> int:
     from kinelast.tasks.task import NoEditorError, installed_editor
 
     try:
-        served: int = installed_editor().serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
-        return served
+        return installed_editor().serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
     except (SceneError, NoEditorError) as error:
         return _refuse(str(error))
     except ModuleNotFoundError as error:

@@ -79,10 +79,7 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
     """Interpolate by cubic radial functions plus a linear one, or by linear radial functions if points are few."""
     linear = len(places) > places.shape[1] + 1
-    surface: Callable[[Reals], Reals] = RBFInterpolator(
-        places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0
-    )
-    return surface
+    return RBFInterpolator(places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0)
 
 
 def kept_by(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:

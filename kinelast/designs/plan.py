@@ -37,8 +37,7 @@ class ListedValues:
 
     def values(self, number: Any) -> Reals:
         """Values by index, shape (n, numbers)."""
-        found: Reals = self.rows[number]
-        return found
+        return self.rows[number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +79,7 @@ class Sample:
 
     def values(self, number: Any) -> Reals:
         """Values by index, shape (n, numbers)."""
-        found: Reals = self.low + self._shares(np.asarray(number)) * (self.high - self.low)
-        return found
+        return self.low + self._shares(np.asarray(number)) * (self.high - self.low)
 
     def _shares(self, number: Any) -> Reals:
         if self.method == "latin-hypercube":

@@ -41,8 +41,7 @@ def batched(
             reply = replies[number].get()
             if isinstance(reply, _Stop):
                 raise _StoppedError
-            answer: Answer = reply
-            return answer
+            return reply
 
         try:
             return jobs[number](ask)

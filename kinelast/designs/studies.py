@@ -71,8 +71,7 @@ def _figures_of(
 
 
 def _place(part: Designs, name: str) -> Integers:
-    at: Integers = part.place.get(name, np.full(len(part.reason), -1))
-    return at
+    return part.place.get(name, np.full(len(part.reason), -1))
 
 
 def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None) -> Designs:

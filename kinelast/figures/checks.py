@@ -139,8 +139,7 @@ def _measured(results: Results, refined: RefinedDeflection) -> Measured:
 
 def _greatest(values: Reals) -> Reals:
     """Return the greatest magnitude of each beam, shape (beams,)."""
-    greatest: Reals = np.nanmax(np.abs(values), axis=(1, 2))
-    return greatest
+    return np.nanmax(np.abs(values), axis=(1, 2))
 
 
 def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, Reals]) -> Reals:

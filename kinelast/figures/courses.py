@@ -59,8 +59,7 @@ def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
 
 def _not_small(greatest: Reals) -> Reals:
     """Return the bases of relative errors: largest values, at least `SMALL` of the largest of all."""
-    base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
-    return base
+    return np.maximum(greatest, SMALL * greatest.max(initial=0.0))
 
 
 def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:

@@ -100,8 +100,7 @@ class Cycle:
         key = function, *arguments
         if key not in self._known:
             self._known[key] = function(self, *arguments)
-        result: Result = self._known[key]
-        return result
+        return self._known[key]
 
     def of(self, figure: Figure) -> Largest:
         """Return the largest values of the items of a figure."""
@@ -112,8 +111,7 @@ class Cycle:
         if key not in self._known:
             self._known[key] = find(self)
             self.samples.clear()
-        result: Largest = self._known[key]
-        return result
+        return self._known[key]
 
     def search(self, figures: Iterable[Figure]) -> None:
         """Search several figures at once and cache them for `of`."""
@@ -263,8 +261,7 @@ class Cycle:
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
-        worst: Reals = share.max(axis=0, initial=0.0)
-        return worst
+        return share.max(axis=0, initial=0.0)
 
     def joint(self, number: int) -> JointCourse:
         """Return force and motion of a joint over the positions that count."""
@@ -348,8 +345,7 @@ def _joint(cycle: Cycle, number: int) -> JointCourse:
 def greatest_along(values: Any) -> Reals:
     """Return the values of largest magnitude along the last axis (stations), with signs."""
     most, least = values.max(axis=-1), values.min(axis=-1)
-    greatest: Reals = np.where(most >= -least, most, least)
-    return greatest
+    return np.where(most >= -least, most, least)
 
 
 FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s

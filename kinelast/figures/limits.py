@@ -93,8 +93,7 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
     if not items:
         return math.nan
     values: Reals = figures[limit.figure][items]
-    nearest: Reals = values.min(axis=0) if limit.least else values.max(axis=0)
-    return nearest
+    return values.min(axis=0) if limit.least else values.max(axis=0)
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:

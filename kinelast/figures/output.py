@@ -142,8 +142,7 @@ def path_direction(motion: Motion, output: Output) -> Complexes:
     places = position_of(motion, motion.mechanism.index[output.link], output.point)
     apart = np.where(np.isfinite(places), places, np.nan)
     apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
-    along: Complexes = np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
-    return along
+    return np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
 
 
 def stroke_of(cycle: Cycle, output: Output) -> Reals:

@@ -120,8 +120,7 @@ class BeamFields:
     def displacement(self) -> Complexes:
         """Displacement of the axis in the ground's axes [m], complex, shape (positions, stations)."""
         along = self.line[:, -1:] - self.line[:, :1]
-        moved: Complexes = along / np.abs(along) * (self.u + 1j * self.w)
-        return moved
+        return along / np.abs(along) * (self.u + 1j * self.w)
 
     def __dir__(self) -> list[str]:
         return ["x", "line", "displacement", *FIELDS]
@@ -134,8 +133,7 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
     """Return the axis of a rigid beam at every position [m], complex, shape (positions, stations)."""
     at, ends = course.mechanism.beams[beam]
     start, end = (np.broadcast_to(position_of(course, at, name), course.columns) for name in (ends.start, ends.end))
-    line: Complexes = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
-    return line
+    return start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -157,5 +157,4 @@ def _passes(
         there[order] = np.broadcast_to(place_of(motion_at(half[order])), len(half))
         same = (there >= target) == begun
         low, high = np.where(same, half, low), np.where(same, high, half)
-    found: list[float] = high.tolist()
-    return found
+    return high.tolist()

@@ -125,8 +125,7 @@ class Scene:
         """Return a result of the scene, cached."""
         if function not in self._known:
             self._known[function] = function(self)
-        result: Result = self._known[function]
-        return result
+        return self._known[function]
 
     @property
     def cams(self) -> Mapping[str, Cam]:

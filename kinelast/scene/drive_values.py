@@ -117,8 +117,7 @@ def _over_time(measure: Callable[..., Reals], values: PerDrive) -> Callable[[Cyc
 
 def energy_taken(values: Any, weight: Any) -> Reals:
     """Return the energy input of a power [J]."""
-    whole: Reals = mean_positive(values, weight) * np.sum(weight, axis=-1)
-    return whole
+    return mean_positive(values, weight) * np.sum(weight, axis=-1)
 
 
 def energy_given(values: Any, weight: Any) -> Reals:

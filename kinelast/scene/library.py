@@ -56,8 +56,7 @@ def named_material(name: str) -> MaterialTable | None:
     words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
     if words is None:
         return None
-    table: MaterialTable = _read({key: value for key, value in words.items() if key != "source"}, MaterialTable)
-    return table
+    return _read({key: value for key, value in words.items() if key != "source"}, MaterialTable)
 
 
 @cache
@@ -111,8 +110,7 @@ def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.Se
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
-    section: forms.SectionTable = _read({"shape": shape, **words}, forms.SectionTable)
-    return section
+    return _read({"shape": shape, **words}, forms.SectionTable)
 
 
 def _read(words: dict[str, Any], kind: Any) -> Any:

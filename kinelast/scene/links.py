@@ -82,8 +82,7 @@ def drawn_direction(link: Link, places: Points) -> Complex | None:
     if not any_nonzero(seen) or not any_nonzero(own):
         return None
     turned = seen / own
-    way: Complex = turned / abs(turned)
-    return way
+    return turned / abs(turned)
 
 
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")

@@ -28,15 +28,13 @@ def real(quantity: Any) -> Any:
 def vector(place: Iterable[Any]) -> Complex:
     """Return two components as a complex number, or as an array if they differ between designs."""
     x, y = (real(part) for part in place)
-    together: Complex = x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
-    return together
+    return x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
 
 
 def direction_of(direction: Any) -> Complex:
     """Return a direction as a complex number, or as an array if it differs between designs."""
     each = getattr(direction, "each", None)
-    seen: Complex = direction if each is None else each
-    return seen
+    return direction if each is None else each
 
 
 def phase(way: Complex) -> Real:

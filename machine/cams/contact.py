@@ -19,8 +19,7 @@ def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poiss
 
     1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, with Young's moduli [Pa] and Poisson's ratios.
     """
-    modulus: Real = 1.0 / ((1.0 - first_poisson**2) / first + (1.0 - second_poisson**2) / second)
-    return modulus
+    return 1.0 / ((1.0 - first_poisson**2) / first + (1.0 - second_poisson**2) / second)
 
 
 def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals:

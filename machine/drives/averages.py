@@ -20,8 +20,7 @@ def mean(values: Any, weight: Any = 1.0) -> Reals:
         Time weight of each position in any unit, shape (positions,) or (..., positions).
     """
     weight = np.broadcast_to(weight, np.shape(values))
-    whole: Reals = np.sum(weight * values, axis=-1) / np.sum(weight, axis=-1)
-    return whole
+    return np.sum(weight * values, axis=-1) / np.sum(weight, axis=-1)
 
 
 def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
@@ -30,8 +29,7 @@ def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
     >>> float(root_mean_square([3.0, 0.0, -3.0]))  # a trapezoidal profile in thirds: peak times the root of 2/3
     2.449...
     """
-    square: Reals = np.sqrt(mean(np.abs(values) ** 2, weight))
-    return square
+    return np.sqrt(mean(np.abs(values) ** 2, weight))
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
@@ -57,5 +55,4 @@ def time_weights(time: Any, period: Any = np.nan) -> Reals:
     left = period - (time[..., -1:] - time[..., :1])
     around = np.where(np.abs(left - steps[..., -1:]) < MAX_DIFFERENCE * steps[..., -1:], left, 0.0)
     steps = np.concatenate([around, steps, around], axis=-1)
-    weights: Reals = (steps[..., 1:] + steps[..., :-1]) / 2
-    return weights
+    return (steps[..., 1:] + steps[..., :-1]) / 2

@@ -74,8 +74,7 @@ def pivoted_links(motion: Motion) -> dict[int, str]:
 def inertia_force(motion: Motion) -> Numbers:
     """Shaking force: inertia force of all links on the ground [N], complex, shape (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
-    force: Numbers = -(mass * motion.acceleration + motion.turning * motion.direction * first)[1:].sum(axis=0)
-    return force
+    return -(mass * motion.acceleration + motion.turning * motion.direction * first)[1:].sum(axis=0)
 
 
 def inertia_moment(motion: Motion) -> Reals:
@@ -84,8 +83,7 @@ def inertia_moment(motion: Motion) -> Reals:
     arm = motion.direction * first
     force = mass * motion.acceleration + motion.turning * arm
     couple = cross(motion.origin, force) + cross(arm, motion.acceleration) + second * motion.angular_acceleration
-    moment: Reals = -couple[1:].sum(axis=0)
-    return moment
+    return -couple[1:].sum(axis=0)
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:

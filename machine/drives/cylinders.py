@@ -69,8 +69,7 @@ def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
 
     `force` [N] is along the drive's coordinate, which extends the rod. Range: any static force, without friction.
     """
-    pressure: Reals = np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
-    return pressure
+    return np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
@@ -78,8 +77,7 @@ def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
 
     Area times rate, for an incompressible fluid without leakage at any rate.
     """
-    flow: Reals = np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
-    return flow
+    return np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
 
 
 def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:

@@ -36,8 +36,7 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
     middle = (effort + np.roll(effort, -1, axis=-1)) / 2
     mean = (middle * steps).sum(axis=-1, keepdims=True) / np.abs(travel) * np.sign(travel)
     stored = np.cumsum((middle - mean) * steps, axis=-1)
-    fluctuation: Reals = stored.max(axis=-1) - stored.min(axis=-1)
-    return fluctuation
+    return stored.max(axis=-1) - stored.min(axis=-1)
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
@@ -52,8 +51,7 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
     >>> round(float(flywheel_inertia(583.1, 0.0133, 26.18)), 1)  # Khurmi, Theory of Machines: 400 kg at 0.4 m
     64.0
     """
-    inertia: Reals = np.asarray(fluctuation) / (unevenness * np.square(speed))
-    return inertia
+    return np.asarray(fluctuation) / (unevenness * np.square(speed))
 
 
 def added_inertia(total: Any, machine: Any) -> Reals:

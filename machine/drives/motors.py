@@ -66,8 +66,7 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
         Effort of the drive without the rotor's inertia [N m or N], and its rate, shape (..., positions).
     """
     drives = np.asarray(effort) * rate > 0
-    through: Reals = np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
-    return through
+    return np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
 
 
 def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Reals:
@@ -81,8 +80,7 @@ def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Rea
         Effort without the rotor's inertia, and rates of the drive's coordinate.
     """
     ratio = motor.gear_ratio
-    torque: Reals = gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
-    return torque
+    return gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
 
 
 def available_torque(motor: Motor, speed: Any) -> Reals:
@@ -92,8 +90,7 @@ def available_torque(motor: Motor, speed: Any) -> Reals:
     of a motor with a linear torque curve.
     """
     falling = motor.stall_torque * np.clip(1.0 - np.abs(speed) / motor.top_speed, 0.0, None)
-    available: Reals = np.fmin(motor.peak_torque + np.zeros_like(falling), falling)
-    return available
+    return np.fmin(motor.peak_torque + np.zeros_like(falling), falling)
 
 
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
@@ -123,5 +120,4 @@ def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
     >>> round(float(inertia_matched_ratio(0.09, 1e-4)), 9)
     30.0
     """
-    ratio: Reals = np.sqrt(np.asarray(load) / motor)
-    return ratio
+    return np.sqrt(np.asarray(load) / motor)

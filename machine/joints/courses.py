@@ -55,8 +55,7 @@ class JointCourse:
     @cached_property
     def path(self) -> Reals:
         """Distance covered around each position [rad or m], shape (..., positions)."""
-        path: Reals = np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
-        return path
+        return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     @property
     def travel(self) -> Reals:
@@ -104,8 +103,7 @@ class JointCourse:
 
     def polar(self, of_child: bool) -> Complexes:
         """Polar diagram: force on a link in its own axes [N], complex, shape (..., positions)."""
-        force: Complexes = self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
-        return force
+        return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
         """Turns of the force's direction in a link's axes during a run, shape (...).

@@ -153,8 +153,7 @@ def _places(values: Reals) -> Reals:
 
 
 def _taken(values: Reals, index: Integers) -> Reals:
-    taken: Reals = np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
-    return taken
+    return np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
 
 
 def _place(index: Integers) -> tuple[Reals, Integers]:

@@ -47,8 +47,7 @@ class LinkAngle:
     def rate(self, motion: Motion) -> Reals:
         """Angular velocity [rad/s]."""
         index = motion.mechanism.index
-        rate: Reals = motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
-        return rate
+        return motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
 
     def difference(self, motion: Motion, value: Real) -> Reals:
         """Difference from a value, in (-pi, pi]."""
@@ -56,8 +55,7 @@ class LinkAngle:
 
     def _direction(self, motion: Motion) -> Complexes:
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
-        turned: Complexes = one * np.conj(other)
-        return turned
+        return one * np.conj(other)
 
 
 class _Plain:
@@ -68,8 +66,7 @@ class _Plain:
 
     def difference(self, motion: Motion, value: Real) -> Reals:
         """Difference from a value."""
-        beyond: Reals = self.value(motion) - value
-        return beyond
+        return self.value(motion) - value
 
 
 @dataclass(frozen=True)
@@ -80,8 +77,7 @@ class Slide(_Plain):
 
     def value(self, motion: Motion) -> Reals:
         """Slide [m]."""
-        slide: Reals = self._joint(motion).coordinate(motion)
-        return slide
+        return self._joint(motion).coordinate(motion)
 
     def rate(self, motion: Motion) -> Reals:
         """Rate [m/s]."""
@@ -89,8 +85,7 @@ class Slide(_Plain):
         block = velocity_of(motion, joint.block, joint.at(joint.block))
         arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
         carried = motion.velocity[joint.owner] + 1j * motion.angular_velocity[joint.owner] * arm
-        rate: Reals = dot(joint.along(motion), block - carried)
-        return rate
+        return dot(joint.along(motion), block - carried)
 
     def _joint(self, motion: Motion) -> Joint:
         for joint in motion.structure.joints:
@@ -109,13 +104,11 @@ class PointCoordinate(_Plain):
 
     def value(self, motion: Motion) -> Reals:
         """Component [m]."""
-        coordinate: Reals = dot(self.along, position_of(motion, self.link, self.point))
-        return coordinate
+        return dot(self.along, position_of(motion, self.link, self.point))
 
     def rate(self, motion: Motion) -> Reals:
         """Rate [m/s]."""
-        rate: Reals = dot(self.along, velocity_of(motion, self.link, self.point))
-        return rate
+        return dot(self.along, velocity_of(motion, self.link, self.point))
 
 
 @dataclass(frozen=True)
@@ -164,8 +157,7 @@ class Distance(_Plain):
         opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
         vector = self._vector(motion)
         with np.errstate(invalid="ignore", divide="ignore"):
-            rate: Reals = dot(vector, opening) / np.abs(vector)
-            return rate
+            return dot(vector, opening) / np.abs(vector)
 
     def _vector(self, motion: Motion) -> Complexes:
         return position_of(motion, self.link, self.point) - position_of(motion, self.other_link, self.other_point)

@@ -132,8 +132,7 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     if len(course.drive) == 1:
         course = with_rates(course, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: Reals = output.rate(course) / source.rate(course)
-        return ratio
+        return output.rate(course) / source.rate(course)
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:

@@ -117,8 +117,7 @@ def _links(closed: Closure) -> list[int]:
 
 
 def _greatest(values: Numbers, closed: Closure) -> Reals:
-    greatest: Reals = np.abs(values[_links(closed)]).max(axis=0)
-    return greatest
+    return np.abs(values[_links(closed)]).max(axis=0)
 
 
 @lru_cache(maxsize=64)
@@ -176,8 +175,7 @@ def cancellation_factor(bound: Columns, done: Columns) -> Columns:
 
 def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
     """True if a condition number exceeds SINGULAR next to a singular position, shape (..., positions)."""
-    near: Flags = (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
-    return near
+    return (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
 
 
 def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:

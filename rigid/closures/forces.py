@@ -75,8 +75,7 @@ class JointForces:
     @property
     def locked(self) -> Flags:
         """True if friction may lock the mechanism, shape (..., positions)."""
-        locked: Flags = np.greater_equal(self.feedback, 1.0)
-        return locked
+        return np.greater_equal(self.feedback, 1.0)
 
     def without_friction(self, number: int) -> tuple[Columns, Columns]:
         """Force and moment of a joint on its child from constraint, drive and gear, without friction."""

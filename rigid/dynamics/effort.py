@@ -68,13 +68,12 @@ def _inertia_power(motion: Motion, other: Motion) -> Reals:
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     omega, turned = 1j * motion.angular_velocity, 1j * other.angular_velocity
-    power: Reals = (
+    return (
         mass.real * dot(motion.velocity, other.velocity)
         + dot(motion.velocity, turned * arm)
         + dot(other.velocity, omega * arm)
         + second * motion.angular_velocity * other.angular_velocity
     )[1:].sum(axis=0)
-    return power
 
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
@@ -83,8 +82,7 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
     moment = cross(arm, motion.acceleration) + second * motion.angular_acceleration
-    power: Reals = (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
-    return power
+    return (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
 
 
 def _reduced_loads(motion: Motion, units: list[Motion]) -> Reals:

@@ -128,8 +128,7 @@ def table_curve(
         place = np.asarray(place, float)
         if extend == "error":
             _require_inside(place, at, angles)
-        result: Reals = inside(np.clip(place, at[0], at[-1]))
-        return result
+        return inside(np.clip(place, at[0], at[-1]))
 
     return curve
 
@@ -151,5 +150,4 @@ def _require_inside(place: Reals, at: Reals, angles: bool) -> None:
 def _cubic(at: Reals, value: Reals) -> Curve:
     from scipy.interpolate import CubicSpline
 
-    spline: Curve = CubicSpline(at, value)
-    return spline
+    return CubicSpline(at, value)

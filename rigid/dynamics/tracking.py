@@ -317,8 +317,7 @@ class Tracker:
         return float((-1.0) ** (swaps + np.count_nonzero(diagonal < 0)))
 
     def _solve(self, rows: Reals) -> Reals:
-        solved: Reals = self._lapack.dgetrs(*self._factors, rows)[0]
-        return solved
+        return self._lapack.dgetrs(*self._factors, rows)[0]
 
     def _twists(self, rates: Reals) -> tuple[Complexes, Reals]:
         """Convert rates of (x, y, angle) to velocities, complex, and angular ones, (links, n)."""

@@ -24,14 +24,12 @@ def potential_energy(motion: Motion) -> Reals:
     """Energy of weights (0 with all mass at the origin) and springs [J], (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
-    energy: Reals = -height[1:].sum(axis=0) + _sum(motion, "energy")
-    return energy
+    return -height[1:].sum(axis=0) + _sum(motion, "energy")
 
 
 def dissipated_power(motion: Motion) -> Reals:
     """Power dissipated by dampers [W], shape (..., positions)."""
-    power: Reals = np.zeros(motion.columns) + _sum(motion, "dissipation")
-    return power
+    return np.zeros(motion.columns) + _sum(motion, "dissipation")
 
 
 def load_power(motion: Motion) -> Reals:

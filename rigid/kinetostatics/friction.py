@@ -175,8 +175,7 @@ class _Contacts:
 
     def pressing(self, efforts: Reals) -> Reals:
         """Contact force components for efforts of shape (joints, ..., positions)."""
-        components: Reals = self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
-        return components
+        return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
 
     def size(self, pressing: Reals) -> Reals:
         """Magnitudes of the contact forces, from components along the second axis."""

@@ -55,23 +55,20 @@ def beam_couples(motion: Motion) -> Reals | None:
     table = beam_constants(motion.mechanism, len(motion.columns))
     if table.rotary is None:
         return None
-    couples: Reals = -table.rotary * motion.turning[table.link].imag
-    return couples
+    return -table.rotary * motion.turning[table.link].imag
 
 
 def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:
     """Acceleration of the origins of some links minus gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
-    relative: Complexes = acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
-    return relative
+    return acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
 
 
 def beam_directions(motion: Motion) -> Complexes:
     """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
     table = beam_constants(motion.mechanism, len(motion.columns))
     direction = motion.direction[table.link]
-    turned: Complexes = direction if table.aligned else direction * table.unit
-    return turned
+    return direction if table.aligned else direction * table.unit
 
 
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:

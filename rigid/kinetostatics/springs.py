@@ -79,8 +79,7 @@ class Spring:
     def dissipation(self, motion: Motion) -> Reals:
         """Power dissipated by the damper [W], shape (..., positions)."""
         vector = self._vector(motion)
-        power: Reals = self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
-        return power
+        return self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
 
     def _vector(self, motion: Motion) -> Complexes:
         return position_of(motion, self.link, self.point) - position_of(motion, self.on, self.anchor)
@@ -140,13 +139,10 @@ class TorsionSpring:
         """theta - angle [rad]."""
         for number, drive in enumerate(motion.mechanism.drives):
             if drive.joint == self.at and set(drive.links) == {self.link, self.on}:
-                winding: Reals = motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
-                return winding
+                return motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
-        angle: Reals = np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
-        return angle
+        return np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
 
     def _rate(self, motion: Motion) -> Reals:
         one, other = (motion.mechanism.index[link] for link in (self.link, self.on))
-        rate: Reals = motion.angular_velocity[one] - motion.angular_velocity[other]
-        return rate
+        return motion.angular_velocity[one] - motion.angular_velocity[other]

@@ -104,8 +104,7 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)
-        found: Reals = motion.condition * cancellation_factor(reduce(np.maximum, bounds, 0.0), greatest)
-        return found
+        return motion.condition * cancellation_factor(reduce(np.maximum, bounds, 0.0), greatest)
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:

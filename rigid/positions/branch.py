@@ -174,8 +174,7 @@ class TrackedBranch:
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
-        shorter: Reals = np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
-        return shorter
+        return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
 
     # Certainty
 
@@ -301,8 +300,7 @@ class TrackedBranch:
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
-            beyond: Flags = (place < low[row]) | (place > high[row])
-            return beyond
+            return (place < low[row]) | (place > high[row])
 
         self.table = table = some(self.table, ~outside(self.table) | self.table["coarse"])
         lost = outside(table)
@@ -375,8 +373,7 @@ class TrackedBranch:
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
         at = at[~(jump <= MAX_JUMP * self.mechanism.size)]
-        knots: Integers = np.where(place[at + 1] > self.path.begin, at + 1, at)
-        return knots
+        return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _change_points(self, number: int) -> list[int]:
         """Knots nearest to the locations at which the sine of a dyad touches zero."""

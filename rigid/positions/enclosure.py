@@ -260,8 +260,7 @@ class StepCertificate:
     @staticmethod
     def _mapped(each: tuple[Reals, Reals, Reals], box: Reals) -> Reals:
         start, first, second = each
-        mapped: Reals = start + ((first + (second * box).sum(axis=2)) * box).sum(axis=1)
-        return mapped
+        return start + ((first + (second * box).sum(axis=2)) * box).sum(axis=1)
 
     def fill(self, box: Reals) -> None:
         """Write the deviations of the group's links, for coordinates within `box`."""

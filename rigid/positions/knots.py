@@ -35,7 +35,7 @@ box0, sure0, ...
 def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
     """Create knots without placed links (except the ground)."""
     count = rows * len(places)
-    table: Table = {
+    return {
         "place": np.tile(np.asarray(places, float), rows),
         "row": np.repeat(np.arange(rows), len(places)),
         "coarse": np.ones(count, bool),
@@ -45,7 +45,6 @@ def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
         "sine": np.ones((count, groups)),
         "sign": np.ones((count, groups)),
     }
-    return table
 
 
 def some(table: Mapping[str, Any], which: Any) -> Table:
@@ -77,8 +76,7 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
     before = np.searchsorted(keys, keys_of_places, side="right") - 1
     first = np.searchsorted(row, np.arange(rows))
     last = np.searchsorted(row, np.arange(rows), side="right") - 2
-    knots: Integers = np.clip(before, first[:, None], last[:, None])
-    return knots
+    return np.clip(before, first[:, None], last[:, None])
 
 
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:

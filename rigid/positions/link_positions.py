@@ -246,5 +246,4 @@ def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Int
     with np.errstate(invalid="ignore"):
         astray = ~(np.abs(coordinates - start) <= limit).all(axis=0)
     coordinates = np.where(astray, np.nan, coordinates)
-    sine: Reals = sine_of(tree_closure(placed, group, coordinates))
-    return sine
+    return sine_of(tree_closure(placed, group, coordinates))

@@ -55,16 +55,14 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
     """True if a cut joint is closed to round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    shut: Flags = joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
-    return shut
+    return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
 
 
 def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Columns) -> Flags:
     """True if coordinates of the free joints close a group to `parts` times the round-off."""
     closed = tree_closure(placed, group, coordinates)
     gaps = [(place.joint, place.joint.gap(placed) / parts) for place in closed.cut]
-    shut: Flags = np.all([_shut(placed, joint, gap) for joint, gap in gaps], axis=0)
-    return shut
+    return np.all([_shut(placed, joint, gap) for joint, gap in gaps], axis=0)
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = MAX_NEWTON_STEPS) -> Reals:

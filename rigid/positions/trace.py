@@ -58,8 +58,7 @@ class Trace:
             self.branch.table[name][which] = value
         for beside in (np.asarray(which), np.asarray(which) - 1):
             self.branch.table[f"sure{self.number}"][beside] = False
-        coordinates: Reals = part[f"free{self.number}"].T
-        return coordinates
+        return part[f"free{self.number}"].T
 
     def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
         """Place the group at knots, shape (designs, n), one after the other, by linear extrapolation.

@@ -311,5 +311,4 @@ def front(first: Reals, second: Reals) -> Integers:
     known = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
     order: Integers = known[np.lexsort((second[known], first[known]))]
     least = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))
-    ahead: Integers = order[second[order] < least[:-1]]
-    return ahead
+    return order[second[order] < least[:-1]]

@@ -181,8 +181,7 @@ def cam_row(reader: Reader, name: str) -> dict[str, Any]:
 
 def _undercut(cycle: Cycle, name: str) -> Flags:
     """Return whether a cam is undercut, shape (positions,)."""
-    undercut: Flags = np.any([flank.undercut for flank in cam_flanks(cycle, name)], axis=0)
-    return undercut
+    return np.any([flank.undercut for flank in cam_flanks(cycle, name)], axis=0)
 
 
 def _lost(reader: Reader, name: str) -> Flags:

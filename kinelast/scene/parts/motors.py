@@ -115,8 +115,7 @@ def _use(cycle: Cycle, number: int, motor: Motor) -> Reals:
 
 def _inertia_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
     own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
-    ratio: Reals = cycle.once(load_inertia, number) / own
-    return ratio
+    return cycle.once(load_inertia, number) / own
 
 
 def _least_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
