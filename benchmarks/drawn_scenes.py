@@ -644,7 +644,7 @@ def _call(
         if name not in RARE and name not in ("design", "sweep")
     ]
     for name in list(asked):
-        if (owner := known[name][0].belongs) and owner not in asked:
+        if (owner := known[name].belongs) and owner not in asked:
             if chance.random() < RARE.get(owner, 1) ** -0.5 * 0.6:
                 asked.insert(0, owner)
             elif owner in RARE:
@@ -653,10 +653,10 @@ def _call(
         asked.append("structure")
     words: list[str] = []
     for name in dict.fromkeys(asked):
-        option = known[name][0]
+        option = known[name]
         how = chance.choices(HOW, CHANCES)[0]
         choices = WORDS[name][HOW.index(how)]
-        switch = not (option.metavar or option.choices)
+        switch = not option.takes_value
         count[f"--{name}", how if choices else "right"] += 1
         if NEEDS.get(name) and NEEDS[name] not in scene:
             scene[NEEDS[name]] = _study(NEEDS[name], Names(scene, chance))
@@ -665,8 +665,7 @@ def _call(
         elif switch:
             words.append(f"--{name}")
         elif choices:
-            flag = (option.flags or (f"--{name}",))[0]
-            words.append(f"{flag}={chance.choice(choices)}")
+            words.append(f"{option.flags[0]}={chance.choice(choices)}")
     if "tolerances" in asked and "samples" not in asked:
         words.append("--samples=16")
     if "animate" in asked:

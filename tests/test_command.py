@@ -453,8 +453,8 @@ def test_every_field_of_a_request_is_an_option_in_a_group_of_the_help(capsys):
         elif flag := re.match(r"  (?:-o(?: OUT)?, )?--(\w+)", line):  # shorter from Python 3.13
             groups[list(groups)[-1]].append(flag[1])
     assert list(groups)[1:6] == list(GROUPS)
-    for name, (option, _) in options_of(Request, Batch).items():
-        flag = (option.flags or (f"--{name}",))[-1].removeprefix("--")
+    for option in options_of(Request, Batch).values():
+        flag = option.flags[-1].removeprefix("--")
         assert flag == "scenes" or flag in groups[option.group]
 
 

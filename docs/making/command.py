@@ -24,7 +24,7 @@ def page() -> str:
         "`deflection-report --help` prints the same.\n"
     ]
     for group in GROUPS:
-        rows = [_row(name, option, default) for name, (option, default) in known.items() if option.group == group]
+        rows = [_row(option) for option in known.values() if option.group == group]
         parts.append(f"## {TITLES[group]}\n\n{HEAD}{''.join(rows)}")
     status, _, examples = EPILOG.partition("examples:")
     statuses = status.strip().removeprefix("exit status: ").replace("\n", " ")
@@ -32,15 +32,14 @@ def page() -> str:
     return "\n".join([*parts, f"## Exit status\n\n{statuses}.\n", f"## Examples\n\n```\n{lines}\n```\n"])
 
 
-def _row(name: str, option: Option, default: object) -> str:
-    flags = option.flags or (f"--{name}",)
-    shown = "`SCENE ...`" if name == "scenes" else ", ".join(f"`{flag}`" for flag in flags)
+def _row(option: Option) -> str:
+    shown = "`SCENE ...`" if option.flags == ("scenes",) else ", ".join(f"`{flag}`" for flag in option.flags)
     value = " or ".join(f"`{each}`" for each in option.choices) if option.choices else f"`{option.metavar}`"
     value = value if option.choices or option.metavar else ""
     meaning, _, default_words = (
         option.help.removesuffix("]").partition(" [") if option.help.endswith("]") else (option.help, "", "")
     )
-    default_words = default_words or (f"`{default}`" if option.shows else "")
+    default_words = default_words or (f"`{option.default}`" if option.default else "")
     cells = (shown, value + (", repeatable" if option.many else ""), default_words, meaning,
              ", ".join(f"`{file}`" for file in option.writes))  # fmt: skip
     return row(cells)

@@ -34,9 +34,9 @@ def script(shell: str, scenes: Sequence[str]) -> str:
 def _options() -> list[tuple[str, str, Sequence[str], bool]]:
     """Return flags with help, choices, and whether they take a value."""
     return [
-        (flag, option.help, option.choices, bool(option.metavar or option.choices))
-        for name, (option, _) in options_of(Request, Batch).items()
-        for flag in option.flags or (f"--{name}",)
+        (flag, option.help, option.choices, option.takes_value)
+        for option in options_of(Request, Batch).values()
+        for flag in option.flags
         if flag.startswith("-")
     ]
 

@@ -40,9 +40,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
     parser = _parser(known)
     words, behind = _parted(argv)
     space, unknown = parser.parse_known_intermixed_args(_with_bare(words, known))
-    given: dict[str, Any] = {
-        name: tuple(value) if known[name][0].many else value for name, value in vars(space).items()
-    }
+    given: dict[str, Any] = {name: tuple(value) if known[name].many else value for name, value in vars(space).items()}
     given["scenes"] = (*given.get("scenes", ()), *behind)
     if unknown:
         _refuse(parser, unknown[0].partition("=")[0])
@@ -60,7 +58,7 @@ def _parted(argv: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
     return argv[:at], argv[at + 1 :]
 
 
-def _parser(known: dict[str, tuple[Option, Any]]) -> argparse.ArgumentParser:
+def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="deflection-report",
         usage="deflection-report SCENE ... [options]",
@@ -70,12 +68,12 @@ def _parser(known: dict[str, tuple[Option, Any]]) -> argparse.ArgumentParser:
         argument_default=argparse.SUPPRESS,
     )
     groups = {group: parser.add_argument_group(group) for group in GROUPS}
-    for name, (option, default) in known.items():
-        flags = option.flags or (f"--{name}",)
-        words: dict[str, Any] = {"help": _help(option, default)}
-        if option.metavar or option.choices:
+    for name, option in known.items():
+        shown = f"{option.help} [{option.default}]" if option.default else option.help
+        words: dict[str, Any] = {"help": shown.replace("%", "%%")}
+        if option.takes_value:
             words |= {"metavar": option.metavar or None, "type": _typed(option.read), "choices": option.choices or None}
-        if not flags[0].startswith("-"):
+        if not option.flags[0].startswith("-"):
             words["nargs"] = "*"
         else:
             words["dest"] = name
@@ -83,14 +81,10 @@ def _parser(known: dict[str, tuple[Option, Any]]) -> argparse.ArgumentParser:
                 words |= {"nargs": "?", "const": option.bare}
             elif option.many:
                 words["action"] = "append"
-            elif not (option.metavar or option.choices):
+            elif not option.takes_value:
                 words["action"] = "store_true"
-        groups[option.group].add_argument(*flags, **words)
+        groups[option.group].add_argument(*option.flags, **words)
     return parser
-
-
-def _help(option: Option, default: Any) -> str:
-    return (f"{option.help} [{default}]" if option.shows else option.help).replace("%", "%%")
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
@@ -105,9 +99,9 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
     return value
 
 
-def _with_bare(argv: Sequence[str], known: dict[str, tuple[Option, Any]]) -> list[str]:
+def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
     """Return the arguments, with the default value after a bare --check that a scene follows."""
-    bare = {flag: option.bare for option, _ in known.values() if option.bare is not None for flag in option.flags}
+    bare = {flag: option.bare for option in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
     return [
         f"{word}={','.join(map(str, bare[word]))}" if word in bare and not are_checks(after) else word
@@ -121,15 +115,12 @@ def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
     parser.error(f'unknown option "{word}"{likely(word, flags) or "; --help lists all options"}')
 
 
-def _require_fitting(
-    parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, tuple[Option, Any]]
-) -> None:
+def _require_fitting(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
     """Exit with a message if options do not fit together."""
     for name in given:
-        option = known[name][0]
+        option = known[name]
         if option.belongs and not given.get(option.belongs):
-            flag = (option.flags or (f"--{name}",))[0]
-            parser.error(f"{flag} needs --{option.belongs}")
+            parser.error(f"{option.flags[0]} needs --{option.belongs}")
     if "changes" in given and given.keys() & {"sweep", "design"}:
         parser.error("--set is for reports: a sweep varies numbers by [sweep]")
     if "changes" in given and "structure" in given:

@@ -280,7 +280,7 @@ def request_of(**asked: Any) -> Request:
     """
     known, given = options_of(Request), {}
     for name, value in asked.items():
-        option, text = known[name][0], f"{value}"
+        option, text = known[name], f"{value}"
         if value is None:
             continue
         if option.choices and value not in option.choices:

@@ -24,9 +24,11 @@ class Option:
     group
         Heading in the help.
     help
-        Description; the help adds the default in brackets if `shows`.
+        Description.
     metavar
         Placeholder of the value in the help; empty for a switch.
+    default
+        Value without the option.
     read
         Function from text to value; raises `OptionError`.
     flags
@@ -39,8 +41,6 @@ class Option:
         Value of the bare flag.
     many
         True if the option can be repeated; its value is a tuple.
-    shows
-        True if the help shows the default.
     writes
         Names of additional files and folders in a scene's results.
     """
@@ -48,21 +48,26 @@ class Option:
     group: str
     help: str
     metavar: str = ""
+    default: Any = None
     read: Callable[[str], Any] = str
     flags: tuple[str, ...] = ()
     choices: Sequence[str] = ()
     belongs: str = ""
     bare: Any = None
     many: bool = False
-    shows: bool = False
     writes: tuple[str, ...] = ()
+
+    @property
+    def takes_value(self) -> bool:
+        """True if it is not a switch."""
+        return bool(self.metavar or self.choices)
 
 
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
     """Define a dataclass field as an option; without metavar and choices it is a switch, False by default."""
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
-    return field(default=default, metadata={"option": Option(group, help, metavar, **words)})
+    return field(default=default, metadata={"option": Option(group, help, metavar, default, **words)})
 
 
 def at_least(least: int, most: int | None = None) -> Callable[[str], int]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinelast import tasks
 from kinelast.tasks import Option, at_least, checks, option, size, speeds
@@ -34,165 +34,81 @@ class RequestError(ValueError):
 class Request:
     """Options of one scene: all inputs of its results except its file."""
 
-    positions: int | None = option(
-        SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MAX_POSITIONS)
-    )
-    changes: tuple[str, ...] = option(
-        SCENE,
-        'replace a number of the scene, as in "links.rod.length=330 mm"; repeatable',
-        "PATH=VALUE",
-        flags=("--set",),
-        many=True,
-        default=(),
-    )
-    theory: str | None = option(
-        SCENE, "of motion, instead of the scene's own", choices=("quasi-static", "elastodynamic", "geometrically-exact")
-    )
-    accuracy: float | None = option(
-        SCENE,
-        'how far the answer may be off, as in "2 %": takes the cheapest theory that gets there',
-        "SHARE",
-        read=tasks.share,
-    )
-    units: str | None = option(
-        SCENE, "of the page and of positions.csv, instead of the scene's own [SI]", choices=("SI", "mm", "in")
-    )
+    # fmt: off
+    positions: int | None = option(SCENE, "positions over the cycle, instead of the scene's own", "N",
+        read=at_least(1, MAX_POSITIONS))
+    changes: tuple[str, ...] = option(SCENE,
+        'replace a number of the scene, as in "links.rod.length=330 mm"; repeatable', "PATH=VALUE", flags=("--set",),
+        many=True, default=())
+    theory: str | None = option(SCENE, "of motion, instead of the scene's own",
+        choices=("quasi-static", "elastodynamic", "geometrically-exact"))
+    accuracy: float | None = option(SCENE,
+        'how far the answer may be off, as in "2 %": takes the cheapest theory that gets there', "SHARE",
+        read=tasks.share)
+    units: str | None = option(SCENE, "of the page and of positions.csv, instead of the scene's own [SI]",
+        choices=("SI", "mm", "in"))
     refine: bool = option(SCENE, "search the largest values between the positions too")
     reachable: bool = option(SCENE, "leave out positions that the mechanism cannot reach")
-    speeds: tuple[float, float, int] | None = option(
-        SCENE,
+    speeds: tuple[float, float, int] | None = option(SCENE,
         'largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
-        "FROM:TO:COUNT",
-        read=speeds,
-        writes=("speeds.csv", "speeds.svg"),
-    )
-    tables: tuple[str, ...] = option(
-        SCENE,
-        "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)",
-        "FORMAT,...",
-        read=tasks.names,
-        default=(),
-    )
-    motion: bool = option(
-        SCENE,
+        "FROM:TO:COUNT", read=speeds, writes=("speeds.csv", "speeds.svg"))
+    tables: tuple[str, ...] = option(SCENE,
+        "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)", "FORMAT,...",
+        read=tasks.names, default=())
+    motion: bool = option(SCENE,
         "also write the motion at every position: drives, links, points, joints and their forces (motion.csv)",
-        writes=("motion.csv",),
-    )
-    columns: tuple[str, ...] = option(
-        SCENE,
-        'columns of positions.csv and motion.csv, instead of all, as in "B.*,crank.effort"',
-        "PATTERN,...",
-        read=tasks.names,
-        default=(),
-    )
+        writes=("motion.csv",))
+    columns: tuple[str, ...] = option(SCENE,
+        'columns of positions.csv and motion.csv, instead of all, as in "B.*,crank.effort"', "PATTERN,...",
+        read=tasks.names, default=())
     fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
-    stations: int = option(
-        SCENE,
-        "stations along a link for --fields",
-        "N",
-        read=at_least(2, MAX_STATIONS),
-        belongs="fields",
-        default=101,
-        shows=True,
-    )
-    checks: tuple[int | str, ...] = option(
-        CHECKING,
+    stations: int = option(SCENE, "stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS),
+        belongs="fields", default=101)
+    checks: tuple[int | str, ...] = option(CHECKING,
         f"compare with finite elements, so many to a beam [{tasks.ELEMENTS}]; with the whole mechanism vibrating and "
-        "displaced as far as it will; with links as plane bodies (check.json)",
-        "ELEMENTS|nonlinear|solid,...",
-        flags=("--check",),
-        read=checks,
-        bare=(tasks.ELEMENTS,),
-        default=(),
-        writes=("check.json",),
-    )
-    handout: bool = option(
-        PICTURES,
-        "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)",
-        flags=("--print",),
-        writes=("report.pdf",),
-    )
-    stills: bool = option(
-        PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",)
-    )
-    dxf: bool = option(
-        PICTURES,
+        "displaced as far as it will; with links as plane bodies (check.json)", "ELEMENTS|nonlinear|solid,...",
+        flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), default=(), writes=("check.json",))
+    handout: bool = option(PICTURES,
+        "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)", flags=("--print",),
+        writes=("report.pdf",))
+    stills: bool = option(PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)",
+        writes=("stills",))
+    dxf: bool = option(PICTURES,
         "also draw the links with their holes, and the paths of all points (links.dxf, links.svg)",
-        writes=("links.dxf", "links.svg"),
-    )
+        writes=("links.dxf", "links.svg"))
     mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
-    animate: tuple[str, ...] = option(
-        PICTURES,
-        "movies: deflection, slope, bending-moment, ... (an unknown name lists all)",
-        "DIAGRAM,...",
-        read=tasks.diagrams,
-        default=(),
-    )
-    frames: int | None = option(
-        PICTURES, "frames of a movie [one a position, 120 at most]", "N", read=at_least(1), belongs="animate"
-    )
-    picture: str = option(
-        PICTURES,
-        "of the movies; png: stills",
-        flags=("--format",),
-        choices=FORMATS,
-        belongs="animate",
-        default=FORMATS[0],
-        shows=True,
-    )
-    fps: float | None = option(
-        PICTURES, "frames of a movie shown in a second [25]", "N", read=tasks.positive, belongs="animate"
-    )
-    size: tuple[int, int] | None = option(
-        PICTURES, "of a picture in pixels [1280x720]", "WxH", read=size, belongs="animate"
-    )
-    style: str = option(
-        PICTURES,
-        "solid: links as shaded bodies in the colours of the field",
-        choices=STYLES,
-        belongs="animate",
-        default=STYLES[0],
-        shows=True,
-    )
-    exaggeration: float | None = option(
-        PICTURES,
-        "scale of the deformation in a picture [chosen automatically]",
-        "N",
-        read=tasks.positive,
-        belongs="animate",
-    )
-    background: str | None = option(
-        PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=tasks.colour, belongs="animate"
-    )
-    show: tuple[str, ...] | None = option(
-        PICTURES,
+    animate: tuple[str, ...] = option(PICTURES,
+        "movies: deflection, slope, bending-moment, ... (an unknown name lists all)", "DIAGRAM,...",
+        read=tasks.diagrams, default=())
+    frames: int | None = option(PICTURES, "frames of a movie [one a position, 120 at most]", "N", read=at_least(1),
+        belongs="animate")
+    picture: str = option(PICTURES, "of the movies; png: stills", flags=("--format",), choices=FORMATS,
+        belongs="animate", default=FORMATS[0])
+    fps: float | None = option(PICTURES, "frames of a movie shown in a second [25]", "N", read=tasks.positive,
+        belongs="animate")
+    size: tuple[int, int] | None = option(PICTURES, "of a picture in pixels [1280x720]", "WxH", read=size,
+        belongs="animate")
+    style: str = option(PICTURES, "solid: links as shaded bodies in the colours of the field", choices=STYLES,
+        belongs="animate", default=STYLES[0])
+    exaggeration: float | None = option(PICTURES, "scale of the deformation in a picture [chosen automatically]", "N",
+        read=tasks.positive, belongs="animate")
+    background: str | None = option(PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR",
+        read=tasks.colour, belongs="animate")
+    show: tuple[str, ...] | None = option(PICTURES,
         "contents of a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
-        "WHAT,...",
-        read=tasks.shown,
-        belongs="animate",
-    )
-    balance: bool = option(
-        DESIGNS,
+        "WHAT,...", read=tasks.shown, belongs="animate")
+    balance: bool = option(DESIGNS,
         "counterweights, discs and springs that best balance shaking force and moment, gravity and drives; the scene "
-        "with the counterweights to optimize (balance.toml)",
-        writes=("balance.toml",),
-    )
-    sensitivities: bool = option(
-        DESIGNS,
-        "derivatives of all figures with respect to all numbers (sensitivities.*)",
-        writes=("sensitivities.csv", "sensitivities.svg"),
-    )
-    tolerances: bool = option(
-        DESIGNS, "ranges of all figures under [tolerances] (tolerances.*)", writes=("tolerances.csv", "tolerances.svg")
-    )
-    samples: int | None = option(
-        DESIGNS, "designs to sample for --tolerances [2048]", "N", read=at_least(16, MAX_SAMPLES), belongs="tolerances"
-    )
-    optimize: bool = option(
-        DESIGNS,
-        "the best design by [optimize], as a scene of its own (optimum.toml)",
-        writes=("optimum.csv", "optimum.toml"),
-    )
+        "with the counterweights to optimize (balance.toml)", writes=("balance.toml",))
+    sensitivities: bool = option(DESIGNS, "derivatives of all figures with respect to all numbers (sensitivities.*)",
+        writes=("sensitivities.csv", "sensitivities.svg"))
+    tolerances: bool = option(DESIGNS, "ranges of all figures under [tolerances] (tolerances.*)",
+        writes=("tolerances.csv", "tolerances.svg"))
+    samples: int | None = option(DESIGNS, "designs to sample for --tolerances [2048]", "N",
+        read=at_least(16, MAX_SAMPLES), belongs="tolerances")
+    optimize: bool = option(DESIGNS, "the best design by [optimize], as a scene of its own (optimum.toml)",
+        writes=("optimum.csv", "optimum.toml"))
+    # fmt: on
 
     @property
     def elements(self) -> int | None:
@@ -220,94 +136,50 @@ class Request:
 class Batch:
     """Options of a run over scenes: scenes, kind of run, folder, processes."""
 
-    scenes: tuple[str, ...] = option(
-        SCENE,
-        "a scene file (.toml), a folder or pattern of such, a shipped scene, a report (.html)",
-        "SCENE",
-        flags=("scenes",),
-        many=True,
-        default=(),
-    )
+    # fmt: off
+    scenes: tuple[str, ...] = option(SCENE,
+        "a scene file (.toml), a folder or pattern of such, a shipped scene, a report (.html)", "SCENE",
+        flags=("scenes",), many=True, default=())
     new: str | None = option(SCENE, "write a first scene, NAME.toml, and stop", "NAME")
     copy: str | None = option(SCENE, "write a copy of a shipped scene, SCENE.toml, and stop", "SCENE")
-    foreign: str | None = option(
-        SCENE,
+    foreign: str | None = option(SCENE,
         "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
-        "linkage_sim, DXF",
-        "FILE",
-        flags=("--import",),
-    )
-    export: str | None = option(
-        SCENE, "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE"
-    )
-    structure: bool = option(
-        CHECKING,
-        "report mobility, loops and groups instead, and draw the skeleton",
-        writes=("structure.txt", "skeleton.svg"),
-    )
-    live: bool = option(
-        SCENE, "draw the scene, or an empty sheet, in the browser instead, and see it move and bend while it is changed"
-    )
+        "linkage_sim, DXF", "FILE", flags=("--import",))
+    export: str | None = option(SCENE,
+        "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE")
+    structure: bool = option(CHECKING, "report mobility, loops and groups instead, and draw the skeleton",
+        writes=("structure.txt", "skeleton.svg"))
+    live: bool = option(SCENE,
+        "draw the scene, or an empty sheet, in the browser instead, and see it move and bend while it is changed")
     sweep: bool = option(DESIGNS, "compute the designs of the scene's [sweep] instead (designs.csv)")
-    design: int | None = option(
-        DESIGNS,
-        "write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)",
-        "N",
-        read=at_least(0),
-    )
-    most: int = option(
-        DESIGNS, "largest number of designs of a sweep", "N", read=at_least(1), default=10_000_000, shows=True
-    )
-    pages: int = option(
-        DESIGNS,
-        "number of designs of a sweep with a report: the best ones, and the front",
-        "N",
-        read=at_least(0),
-        default=20,
-        shows=True,
-    )
-    scheduler: str | None = option(
-        DESIGNS,
-        'of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
-        "ADDRESS",
-        belongs="sweep",
-    )
-    out: Path = option(  # noqa: RUF009 - a path does not change
-        RUNNING,
-        "folder for the results",
-        "OUT",
-        flags=("-o", "--out"),
-        read=Path,
-        default=Path("deflection-report"),
-        shows=True,
-    )
-    jobs: int = option(
-        RUNNING,
-        "number of processes for scenes or for designs of a sweep; 0: one per core",
-        "N",
-        read=at_least(0),
-        default=1,
-        shows=True,
-    )
-    resume: bool = option(
-        RUNNING, "skip scenes and parts of a sweep that already have results from the same file and options"
-    )
+    design: int | None = option(DESIGNS,
+        "write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)", "N", read=at_least(0))
+    most: int = option(DESIGNS, "largest number of designs of a sweep", "N", read=at_least(1), default=10_000_000)
+    pages: int = option(DESIGNS, "number of designs of a sweep with a report: the best ones, and the front", "N",
+        read=at_least(0), default=20)
+    scheduler: str | None = option(DESIGNS,
+        'of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead', "ADDRESS", belongs="sweep")
+    out: Path = option(RUNNING,  # noqa: RUF009 - a path does not change
+        "folder for the results", "OUT", flags=("-o", "--out"), read=Path, default=Path("deflection-report"))
+    jobs: int = option(RUNNING, "number of processes for scenes or for designs of a sweep; 0: one per core", "N",
+        read=at_least(0), default=1)
+    resume: bool = option(RUNNING,
+        "skip scenes and parts of a sweep that already have results from the same file and options")
     quiet: bool = option(RUNNING, "print only errors")
-    list: bool = option(
-        RUNNING, "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use"
-    )
-    completion: str | None = option(
-        RUNNING, "print the script by which a shell completes this command, and stop", choices=SHELLS
-    )
+    list: bool = option(RUNNING,
+        "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use")
+    completion: str | None = option(RUNNING, "print the script by which a shell completes this command, and stop",
+        choices=SHELLS)
     version: bool = option(RUNNING, "print the version and stop")
+    # fmt: on
 
 
-def options_of(*lists: type) -> dict[str, tuple[Option, Any]]:
-    """Options of `Request` and `Batch`, or one of them, by field, with defaults."""
-    return {each.name: (each.metadata["option"], each.default) for one in lists for each in fields(one)}
+def options_of(*lists: type) -> dict[str, Option]:
+    """Options of `Request` and `Batch`, or one of them, by field."""
+    found = {each.name: each.metadata["option"] for one in lists for each in fields(one)}
+    return {name: replace(each, flags=each.flags or (f"--{name}",)) for name, each in found.items()}
 
 
 def written() -> set[str]:
     """Names of all files and folders in a scene's results, except films."""
-    options = options_of(Request, Batch).values()
-    return {*ALWAYS, *(name for each, _ in options for name in each.writes)}
+    return {*ALWAYS, *(name for each in options_of(Request, Batch).values() for name in each.writes)}
