@@ -136,21 +136,28 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
     return start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
 
 
+class Named:
+    """Something with parts by name, as items, with tab completion."""
+
+    def __iter__(self) -> Iterator[str]:
+        raise NotImplementedError
+
+    def keys(self) -> list[str]:
+        """Names of the parts."""
+        return [*self]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self]
+
+
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneMotion(Motion):
+class SceneMotion(Named, Motion):
     """Motion with points and links by name: `motion["B"].position`. A point precedes a link of the same name."""
 
     scene: Scene
 
     def __iter__(self) -> Iterator[str]:
         yield from dict.fromkeys((*point_names(self.mechanism), *self.mechanism.index))
-
-    def keys(self) -> list[str]:
-        """Names of points and links."""
-        return [*self]
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return [*self]
 
     def __getitem__(self, name: str) -> PointMotion | LinkMotion:
         links = self.mechanism.links
@@ -173,24 +180,17 @@ class SceneMotion(Motion):
 
     def _repr_html_(self) -> str:
         names = {"points": point_names(self.mechanism), "links": [*self.mechanism.index][1:]}
-        return _html(self.scene, f"motion, {_extent(self)}", names)
+        return names_html(self.scene, f"motion, {_extent(self)}", names)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneDeflection(Deflection):
+class SceneDeflection(Named, Deflection):
     """Deflection with beams by name: `deflection["coupler"].w`."""
 
     scene: Scene
 
     def __iter__(self) -> Iterator[str]:
         yield from self.scene.labels
-
-    def keys(self) -> list[str]:
-        """Names of the beams."""
-        return [*self]
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return [*self]
 
     def __getitem__(self, label: str) -> BeamFields:
         if label not in self.scene.labels:
@@ -202,7 +202,7 @@ class SceneDeflection(Deflection):
 
     def _repr_html_(self) -> str:
         words = f"deflection, {len(self.sections)} beams, {_extent(self.motion)}"
-        return _html(self.scene, words, {"beams": self.scene.labels, "fields": FIELDS})
+        return names_html(self.scene, words, {"beams": self.scene.labels, "fields": FIELDS})
 
 
 def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion:
@@ -245,7 +245,8 @@ def _extent(course: Motion) -> str:
     return f"{len(course.time)} positions in {course.time[-1] - course.time[0]:.4g} s"
 
 
-def _html(scene: Scene, words: str, names: Mapping[str, Iterable[str]]) -> str:
+def names_html(scene: Scene, words: str, names: Mapping[str, Iterable[str]]) -> str:
+    """Return the title of a scene with words, and a line of names for each kind of parts."""
     rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
     return f"<p><b>{escape(scene.title)}</b>: {escape(words)}{rows}</p>"
 

@@ -223,8 +223,7 @@ class SceneAnswer:
 
     def _repr_html_(self) -> str:
         rows = {kind: getattr(self, kind) for kind in ("points", "links", "beams", "joints", "drives")}
-        parts = "".join(f"<br>{kind}: <code>{escape(', '.join(names))}</code>" for kind, names in rows.items())
-        return f"<p><b>{escape(self.scene.title)}</b>: {escape(self.headline)}{parts}</p>"
+        return notebook.names_html(self.scene, self.headline, rows)
 
 
 def answer(

@@ -9,7 +9,7 @@ import numpy as np
 from elastic.elastodynamics import NaturalModes, natural_modes
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import too_many_beams
-from kinelast.notebook import STATIONS, SceneMotion, motion, rigid_line, scene_of, unknown_name
+from kinelast.notebook import STATIONS, Named, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.numbers import percent, quantity
@@ -41,7 +41,7 @@ class ModeShapes:
 
 
 @dataclass(frozen=True, eq=False)
-class NaturalFrequencies:
+class NaturalFrequencies(Named):
     """Natural frequencies of a scene with the drives held. `solved["coupler"]` gives the mode shapes of a beam.
 
     Attributes
@@ -77,14 +77,7 @@ class NaturalFrequencies:
         return ModeShapes(rigid_line(self.motion, beam), self.modes.displacement[:, beam])
 
     def __iter__(self) -> Iterator[str]:
-        yield from self.keys()
-
-    def keys(self) -> list[str]:
-        """Names of the beams."""
-        return [*self.motion.scene.labels]
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return self.keys()
+        yield from self.motion.scene.labels
 
     def __repr__(self) -> str:
         lowest = [quantity(float(np.nanmin(row)), "Hz") for row in self.frequency if np.isfinite(row).any()]
