@@ -11,25 +11,9 @@ from animations.rendering import RenderingUnavailable, off_screen, probe
 from animations.style import LOOKS, SHOWN, Style, colour
 
 __all__ = [
-    "DIAGRAMS",
-    "LOOKS",
-    "RATE",
-    "SHOWN",
-    "Diagram",
-    "Picture",
-    "RenderingUnavailable",
-    "Scales",
-    "Style",
-    "View",
-    "colour",
-    "diagram_named",
-    "drawable",
-    "movie",
-    "off_screen",
-    "probe",
-    "spread",
-    "stills",
-]
+    "DIAGRAMS", "LOOKS", "RATE", "SHOWN", "Diagram", "Picture", "RenderingUnavailable", "Scales", "Style", "View",
+    "colour", "diagram_named", "drawable", "movie", "off_screen", "probe", "spread", "stills",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:

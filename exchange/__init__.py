@@ -18,25 +18,9 @@ from exchange.scene import scene_text
 from exchange.svg import svg_text
 
 __all__ = [
-    "FORMATS",
-    "Columns",
-    "DrawnLink",
-    "Drive",
-    "ExchangeError",
-    "ForeignGear",
-    "ForeignLink",
-    "ForeignLoad",
-    "ForeignMechanism",
-    "ForeignSlider",
-    "Slot",
-    "columns_of",
-    "dxf_text",
-    "read",
-    "scene_text",
-    "section_of_dxf",
-    "svg_text",
-    "to_and_fro",
-    "written",
+    "FORMATS", "Columns", "DrawnLink", "Drive", "ExchangeError", "ForeignGear", "ForeignLink", "ForeignLoad",
+    "ForeignMechanism", "ForeignSlider", "Slot", "columns_of", "dxf_text", "read", "scene_text", "section_of_dxf",
+    "svg_text", "to_and_fro", "written",
 ]  # fmt: skip
 
 

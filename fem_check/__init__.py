@@ -12,21 +12,9 @@ from fem_check.solid.solution import SolidSolution, solve_solid
 from fem_check.vtu import write_vtu_series
 
 __all__ = [
-    "TOLERANCE",
-    "Comparison",
-    "MomentumBalance",
-    "SolidComparison",
-    "SolidSolution",
-    "Solution",
-    "TieForce",
-    "Worst",
-    "balance",
-    "compare",
-    "compare_solid",
-    "solve",
-    "solve_solid",
-    "write_vtu_series",
-]
+    "TOLERANCE", "Comparison", "MomentumBalance", "SolidComparison", "SolidSolution", "Solution", "TieForce", "Worst",
+    "balance", "compare", "compare_solid", "solve", "solve_solid", "write_vtu_series",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:

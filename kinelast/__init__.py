@@ -18,34 +18,11 @@ if TYPE_CHECKING:
     from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 __all__ = [
-    "Document",
-    "Run",
-    "Scene",
-    "SceneError",
-    "StructureScene",
-    "__version__",
-    "answer",
-    "deflection",
-    "film",
-    "live",
-    "load",
-    "motion",
-    "natural_frequencies",
-    "picture",
-    "read_document",
-    "read_scene",
-    "read_structure",
-    "report",
-    "scene_from_dict",
-    "scene_from_text",
-    "scene_motion",
-    "shipped_scenes",
-    "shipped_structures",
-    "structure_from_text",
-    "to_pandas",
-    "to_xarray",
-    "with_loads",
-]
+    "Document", "Run", "Scene", "SceneError", "StructureScene", "__version__", "answer", "deflection", "film", "live",
+    "load", "motion", "natural_frequencies", "picture", "read_document", "read_scene", "read_structure", "report",
+    "scene_from_dict", "scene_from_text", "scene_motion", "shipped_scenes", "shipped_structures", "structure_from_text",
+    "to_pandas", "to_xarray", "with_loads",
+]  # fmt: skip
 
 __version__ = "0.1.0"
 """Version of the program, as a wheel bears it too."""
