@@ -10,6 +10,7 @@ import numpy as np
 from elastic.assessment import harmonics
 from kinelast.figures import report
 from kinelast.figures.entry import bounded_items
+from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
@@ -341,3 +342,23 @@ def _reserve(
         value = (abs(peak.value) / bound) ** power
         error = error_entries(value, peak.error_size * abs(power) * value / abs(peak.value))
         yield mode, reading(value, "1", **error, label=reader.scene.labels[beam], **reader.at_peak(peak))
+
+
+def with_limit_speed(
+    rows: Sequence[report.LinkReserves], speeds: Mapping[str, Any], scene: Scene
+) -> list[report.LinkReserves]:
+    """Return the rows of `breaks_first` with the reserve to the limit speed, for the link that sets it.
+
+    Parameters
+    ----------
+    speeds
+        Plain data of the speeds, see `kinelast.outputs.speeds.speed_figures`.
+    """
+    limit, highest = speeds["limit"], speeds["highest_within_limits"]
+    if not limit or not limit["of"] or not highest:
+        return [*rows]
+    reserve = Reading(value=highest / nominal_speed(scene), unit="1", error=None, label=limit["of"])
+    owner = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
+    its = "" if owner < 0 else scene.mechanism.links[owner].name
+    more = [reserves_of(row.link, {**row.reserves, "limit speed": reserve}) if row.link == its else row for row in rows]
+    return sorted(more, key=reserve_of)

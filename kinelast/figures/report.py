@@ -12,6 +12,8 @@ from msgspec import UNSET, Struct, UnsetType, convert, field, to_builtins
 
 from kinelast.scene.reading import Finding, Reading
 
+# The file is longer than others, because its classes together are the format of summary.json.
+
 Data = Mapping[str, Any]
 
 

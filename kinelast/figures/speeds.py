@@ -16,24 +16,21 @@ from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
+from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
 from kinelast.figures.output import output_of
-from kinelast.figures.parts import reserve_of, reserves_of
 from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.report import LinkReserves
 from kinelast.figures.results import Results
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import BEAM, LEAST, OUTPUT_ERROR, Figure, Limit, items_of
-from kinelast.scene.reading import Reading
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
-from rigid import ConstantSpeed, MechanismError, Motion, with_rates
+from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
 SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan for limited figures
-CLOCK = 24  # positions at which loads are tested for a dependence on time
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
 LONG = 60.0  # [s] remaining time from which it is announced
 AMPLIFIED = 1.2  # value over quasi-static value from which a resonance is reported
@@ -155,7 +152,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     SceneError
         A drive has no constant speed, a load depends on time, or vibration cannot be answered.
     """
-    nominal = _nominal(scene)
+    nominal = nominal_speed(scene)
     limits = limits_of(scene)
     needed = {*FIELDS.values(), *(limit.figure for limit in limits), *needed_by_limits(scene)}
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked or figure.key in needed]
@@ -268,59 +265,6 @@ class _Looking:
             if left > LONG:
                 what = f"the search at {of} speeds takes about {lasting(left)}"
                 self.progress.tell(f"{self.name}: {what}; give a narrower range to shorten it")
-
-
-def with_limit_speed(rows: Sequence[LinkReserves], speeds: Mapping[str, Any], scene: Scene) -> list[LinkReserves]:
-    """Return the rows of `breaks_first` with the reserve to the limit speed, for the link that sets it.
-
-    Parameters
-    ----------
-    speeds
-        Plain data of the speeds, see `kinelast.outputs.speeds.speed_figures`.
-    """
-    limit, highest = speeds["limit"], speeds["highest_within_limits"]
-    if not limit or not limit["of"] or not highest:
-        return [*rows]
-    reserve = Reading(value=highest / _nominal(scene), unit="1", error=None, label=limit["of"])
-    owner = scene.mechanism.beams[scene.labels.index(limit["of"])][0] if limit["of"] in scene.labels else -1
-    its = "" if owner < 0 else scene.mechanism.links[owner].name
-    more = [reserves_of(row.link, {**row.reserves, "limit speed": reserve}) if row.link == its else row for row in rows]
-    return sorted(more, key=reserve_of)
-
-
-def leading_drive(scene: Scene) -> int:
-    """Return the number of the first moving drive. Speeds are its speeds, and the other drives keep their ratio."""
-    return next((number for number, law in enumerate(scene.laws) if getattr(law, "speed", 0.0)), 0)
-
-
-def _nominal(scene: Scene) -> float:
-    """Return the speed of the leading drive in the scene [rad/s or m/s].
-
-    Raises
-    ------
-    SceneError
-        The motion or a load does not scale with the speed of the drives.
-    """
-    lead = scene.laws[leading_drive(scene)]
-    if not all(isinstance(law, ConstantSpeed) for law in scene.laws) or not isinstance(lead, ConstantSpeed):
-        problem = "--speeds scales drives at constant speed; it cannot scale laws of time and efforts"
-        raise SceneError(scene.path, "drives", "", problem)
-    if not lead.speed:
-        raise SceneError(scene.path, "drives", "", "--speeds scales drives at constant speed, but none moves")
-    if scene.run.no_cycle:
-        raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
-    laws = (getattr(load, "law", None) for load in scene.mechanism.loads)
-    if any(_depends_on_time(scene, law) for law in laws if law is not None):
-        problem = "--speeds cannot scale a load by time: give its table against the angle of a link"
-        raise SceneError(scene.path, "loads", "", problem)
-    return abs(float(lead.speed))
-
-
-def _depends_on_time(scene: Scene, law: Any) -> bool:
-    """Whether a load factor changes with time at the same positions and rates."""
-    motion = scene.course.at(float(scene.run.cycle) * np.arange(CLOCK) / CLOCK)
-    now, later = (np.asarray(law(each)) for each in (motion, replace(motion, time=0.61 * motion.time)))
-    return not np.allclose(now, later, rtol=1e-9, atol=1e-12 * np.abs(now).max(initial=0.0))
 
 
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals:
@@ -450,8 +394,3 @@ def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[Sp
         value, still = mapped.values[at, field, beam], mapped.quasi_static[at, field, beam]
         met = search.model.resonance(float(mapped.ratio[at])) if value > AMPLIFIED * still else None
         yield SpeedPeak(float(mapped.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
-
-
-def speed_unit(scene: Scene) -> str:
-    """Return the unit of the speed of the leading drive."""
-    return "rad/s" if scene.mechanism.drives[leading_drive(scene)].turns else "m/s"

@@ -377,32 +377,25 @@ def _lacking(results: Results) -> str:
 def _judged(results: Results) -> set[str]:
     """Return the kinds of caution with known figures."""
     sections = results.deflection.sections
-    stressed = [not math.isnan(peak.value) for peak in results.figures.peaks["safety"]]
-    slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
-    bends = [np.isfinite(section.EI) for section in sections]
     kinds = {
-        "slenderness": any(slender),
+        "slenderness": any(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections),
         "deflection": True,
-        "axial force": any(bends),
-        "yield": any(stressed),
+        "axial force": any(np.isfinite(section.EI) for section in sections),
+        "yield": any(not math.isnan(peak.value) for peak in results.figures.peaks["safety"]),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
 
 def left_out(results: Results) -> list[str]:
     """Return the neglected effects in words."""
-    stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
     cleared = any(parts.clearance for parts in results.scene.bearings.values())
-    play = "impacts of the play in the joints" if cleared else "play in the joints"
-    friction = [] if results.mechanism.friction else ["friction in the joints"]
-    fatigue = [] if results.scene.fatigue else ["fatigue"]
-    others = ["large displacements", "the axial force's part in bending", play, *friction, *fatigue]
-    if results.vibrates:
-        others.remove("the axial force's part in bending")
-    if results.answer and results.answer.theory == GEOMETRICALLY_EXACT:
-        others.remove("large displacements")
-    return [
-        *([] if results.vibrates else ["vibration of the links"]),
-        *(["shear deformation"] if stiff else []),
-        *others,
-    ]
+    effects = {
+        "vibration of the links": not results.vibrates,
+        "shear deformation": all(np.isinf(section.kGA) for section in results.deflection.sections),
+        "large displacements": not results.answer or results.answer.theory != GEOMETRICALLY_EXACT,
+        "the axial force's part in bending": not results.vibrates,
+        "impacts of the play in the joints" if cleared else "play in the joints": True,
+        "friction in the joints": not results.mechanism.friction,
+        "fatigue": not results.scene.fatigue,
+    }
+    return [effect for effect, neglected in effects.items() if neglected]

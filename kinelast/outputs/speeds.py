@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics import Resonance
+from kinelast.figures.leading_drive import leading_drive, speed_unit
 from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of
-from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
+from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.figure import drive_words, items_of

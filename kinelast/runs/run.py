@@ -209,7 +209,7 @@ def _with_studies(
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
         more["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
-        from kinelast.figures.speeds import with_limit_speed
+        from kinelast.figures.parts import with_limit_speed
 
         rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)
         report = changed(report, breaks_first=rows)
