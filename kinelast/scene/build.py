@@ -9,7 +9,6 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
@@ -22,6 +21,7 @@ from kinelast.scene.limits import build_output, build_settled, figure_bounds, li
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
+from kinelast.scene.parsing import leaves
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import Material, SectionSource, making, poisson_of
@@ -151,7 +151,7 @@ KEPT = ("rad", "rad/s", "m^3/s")  # the report uses the file's units of these di
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
     """Return the most frequent units of angles, angular speeds and flows in a file."""
     bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
-    every = [*_quantities(table), *(each for bound in bounds for each in _kept(bound))]
+    every = [*leaves(table, Quantity), *(each for bound in bounds for each in _kept(bound))]
     names = Counter((each.unit, each.written) for each in every if each.unit in KEPT and each.written)
     most = {unit: name for (unit, name), _ in reversed(names.most_common())}
     return {unit: (1.0 / Quantity.of_unit(unit, f"1 {name}"), name) for unit, name in most.items() if name != unit}
@@ -166,21 +166,6 @@ def _kept(bound: Any) -> Iterator[Quantity]:
     for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
         with suppress(ValueError):
             yield _Kept.read(amount)
-
-
-def _quantities(node: Any) -> Iterator[Quantity]:
-    """Yield all quantities of parsed tables; studies have texts instead."""
-    if isinstance(node, Quantity):
-        yield node
-    elif isinstance(node, Struct):
-        for key in node.__struct_fields__:
-            yield from _quantities(getattr(node, key))
-    elif isinstance(node, Mapping):
-        for each in node.values():
-            yield from _quantities(each)
-    elif isinstance(node, list | tuple):
-        for each in node:
-            yield from _quantities(each)
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:

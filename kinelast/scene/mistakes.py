@@ -4,14 +4,14 @@ Mistakes that only follow from a repair are not reported.
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 from kinelast.scene.error import SceneError
-from kinelast.scene.parsing import parse_toml, read_toml
+from kinelast.scene.parsing import leaves, parse_toml, read_toml
 from kinelast.scene.parts import PARTS
 
 MAX_MISTAKES = 100  # reported
@@ -155,7 +155,7 @@ class _Copy:
             return True
         names = {name for doubted in self.doubtful for name in doubted[1:]}
         alone = bool(path) and path[0] in ALONE
-        depends = alone or self._in_file(entry) in self.doubtful or names & {*_words(self._at(entry))}
+        depends = alone or self._in_file(entry) in self.doubtful or names & {*leaves(self._at(entry), str)}
         return bool(self.doubtful and depends) and (self._at(path) is None or not OF_ITSELF.match(problem))
 
     def _names_what_is_gone(self, problem: str) -> bool:
@@ -291,15 +291,6 @@ class _Copy:
             return error
         table = error.table.replace(f"[{int(entry[1]) + 1}]", f"[{int(there[1]) + 1}]", 1)
         return SceneError(error.file, table, error.key, error.problem)
-
-
-def _words(node: Any) -> Iterator[str]:
-    """Yield all texts in tables."""
-    if isinstance(node, str):
-        yield node
-    elif isinstance(node, dict | list):
-        for each in node.values() if isinstance(node, dict) else node:
-            yield from _words(each)
 
 
 def _joined(holder: dict[str, Any], key: str, new: str) -> bool:

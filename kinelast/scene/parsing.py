@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, partial
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
@@ -15,6 +15,7 @@ from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
 Whole = TypeVar("Whole", bound=msgspec.Struct)
+Value = TypeVar("Value")
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 WORDS = {
@@ -104,6 +105,19 @@ def _toml_hint(text: str, message: str) -> str:
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
     matches = ((re.match(pattern, line), words) for pattern, words in HINTS)
     return next((f"; {words(found)}" for found, words in matches if found), "")
+
+
+def leaves(node: Any, kind: type[Value]) -> Iterator[Value]:
+    """Yield all values of a type in tables, lists and parsed tables."""
+    if isinstance(node, kind):
+        yield node
+    elif isinstance(node, msgspec.Struct):
+        yield from leaves(msgspec.structs.astuple(node), kind)
+    elif isinstance(node, Mapping):
+        yield from leaves([*node.values()], kind)
+    elif isinstance(node, list | tuple):
+        for each in node:
+            yield from leaves(each, kind)
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:

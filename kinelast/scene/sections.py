@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Any
@@ -15,7 +15,7 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.library import materials_of, named_section, unknown
 from kinelast.scene.numbers import any_nonzero, real, require
-from kinelast.scene.parsing import read_toml
+from kinelast.scene.parsing import leaves, read_toml
 from kinelast.scene.tables import PER_LENGTH
 from rigid import Beam
 from rigid.arrays import Real
@@ -278,23 +278,11 @@ def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
 
 def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Return the tables of a library that a scene uses and does not define."""
-    words = set(_words(raw))
+    words = set(leaves(raw, str))
     return {
         kind: {name: table for name, table in tables.items() if name in words and name not in _mapping(raw, kind)}
         for kind, tables in library.items()
     }
-
-
-def _words(part: Any) -> Iterator[str]:
-    """Yield all texts of a file."""
-    if isinstance(part, str):
-        yield part
-    elif isinstance(part, Mapping):
-        for each in part.values():
-            yield from _words(each)
-    elif isinstance(part, list):
-        for each in part:
-            yield from _words(each)
 
 
 def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[str, Any]:
