@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from kinelast.scene.format import SceneTable
 
 Built = TypeVar("Built")
-PartValues = Callable[["Cycle", int, Any], Reals]
-"""Function from a cycle, a drive number and a part to values at every position, or to one of the whole cycle."""
+DriveValues = Callable[..., Reals]
+"""Function from cycle, drive number and part, if any, to values at every position or to one of the whole cycle."""
+ALL = ""
+"""Stands for all drives instead of those with a part of a kind."""
 
 
 def effort(cycle: Cycle, number: int) -> Reals:
@@ -81,38 +83,28 @@ def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[s
     return found
 
 
-def numbered(scene: Scene, part: str) -> dict[int, Any]:
-    """Return the parts of a kind by drive number."""
+def numbered(scene: Scene, part: str) -> list[tuple[Any, ...]]:
+    """Return the numbers of the drives with a part of a kind, each with the part; for `ALL` drives only numbers."""
+    names = drive_names(scene.mechanism)
+    if part == ALL:
+        return [(number,) for number in range(len(names))]
     built = scene.parts[part]
-    return {number: built[name] for number, name in enumerate(drive_names(scene.mechanism)) if name in built}
+    return [(number, built[name]) for number, name in enumerate(names) if name in built]
 
 
-def of_drives(part: str, values: PartValues) -> Callable[[Cycle], list[Reals]]:
+def of_drives(part: str, values: DriveValues) -> Callable[[Cycle], list[Reals]]:
     """Return a function from a cycle to the values of the drives with a part of a kind."""
-    return lambda cycle: [values(cycle, *each) for each in numbered(cycle.scene, part).items()]
+    return lambda cycle: [values(cycle, *each) for each in numbered(cycle.scene, part)]
 
 
-def averages(part: str, measure: Callable[..., Reals], values: PartValues) -> Callable[[Cycle], Largest]:
+def averages(part: str, measure: Callable[..., Reals], values: DriveValues) -> Callable[[Cycle], Largest]:
     """Return the search for averages of the drives with a part over the positions that count."""
     return averaged(of_drives(part, lambda cycle, *each: over_time(cycle, measure, values(cycle, *each))))
 
 
 def drive_units(part: str, turns: str, slides: str) -> Callable[[Scene], list[str]]:
     """Return the units of the drives with a part: for a rotating or a sliding drive."""
-    return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n in numbered(scene, part)]
-
-
-PerDrive = Callable[["Cycle", int], Reals]
-
-
-def _each(values: PerDrive) -> Callable[[Cycle], list[Reals]]:
-    """Return the values of all drives, from a function of the number of a drive."""
-    return lambda cycle: [values(cycle, number) for number in range(len(cycle.scene.mechanism.drives))]
-
-
-def _over_time(measure: Callable[..., Reals], values: PerDrive) -> Callable[[Cycle], Any]:
-    """Return figures that average values of the drives over the positions that count."""
-    return averaged(_each(lambda cycle, number: over_time(cycle, measure, values(cycle, number))))
+    return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n, *_ in numbered(scene, part)]
 
 
 def energy_taken(values: Any, weight: Any) -> Reals:
@@ -125,10 +117,6 @@ def energy_given(values: Any, weight: Any) -> Reals:
     return energy_taken(-np.asarray(values), weight)
 
 
-def _units(turns: str, slides: str) -> Callable[[Scene], list[str]]:
-    return lambda scene: [turns if drive.turns else slides for drive in scene.mechanism.drives]
-
-
 def _effort_units(scene: Scene) -> list[str]:
     return [unit for *_, unit in drive_words(scene.mechanism)]
 
@@ -136,14 +124,16 @@ def _effort_units(scene: Scene) -> list[str]:
 DRIVE_FIGURES: tuple[Figure, ...] = (
     Figure("drive_effort", "effort of a drive", _effort_units, DRIVE, each(lambda cycle: cycle.efforts), listed=True),
     Figure("drive_rms", "effort of a drive, root mean square", _effort_units, DRIVE,
-           _over_time(root_mean_square, effort), AVERAGE),
-    Figure("drive_mean", "effort of a drive, mean", _effort_units, DRIVE, _over_time(mean, effort), AVERAGE),
-    Figure("drive_speed", "speed of a drive", _units("rad/s", "m/s"), DRIVE, each(_each(rate)), rigid=True),
-    Figure("drive_power", "power of a drive", "W", DRIVE, each(_each(power))),
-    Figure("drive_mean_power", "mean power of a drive", "W", DRIVE, _over_time(mean, power), AVERAGE),
-    Figure("energy_taken", "energy of a drive, taken in a cycle", "J", DRIVE, _over_time(energy_taken, power), AVERAGE),
-    Figure("energy_given", "energy of a drive, given back in a cycle", "J", DRIVE, _over_time(energy_given, power),
+           averages(ALL, root_mean_square, effort), AVERAGE),
+    Figure("drive_mean", "effort of a drive, mean", _effort_units, DRIVE, averages(ALL, mean, effort), AVERAGE),
+    Figure("drive_speed", "speed of a drive", drive_units(ALL, "rad/s", "m/s"), DRIVE,
+           each(of_drives(ALL, rate)), rigid=True),
+    Figure("drive_power", "power of a drive", "W", DRIVE, each(of_drives(ALL, power))),
+    Figure("drive_mean_power", "mean power of a drive", "W", DRIVE, averages(ALL, mean, power), AVERAGE),
+    Figure("energy_taken", "energy of a drive, taken in a cycle", "J", DRIVE, averages(ALL, energy_taken, power),
            AVERAGE),
-    Figure("load_inertia", "inertia of the links, reduced to a drive", _units("kg m^2", "kg"), DRIVE,
-           each(_each(lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
+    Figure("energy_given", "energy of a drive, given back in a cycle", "J", DRIVE, averages(ALL, energy_given, power),
+           AVERAGE),
+    Figure("load_inertia", "inertia of the links, reduced to a drive", drive_units(ALL, "kg m^2", "kg"), DRIVE,
+           each(of_drives(ALL, lambda cycle, number: cycle.once(load_inertia, number))), rigid=True),
 )  # fmt: skip

@@ -55,7 +55,7 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
     from symbols import Spot, cylinder
 
     mechanism = scene.mechanism
-    for number in numbered(scene, KEY):
+    for number, _ in numbered(scene, KEY):
         slider = mechanism.slider(mechanism.drives[number].joint)
         rod, barrel = (mechanism.links[mechanism.index[name]] for name in (slider.link, slider.on))
         if barrel.name != GROUND and (len(barrel.points), len(rod.points)) == (2, 1):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinelast.scene.drive_values import by_drive, effort, load_inertia, of_drives, rate
+from kinelast.scene.drive_values import ALL, by_drive, effort, load_inertia, of_drives, rate
 from kinelast.scene.error import fault
 from kinelast.scene.figure import AVERAGE, DRIVE, Figure, Kind, RangeCheck, averaged
 from kinelast.scene.numbers import real
@@ -64,8 +64,7 @@ FLYWHEELS: Part[Real] = Part(
     KEY, "", None, by_drive(_unevenness),
     (
         Figure("energy_fluctuation", "energy fluctuation that a flywheel on a drive would absorb", "J", DRIVE,
-               averaged(lambda cycle: [_fluctuation(cycle, n) for n in range(len(cycle.scene.mechanism.drives))]),
-               AVERAGE),
+               averaged(of_drives(ALL, _fluctuation)), AVERAGE),
         Figure("flywheel", "total inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
                averaged(of_drives(KEY, _flywheel)), AVERAGE),
         Figure("flywheel_added", "flywheel inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
