@@ -252,10 +252,7 @@ def redrawn(drawn: Drawn, angle: float) -> Drawn:
         for name, local in body.points.items():
             points[name] = complex(there.origin[at, 0] + np.exp(1j * there.angle[at, 0]) * local)
     guides = tuple(
-        replace(
-            guide,
-            direction=guide.direction * complex(np.exp(1j * (there.angle[k, 0] - bodies[k].angle))),
-        )
+        replace(guide, direction=guide.direction * complex(np.exp(1j * (there.angle[k, 0] - bodies[k].angle))))
         for guide in drawn.guides
         for k in [list(drawn.links).index(guide.on)]
     )

@@ -83,13 +83,7 @@ def marched(begun: Motion, speed: float, elements: int) -> Any:
     bearing = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[0, APART, 0]))
     mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[bearing, shaft]))
     angle = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=turning, coordinate=2))
-    mbs.AddObject(
-        items.ObjectConnectorCoordinate(
-            markerNumbers=[still, angle],
-            offset=speed,
-            velocityLevel=True,
-        )
-    )
+    mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[still, angle], offset=speed, velocityLevel=True))
     pin = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=crank, localPosition=[CRANK, 0, 0]))
     first = int((APART + CRANK) / h)
     data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[first, APART + CRANK], numberOfDataCoordinates=2))

@@ -345,12 +345,7 @@ def _row_of(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
             print(f"case {number} of seed {options.seed}: {fault}", flush=True)
     row = {"kind": options.kind, "seed": options.seed, "first": numbers.start, "cases": len(numbers)}
     row |= {f"status {status}": counts[status] for status in DOCUMENTED}
-    row |= {
-        "slow, announced": counts[-2],
-        "wrong": wrong,
-        "slowest [s]": round(slowest[0], 1),
-        "its case": slowest[1],
-    }
+    row |= {"slow, announced": counts[-2], "wrong": wrong, "slowest [s]": round(slowest[0], 1), "its case": slowest[1]}
     return row | {"processor [s]": round(total, 1)}
 
 

@@ -52,10 +52,7 @@ def rows(speed: float) -> Iterator[dict[str, Any]]:
     plain, vibrating, exact = THEORIES
     took, bent = measuring.processor_seconds(lambda: deflection(at, sections))
     yield {"rad/s": speed, "theory": plain, "tolerance": None, "error": error_of(bent), "ms": 1e3 * took}
-    calls = {
-        vibrating: linear,
-        exact: lambda tolerance: geometrically_exact(linear(tolerance), tolerance),
-    }
+    calls = {vibrating: linear, exact: lambda tolerance: geometrically_exact(linear(tolerance), tolerance)}
     for theory, call in calls.items():
         for tolerance in TOLERANCES:
             took, found = measuring.processor_seconds(lambda call=call, tolerance=tolerance: call(tolerance))

@@ -11,14 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.polynomials import (
-    at_marks,
-    derivative,
-    greatest_at,
-    turning_points,
-    zeros_between,
-    zeros_of,
-)
+from elastic.beams.polynomials import at_marks, derivative, greatest_at, turning_points, zeros_between, zeros_of
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import PRIMARY, chains, field_named
 from elastic.solution import Deflection

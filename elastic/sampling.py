@@ -19,10 +19,7 @@ MIN_DEFLECTION_SHARE = 0.01  # lower bound of a beam's reference deflection, rel
 
 
 def sample(
-    deflection: Deflection,
-    field: str,
-    stations: int | ArrayLike = STATIONS,
-    known: dict[str, AtStations] | None = None,
+    deflection: Deflection, field: str, stations: int | ArrayLike = STATIONS, known: dict[str, AtStations] | None = None
 ) -> AtStations:
     """Evaluate a field at stations along every beam.
 

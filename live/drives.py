@@ -18,10 +18,7 @@ LASTS = "1 s"  # duration of a sliding drive's stroke
 CONSTANT, SPLINE = "constant speed", "spline through points"
 MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
 """Menu of motions: rest-to-rest strokes, constant speed, and a spline."""
-UNITS = {
-    True: ("m", "m/s"),
-    False: ("rad", "rad/s"),
-}  # of a coordinate and its rate; True for a slider
+UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # of a coordinate and its rate; True for a slider
 
 
 def _shared(tables: Tables, link: str, other: str) -> list[str]:

@@ -45,11 +45,7 @@ MAX_REPORTS = 4  # reports kept in memory
 WEB, PAGE = files("live") / "web", files("kinelast.outputs.page") / "web"
 SHARED = ("placing.js", "symbols.js")  # scripts of the report that the editor uses too
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
-SAFE = {
-    "Cache-Control": "no-store",
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
+SAFE = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
 NOTEBOOKS = "http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:* vscode-webview: vscode-file:"
 PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'"  # noqa: E501
 

@@ -31,15 +31,7 @@ from rigid import (
     with_rates,
 )
 from rigid.analysis import LinkAngle, Slide
-from rigid.dynamics import (
-    CurveLaw,
-    TableError,
-    equation_of_motion,
-    law_of,
-    law_of_time,
-    reduced_inertia,
-    table_curve,
-)
+from rigid.dynamics import CurveLaw, TableError, equation_of_motion, law_of, law_of_time, reduced_inertia, table_curve
 from rigid.kinetostatics import dissipated_power, kinetic_energy, load_power, potential_energy
 
 GRAVITY = 9.81

@@ -23,17 +23,7 @@ from mechanisms import (
 
 from elastic import Section, deflection, sample
 from fem_check import compare, solve
-from rigid import (
-    Beam,
-    Link,
-    Mechanism,
-    MechanismError,
-    PinDrive,
-    PointLoad,
-    drive_efforts,
-    motion,
-    position_of,
-)
+from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, drive_efforts, motion, position_of
 
 MECHANISMS = {
     "four-bar": four_bar,

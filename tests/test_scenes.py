@@ -15,9 +15,7 @@ from elastic import deflection, sample
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.quantities import (
-    AngleOrLength,
-)
+from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.schema import SCHEMAS, key_words, scene_schema, subtables
 from kinelast.scene.tables import StrictTable
 from kinelast.scene.units import USUAL, registry

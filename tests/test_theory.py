@@ -394,10 +394,7 @@ def test_modes_that_cannot_be_found_leave_the_error_unknown(monkeypatch):
     [
         ((), "strength: the yield stress of the materials is not given"),
         (
-            (
-                ('shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', RIGIDITIES),
-                *[('material = "steel"', "")] * 3,
-            ),
+            (('shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', RIGIDITIES), *[('material = "steel"', "")] * 3),
             "strength: the yield stress of the materials and the dimensions of the sections are not given",
         ),
     ],

@@ -84,9 +84,7 @@ class Exceedance:
 
 
 def exceedances(
-    deflection: Deflection,
-    kinds: Sequence[str] = KINDS,
-    known: Mapping[str, Any] | None = None,
+    deflection: Deflection, kinds: Sequence[str] = KINDS, known: Mapping[str, Any] | None = None
 ) -> list[Exceedance]:
     """Find figures of one design that exceed their limits, the worst of every beam.
 

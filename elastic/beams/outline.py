@@ -69,14 +69,7 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
         flow = beyond.area * (middle.y - y - share * (middle.x - z))
         peak = max(peak, abs(flow) / strip * area / inertia)
     shear = section.get_as()[1] / area
-    return Shape(
-        area / scale**2,
-        inertia / scale**4,
-        fibre / scale,
-        peak,
-        (shear, 1.0, 1.0),
-        (right - left) / scale,
-    )
+    return Shape(area / scale**2, inertia / scale**4, fibre / scale, peak, (shear, 1.0, 1.0), (right - left) / scale)
 
 
 def _rings(polygon: Any) -> list[Any]:

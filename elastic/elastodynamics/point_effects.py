@@ -14,17 +14,7 @@ import numpy as np
 from elastic.elastodynamics.displacements import Displacements, Points, under
 from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
-from rigid import (
-    Lump,
-    Mechanism,
-    Motion,
-    PointLoad,
-    Spring,
-    TorsionSpring,
-    position_of,
-    structure,
-    velocity_of,
-)
+from rigid import Lump, Mechanism, Motion, PointLoad, Spring, TorsionSpring, position_of, structure, velocity_of
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.joints import Joint
 from rigid.kinetostatics import rubbing_joints

@@ -44,10 +44,7 @@ class JointGaps:
 
 
 def problem_of(
-    motion: Motion,
-    sections: tuple[Section, ...],
-    joints: Mapping[str, JointCompliance],
-    more: AddedLoads | None = None,
+    motion: Motion, sections: tuple[Section, ...], joints: Mapping[str, JointCompliance], more: AddedLoads | None = None
 ) -> ElasticProblem:
     """Set up the elastic problem of a motion: inertia, weight, given loads and additional loads."""
     configuration = configuration_of(motion)

@@ -105,11 +105,7 @@ def rigidity(section: Section, name: str, xi: Reals) -> Reals:
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
     """Stiffness matrix of a beam in shape coordinates, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
-    for name, strain in (
-        ("EA", shapes.stretch),
-        ("EI", shapes.curvature),
-        ("kGA", shapes.slope - shapes.phi),
-    ):
+    for name, strain in (("EA", shapes.stretch), ("EI", shapes.curvature), ("kGA", shapes.slope - shapes.phi)):
         if np.isfinite(np.ravel(getattr(section, name))[0]):
             rows = np.ascontiguousarray(strain.T)
             stiffness += (rows * (length * shapes.weights * rigidity(section, name, shapes.xi))) @ rows.T

@@ -77,10 +77,7 @@ class Solution:
 
 
 def solve(
-    motion: Motion,
-    sections: Sequence[Section],
-    elements: int = 16,
-    joints: Mapping[str, JointCompliance] | None = None,
+    motion: Motion, sections: Sequence[Section], elements: int = 16, joints: Mapping[str, JointCompliance] | None = None
 ) -> Solution:
     """Section forces and displacements of all beams at all positions by finite elements.
 

@@ -115,10 +115,7 @@ class Collocation:
         self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else 1.0
 
     def solved(
-        self,
-        guess: tuple[Reals, Reals] | None = None,
-        settled: float = TOLERANCE,
-        progress: Progress | None = None,
+        self, guess: tuple[Reals, Reals] | None = None, settled: float = TOLERANCE, progress: Progress | None = None
     ) -> CollocatedMotion:
         """Solve by Newton's method.
 

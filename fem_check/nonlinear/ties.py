@@ -82,11 +82,7 @@ class Ties:
 
 
 def ties_of(
-    mechanism: Mechanism,
-    nodes: Nodes,
-    joints: Mapping[str, JointCompliance],
-    drawn: Reals,
-    first: Reals,
+    mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals, first: Reals
 ) -> Ties:
     """Create the ties of a mechanism.
 

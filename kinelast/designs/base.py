@@ -24,14 +24,7 @@ from rigid import structure
 from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit
 
-TABLES_ON_AXIS = (
-    "masses",
-    "joints",
-    "limits",
-    "springs",
-    "sliders",
-    "slots",
-)
+TABLES_ON_AXIS = ("masses", "joints", "limits", "springs", "sliders", "slots")
 EVEN_POSITIONS = 16  # at which designs are checked for buckling, in addition to the worst of the scene
 FLOATS = ("poisson", "strain")  # dimensionless numbers that can be arrays
 

@@ -21,8 +21,7 @@ Result = TypeVar("Result")
 
 
 def batched(
-    jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]],
-    answers: Callable[[list[Question]], list[Answer]],
+    jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]], answers: Callable[[list[Question]], list[Answer]]
 ) -> list[Result]:
     """Run jobs side by side and answer their questions in batches.
 

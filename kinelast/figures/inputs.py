@@ -23,7 +23,7 @@ USUAL = {  # by kind and key: words, usual range, unit, example
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
-    },
+    }
 }
 GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, below that of the Earth in mm/s^2
 ALIKE = 1e-6  # relative difference of equal loads and equal ratios

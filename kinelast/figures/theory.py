@@ -52,14 +52,7 @@ from kinelast.figures.errors import (
 )
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.scene.data import (
-    ACCURACY,
-    ELASTODYNAMIC,
-    GEOMETRICALLY_EXACT,
-    QUASI_STATIC,
-    Scene,
-    Theory,
-)
+from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
 from kinelast.scene.numbers import UNRELIABLE
@@ -92,11 +85,7 @@ UNSTABLE = "the links have no steady state, their vibration grows"
 
 @one_thread()
 def answer(
-    quasi_static: Cycle,
-    theory: Theory,
-    period: float,
-    quasi_static_only: bool = False,
-    progress: Progress = SILENT,
+    quasi_static: Cycle, theory: Theory, period: float, quasi_static_only: bool = False, progress: Progress = SILENT
 ) -> Answer:
     """Return the answer of the requested theory, or of the cheapest one that is accurate enough.
 

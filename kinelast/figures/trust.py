@@ -51,10 +51,7 @@ ADVICE = {
 }
 SHEAR_OFF = 'beams = "euler-bernoulli" neglects shear'
 SHEAR_UNKNOWN = "its section has neither shear_area nor kGA, so shear is neglected"
-UNKNOWN = {
-    "yield": "strength: {} not given",
-    "vibration": "vibration: the quasi-static theory was chosen",
-}
+UNKNOWN = {"yield": "strength: {} not given", "vibration": "vibration: the quasi-static theory was chosen"}
 
 
 _FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()

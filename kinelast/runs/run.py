@@ -31,18 +31,7 @@ from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
 from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
-from kinelast.tasks.task import (
-    BUG,
-    CHECK_FAILED,
-    DONE,
-    FINE,
-    MESSAGE,
-    SKIPPED,
-    Outcome,
-    Task,
-    guarded,
-    missing_package,
-)
+from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 
 STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # sections of a report, besides the optimum
 
@@ -171,13 +160,7 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 
 
 def _finish(
-    part: Path,
-    task: Task,
-    document: Document,
-    results: Results,
-    made: Origin,
-    request: Request,
-    progress: Progress,
+    part: Path, task: Task, document: Document, results: Results, made: Origin, request: Request, progress: Progress
 ) -> tuple[Report, dict[str, Any]]:
     """Write the tables and all other files of a scene to a folder; return its report and its sealed summary."""
     from kinelast.figures.peaks import refined
@@ -294,11 +277,7 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 
 
 def _drawings(
-    part: Path,
-    results: Results,
-    shown: tuple[Results, Report],
-    request: Request,
-    progress: Progress,
+    part: Path, results: Results, shown: tuple[Results, Report], request: Request, progress: Progress
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield names of drawings, and functions that make them.
 

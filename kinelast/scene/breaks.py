@@ -50,12 +50,7 @@ class Breaks:
 
 
 def breaks_of(
-    laws: Iterable[Any],
-    loads: Iterable[Any],
-    end: float,
-    turn: bool,
-    motion_at: Callable[[Reals], Motion],
-    last: float,
+    laws: Iterable[Any], loads: Iterable[Any], end: float, turn: bool, motion_at: Callable[[Reals], Motion], last: float
 ) -> Breaks:
     """Breaks of all laws of a run.
 

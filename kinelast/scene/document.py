@@ -15,16 +15,7 @@ from kinelast.scene.data import Scene, require_determined
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parts.cams import require_moved
-from kinelast.scene.text import (
-    COLUMNS,
-    beside,
-    decoded,
-    file_bytes,
-    of_file,
-    scene_name,
-    with_tables,
-    written,
-)
+from kinelast.scene.text import COLUMNS, beside, decoded, file_bytes, of_file, scene_name, with_tables, written
 from kinelast.scene.units import shown
 
 Tables = Mapping[str, Any]

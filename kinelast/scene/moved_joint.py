@@ -13,11 +13,7 @@ Drive = PinDrive | SliderDrive
 
 
 def moved_joint(
-    where: str,
-    inside: str,
-    table: JointNameTable,
-    links: Mapping[str, Link],
-    sliders: Mapping[str, Slider],
+    where: str, inside: str, table: JointNameTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]
 ) -> Drive:
     """Return the joint named in a table; `inside` prefixes the keys in messages."""
     if not table.unique:

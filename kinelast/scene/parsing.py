@@ -28,12 +28,7 @@ WORDS = {
 }
 AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
-NOT_MODELLED = {
-    "backlash": "play between teeth is",
-    "wear": "wear is",
-    "contact": "contact is",
-    "impact": "impact is",
-}
+NOT_MODELLED = {"backlash": "play between teeth is", "wear": "wear is", "contact": "contact is", "impact": "impact is"}
 DID = "; did you mean "
 ELSEWHERE = {  # the right table of keys that users try in other tables
     "friction": "it belongs under [joints.NAME]",

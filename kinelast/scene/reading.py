@@ -120,10 +120,7 @@ class Reader:
     def at_position(self, position: int) -> dict[str, Any]:
         """Return time and coordinates of the drives at a position."""
         motion = self.results.motion
-        return {
-            "time": reading(motion.time[position], "s"),
-            "drive": self.coordinates(motion.drive[:, position]),
-        }
+        return {"time": reading(motion.time[position], "s"), "drive": self.coordinates(motion.drive[:, position])}
 
     def at_peak(self, peak: Peak) -> dict[str, Any]:
         """Return time and coordinates of the drives at a peak; empty if it has no time."""

@@ -201,13 +201,7 @@ def spatial_text(joints: Sequence[topology.SpatialJoint], title: str = "", fixed
     chain = topology.spatial_chain(joints, fixed)
     ranks = topology.mobility(chain)
     rows = [
-        (
-            joint.name,
-            joint.kind.name,
-            " - ".join(joint.links),
-            _freedom_text(joint),
-            _transmitted_text(joint),
-        )
+        (joint.name, joint.kind.name, " - ".join(joint.links), _freedom_text(joint), _transmitted_text(joint))
         for joint in joints
     ]
     stressed = [chain.graph.branches[number].name for number in topology.stressed_joints(chain)]

@@ -116,11 +116,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
 
 
 def _release_gears(
-    closed: Closure,
-    first: int,
-    shift: list[Columns],
-    turning: list[Columns],
-    flank: Mapping[int, Columns] | None,
+    closed: Closure, first: int, shift: list[Columns], turning: list[Columns], flank: Mapping[int, Columns] | None
 ) -> None:
     """Move the followers of gears that drive one another; `first` is the index of the first tree joint."""
     loop = closed.group.loop

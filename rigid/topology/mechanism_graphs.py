@@ -18,8 +18,7 @@ def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Grap
     """Graph of links, ground first, and joints; n links on one pin make n - 1 branches."""
     joints = pairs(mechanism, contacts)
     return Graph(
-        tuple(Branch(pair.name, pair.start, pair.end) for pair in joints),
-        tuple(link.name for link in mechanism.links),
+        tuple(Branch(pair.name, pair.start, pair.end) for pair in joints), tuple(link.name for link in mechanism.links)
     )
 
 

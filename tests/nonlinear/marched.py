@@ -66,16 +66,7 @@ class Marcher(InstantEquilibrium):
 
 
 def nonlinear_transient(
-    mechanism,
-    sections,
-    laws,
-    times,
-    step,
-    elements=8,
-    joints=None,
-    damping=0.0,
-    begin="rigid",
-    dissipation=0.2,
+    mechanism, sections, laws, times, step, elements=8, joints=None, damping=0.0, begin="rigid", dissipation=0.2
 ):
     """Motion of a mechanism of elastic beams from a start, with large displacements.
 

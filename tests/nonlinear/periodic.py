@@ -46,15 +46,7 @@ def fourier_matrices(count, period):
 
 
 def nonlinear_steady_state(
-    mechanism,
-    sections,
-    laws,
-    period,
-    positions=256,
-    elements=8,
-    joints=None,
-    damping=0.0,
-    start=0.0,
+    mechanism, sections, laws, period, positions=256, elements=8, joints=None, damping=0.0, start=0.0
 ):
     """Periodic motion of a mechanism of elastic beams with inertia and large displacements.
 
@@ -152,10 +144,7 @@ class PeriodicCollocation:
         turns = self.system.of_node[nodes, 2]
         turned = (self.rigid - self.drift)[:, turns]
         return Frames(
-            pairs,
-            np.exp(1j * self.rigid[:, turns]),
-            self.first @ turned + self.slope[turns],
-            self.second @ turned,
+            pairs, np.exp(1j * self.rigid[:, turns]), self.first @ turned + self.slope[turns], self.second @ turned
         )
 
     def _rates(self, q):
