@@ -224,8 +224,8 @@ class BeamTable(StrictTable, frozen=True, kw_only=True):
     end: str = field(name="to")  #: second point
     section: str | None = None  #: section of this beam [the link's]
     material: str | None = None  #: material of this beam [the link's]
-    strain: Strain | None = None  #: initial strain of this beam [the link's]
-    temperature: q.Warming | None = None  #: temperature rise of this beam [the link's]
+    strain: Strain | None = None  #: free strain of this beam [the link's]
+    temperature: q.Warming | None = None  #: temperature rise of this beam since the drawn length [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
@@ -241,10 +241,10 @@ class LinkTable(StrictTable, frozen=True, kw_only=True):
     strain: Strain | None = None  #: free strain of the beams, positive: longer than drawn [0]
     temperature: q.Warming | None = None  #: temperature rise since the drawn length [0]
     rigid: bool = False  #: `true`: no bending
-    mass: q.Mass | None = None  #: mass of a rigid link [by section and material]
-    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [by section and material]
+    mass: q.Mass | None = None  #: mass of a rigid link [from section and material]
+    #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [from section and material]
     center: str | Place | None = None
-    #: moment of inertia of a rigid link about its centre of mass [by section and material, or 0]
+    #: moment of inertia of a rigid link about its centre of mass [from section and material, or 0]
     inertia: q.Inertia | None = None
     masses: dict[str, q.Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
     #: corners of its picture: points, or `[x, y]` in link axes
@@ -267,9 +267,9 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     accuracy: q.Share | None = None
     #: damping ratio at the lowest natural frequency, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
-    #: relative tolerance of a step, if the motion is integrated
+    #: relative tolerance of an integration step, for a motion by `effort`
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
-    #: maximum number of such steps, of some 1.5 ms with one drive, 8 ms with several
+    #: maximum number of integration steps; a step takes about 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     #: output of the machine: a point or angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
@@ -308,7 +308,7 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     sweep: tables.SweepTable = field(default_factory=tables.SweepTable)  #: parameter study
     #: derivatives of figures
     sensitivities: tables.SensitivitiesTable = field(default_factory=tables.SensitivitiesTable)
-    #: tolerances of numbers, by path
+    #: tolerances of numbers by path, for `--tolerances`
     tolerances: dict[str, Amount | tables.ToleranceTable] = field(default_factory=dict)
     optimize: tables.OptimizeTable = field(default_factory=tables.OptimizeTable)  #: optimization
 

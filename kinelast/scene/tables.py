@@ -67,7 +67,7 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
 class SegmentTable(StrictTable, frozen=True, kw_only=True):
     """A segment of the motion law of a drive."""
 
-    #: all but constant speed start and end at rest
+    #: all curves except constant speed start and end at rest
     curve: Curve
     duration: q.Duration  #: duration of the segment
     to: q.AngleOrLength | None = None  #: coordinate at the end, except of a dwell
@@ -233,16 +233,16 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
 
     #: range or list of values, by path such as `"sections.bar.depth"`
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
-    #: all combinations, or how to sample the ranges without `count`
+    #: all combinations (grid), or the sampling of ranges without `count`
     method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
     samples: Annotated[int, Meta(ge=1)] | None = None  #: number of samples
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0  #: random seed
     #: CSV file beside the scene: a design per row, paths (units in brackets) as headings [none]
     table: str | None = None
     figures: list[str] = field(default_factory=list)  #: figures of each design [figures of the summary]
-    #: figure that is smallest in the best design within `[limits]` [the first of `figures`]
+    #: figure to minimize among the designs within `[limits]` [the first of `figures`]
     smallest: str | None = None
-    largest: str | None = None  #: figure that is largest, instead
+    largest: str | None = None  #: figure to maximize, instead
 
 
 class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):

@@ -42,7 +42,7 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     follower: str  #: link moved by the cam
     centre: str | Place  #: camshaft centre: a ground point, or `[x, y]` in the drawing
     roller: str | None = None  #: roller centre, a point of the follower; or use `face`
-    roller_radius: Size | None = None  #: needed for `pressure` [0: knife edge]
+    roller_radius: Size | None = None  #: radius of the roller, needed for `pressure` [0: knife edge]
     face: tuple[str, str] | None = None  #: two points of the follower: ends of a flat face
     drive: str | None = None  #: link or slider of its drive [the only drive]
     #: camshaft speed, whole turns in a run [one turn in a run]
@@ -58,7 +58,7 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     pressure: Stress | None = None  #: maximum Hertzian pressure [no limit]
     pressure_angle: PressureAngle | None = None  #: maximum pressure angle [no limit]
     radius: Size | None = None  #: minimum convex radius [no limit]
-    #: minimum concave radius, as of the cutter [no limit]
+    #: minimum concave radius, given by the cutter [no limit]
     hollow_radius: Size | None = None
 
 
