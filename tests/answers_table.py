@@ -194,7 +194,10 @@ def table(cells: dict[tuple[str, str], str]) -> str:
     refused = {feature for feature, _ in rows}
     everywhere = [feature for feature in FEATURES if feature not in refused]
     lines = [f"{EVERYWHERE}{'; '.join(everywhere)}.", "", "| feature | refused by | reason |", "|---|---|---|"]
-    lines += [f"| {feature} | {', '.join(answers)} | {why} |" for (feature, why), answers in rows.items()]
+    merged: dict[tuple[str, str], list[str]] = {}
+    for (feature, why), answers in rows.items():
+        merged.setdefault((", ".join(answers), why), []).append(feature)
+    lines += [f"| {'; '.join(features)} | {answers} | {why} |" for (answers, why), features in merged.items()]
     return "\n".join([*lines, ""])
 
 

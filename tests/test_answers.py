@@ -6,7 +6,8 @@ from tiers import in_tiers
 
 KEPT = PAGE.read_text().split(MARK)[1]
 ACCEPTED = KEPT.partition(EVERYWHERE)[2].partition(".\n")[0].split("; ")
-ROWS = [line.strip("| ").split(" | ") for line in KEPT.splitlines() if line.startswith("| ")][1:]
+CELLS = [line.strip("| ").split(" | ") for line in KEPT.splitlines() if line.startswith("| ")][1:]
+ROWS = [(feature, answers, why) for features, answers, why in CELLS for feature in features.split("; ")]
 
 
 def test_the_page_has_all_features_and_answers():

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 MARK = re.compile(r"^<!-- keys: ([\w ]+) -->\n(?:.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 PAGE = ROOT / "docs" / "scenes.md"
 ILLUSTRATED = re.compile(r',? (?:as in|or for a pin|or) (?:"[^"]*"|\[[^]]*\]|[\d.e+-]+)')
-HEAD = "| key [value] | meaning (default) |\n|---|---|\n"
+HEAD = "| key | meaning |\n|---|---|\n"
 PLAIN = {"text", "name", "true, false", "table"}  # kinds that the meaning implies
 SHAPES = "| `shape` | keys, optional ones in brackets |\n|---|---|\n"
 
