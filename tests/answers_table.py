@@ -94,13 +94,13 @@ FLAT = edited(
 )
 
 FEATURES = {
-    "one beam a link": BARS,
-    "several beams a link": edited(BARS, ('["A", "B"]\n', '["A", "P", "B"]\nmasses = {P = 0.1}\n')),
+    "one beam per link": BARS,
+    "several beams per link": edited(BARS, ('["A", "B"]\n', '["A", "P", "B"]\nmasses = {P = 0.1}\n')),
     "a ring of beams": edited(
         BARS, ('points = ["A", "B"]\n', 'points = ["A", "P", "B"]\nbeams = [["A", "P"], ["P", "B"], ["A", "B"]]\n')
     ),
     "a taper": edited(BARS, ('depth = "6 mm"', 'depth = ["8 mm", "6 mm"]')),
-    "a joint that gives way": BARS + "[joints.B]\ncompliance = 1e-7\n",
+    "a compliant joint": BARS + "[joints.B]\ncompliance = 1e-7\n",
     "a misfit": BARS + "[joints.B]\ngap = [1e-4, 0]\n",
     "a spring": BARS + SPRING + "stiffness = 100\n",
     "a dashpot": BARS + SPRING + "damping = 1\n",
@@ -117,10 +117,10 @@ FEATURES = {
     "Coulomb friction of a slider": CRANK + "[joints.guide]\nfriction = 0.1\n",
     "viscous friction": BARS + "[joints.B]\nviscosity = 1e-3\n",
     "friction that may lock": CRANK + "[joints.guide]\nfriction = 5\n",
-    "a load against time": CRANK + LOAD + "table = [[0, 0], [0.1, 1], [0.35, 0]]\n",
-    "a load against a slide": CRANK + LOAD + 'table = [[-1, 0], [1, 1]]\nagainst = {slider = "guide"}\n',
+    "a load as a function of time": CRANK + LOAD + "table = [[0, 0], [0.1, 1], [0.35, 0]]\n",
+    "a load as a function of travel": CRANK + LOAD + 'table = [[-1, 0], [1, 1]]\nagainst = {slider = "guide"}\n',
     "a load that resists": CRANK + LOAD + 'resists = "one way"\n',
-    "several drives, an open chain": ARM,
+    "several drives in an open chain": ARM,
     "a drive by effort": edited(CRANK, ("speed = 20", "effort = 0.1\nspeed = 20"), ("[run]", "[run]\nduration = 0.1")),
     "redundant joints": edited(
         FLAT,
