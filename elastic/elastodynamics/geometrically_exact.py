@@ -9,13 +9,7 @@ from elastic.elastodynamics.discretization import Discretization, halved, number
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
-from elastic.elastodynamics.exact_steps import (
-    exact_deflection,
-    first_steps,
-    has_dry_friction,
-    next_step,
-    settled_links,
-)
+from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, next_step, settled_links
 from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled

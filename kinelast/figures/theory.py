@@ -227,12 +227,11 @@ class _Rungs:
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
-            found = self._cycle(stepped.deflection)
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
             if LARGE in left:
                 further, left = self._one_more_step(stepped, left, wanted)
                 measured = {**measured, **further}
-            yield self._answer(GEOMETRICALLY_EXACT, found, stepped, measured, left)
+            yield self._answer(GEOMETRICALLY_EXACT, self._cycle(stepped.deflection), stepped, measured, left)
         self._tell(3, "geometrically exact")
         self._announce(first_steps)
         try:

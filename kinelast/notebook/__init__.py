@@ -136,7 +136,7 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
     return start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
 
 
-class Named:
+class PartsByName:
     """Something with parts by name, as items, with tab completion."""
 
     def __iter__(self) -> Iterator[str]:
@@ -151,7 +151,7 @@ class Named:
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneMotion(Named, Motion):
+class SceneMotion(PartsByName, Motion):
     """Motion with points and links by name: `motion["B"].position`. A point precedes a link of the same name."""
 
     scene: Scene
@@ -184,7 +184,7 @@ class SceneMotion(Named, Motion):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneDeflection(Named, Deflection):
+class SceneDeflection(PartsByName, Deflection):
     """Deflection with beams by name: `deflection["coupler"].w`."""
 
     scene: Scene

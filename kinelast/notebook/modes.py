@@ -9,7 +9,7 @@ import numpy as np
 from elastic.elastodynamics import NaturalModes, natural_modes
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import too_many_beams
-from kinelast.notebook import STATIONS, Named, SceneMotion, motion, rigid_line, scene_of, unknown_name
+from kinelast.notebook import STATIONS, PartsByName, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.numbers import percent, quantity
@@ -41,7 +41,7 @@ class ModeShapes:
 
 
 @dataclass(frozen=True, eq=False)
-class NaturalFrequencies(Named):
+class NaturalFrequencies(PartsByName):
     """Natural frequencies of a scene with the drives held. `solved["coupler"]` gives the mode shapes of a beam.
 
     Attributes
