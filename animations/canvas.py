@@ -16,10 +16,7 @@ CLIP_DISTANCE = 1e4  # [pixels] from the middle plane, with the solid bodies, to
 FLAT_HEIGHT = 4e3  # [pixels] height of flat shapes drawn over solid bodies
 BACK_LEVELS = ("guide",)  # levels drawn under solid bodies
 SHADING = {"ambient": 0.5, "diffuse": 0.6, "specular": 0.25, "specular_power": 25}
-COLOUR_SHADING = SHADING | {
-    "ambient": 0.75,
-    "diffuse": 0.4,
-}  # colours as in the legend for faces that look at the viewer
+COLOUR_SHADING = SHADING | {"ambient": 0.75, "diffuse": 0.4}  # faces towards the viewer get the colours of the legend
 COLOURS = {True: "coolwarm", False: "YlOrRd"}  # matplotlib colour maps, by whether the field is signed
 LABEL_OPACITY = 0.75  # opacity of the background behind labels
 

@@ -30,7 +30,7 @@ CODECS: dict[str, dict[str, Any]] = {
         "codec": "gif",
         "pix_fmt_out": "pal8",
         "quality": None,
-        "bitrate": "1M",  # avoid a guessed bit rate: the codec ignores it
+        "bitrate": "1M",  # set to prevent a guess; the codec ignores it
         "output_params": [
             "-filter_complex",
             "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
@@ -49,7 +49,7 @@ def stills(
     style: Style | None = None,
     on_frame: Progress | None = None,
 ) -> tuple[Path, ...]:
-    """Write a picture of each of the given positions.
+    """Write one picture for each given position.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def stills(
     path
         A .png file. If there are several positions, each file name ends in the position number.
     on_frame
-        Called after each picture with the numbers of pictures done and in total.
+        Called after each picture with the number of pictures done and the total.
 
     Returns
     -------
@@ -109,9 +109,9 @@ def movie(
     path
         A .mp4 or .gif file, or .png for numbered stills.
     frames
-        Number of evenly spread positions; None: every drawable position, up to 120 frames.
+        Number of evenly spaced positions; if None, every drawable position, up to 120 frames.
     on_frame
-        Called after each frame with the numbers of frames done and in total.
+        Called after each frame with the number of frames done and the total.
     rate
         Frames per second.
 
@@ -156,7 +156,7 @@ def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
 
 
 def spread(possible: Any, frames: int | None) -> list[int]:
-    """Choose evenly spread positions.
+    """Choose evenly spaced positions.
 
     >>> spread([0, 1, 2, 4, 5, 6], 3)
     [0, 2, 5]

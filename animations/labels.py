@@ -17,20 +17,20 @@ from elastic import Deflection, sample
 from rigid import Reals
 from rigid.arrays import Integers
 
-SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions of a name from its point
+SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions from a point to its name
 NAME_GAPS = (0.25, 1.0)  # distances between a name and its point, in letter heights
 PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # directions from the ordinate's end
 DOT_RADIUS = 0.35  # radius of the peak dot, relative to a pin's diameter
-# Penalties of a label's place, in letter heights of hidden line one pixel wide: farther from its point, over another
-# label, nearer to another point, partly outside.
+# Penalties of a label's position, measured as letter heights of a hidden line one pixel wide: farther from its point,
+# over another label, nearer to another point, partly outside.
 FARTHER_COST, OVERLAP_COST, WRONG_POINT_COST, OUTSIDE_COST = 1.0, 25.0, 25.0, 50.0
-CHANGE_COST = 3.0  # penalty of a change of the side between two positions of the sample, in the same unit
+CHANGE_COST = 3.0  # penalty if a label changes sides between two sampled positions, in the same unit
 
 
 def name_labels(
     deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float
 ) -> list[Label]:
-    """Place the requested names of points and links where they hide least, with few changes of the side.
+    """Place the requested names of points and links so that they hide little of the drawing and rarely change sides.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def name_labels(
 
 
 def _sides(cost: Reals) -> Integers:
-    """Return the side at each position with the least total cost, given as (positions, sides), plus that of changes."""
+    """Return the side at each position that minimises the cost, shape (positions, sides), plus that of changes."""
     best, before = cost[0], []
     for here in cost[1:]:
         stays = best <= best.min() + CHANGE_COST
@@ -79,7 +79,7 @@ def _sides(cost: Reals) -> Integers:
 
 
 def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:
-    """Yield name, place [m], whether to clear a pin, and whether it is a point."""
+    """Yield each name, its position [m], whether to clear a pin, and whether it names a point."""
     links = deflection.motion.mechanism.links
     if "names" in style.show:
         points = {name: number for number, link in reversed(list(enumerate(links))) for name in link.points}
@@ -111,13 +111,13 @@ def peak_label(
     Parameters
     ----------
     names, marks
-        Labels and lines to avoid if possible, as the links are.
+        Labels and lines to avoid if possible, in addition to the links.
     stack
         Layers of the links, if they are drawn solid.
 
     Returns
     -------
-    Its place [m], complex, shape (positions,), and the label.
+    Its position [m], complex, shape (positions,), and the label.
     """
     if diagram is SHAPE:
         values = np.abs(sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS))

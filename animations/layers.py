@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from animations.shapes import Complexes
 from rigid import Reals
 
-LAYER_PITCH = 1.2  # distance of neighbouring layers, relative to their thickness
+LAYER_PITCH = 1.2  # distance between neighbouring layers, relative to their thickness
 SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # directions in which extents are measured
-PIERCING_COST = 3.0  # longer axle, in layers, that is accepted to avoid passing through an unrelated link
+PIERCING_COST = 3.0  # [layers] an axle may be this much longer if it then avoids an unrelated link
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Stack:
 
 
 def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
-    """Stack layers as thick as their thickest link; the ground copies the first layer."""
+    """Stack the layers, each as thick as its thickest link; the ground copies the first layer."""
     of_layer = [0.0] * (max(layer_of) + 1)
     for layer, each in zip(layer_of[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)
@@ -49,8 +49,8 @@ def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
 def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Reals]]) -> list[int]:
     """Assign a layer to each link; the ground has layer -1.
 
-    Links whose bodies overlap get different layers. Among the valid layers, axles are kept short and pass through few
-    links that they do not join. A local search changes one link or swaps two layers while this reduces the cost.
+    Links whose bodies overlap get different layers. Among the valid assignments, axles should be short and pass through
+    few links that they do not join. A local search changes one link or swaps two layers while this reduces the cost.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
     """Whether the convex hulls of two bodies' parts overlap at any position."""
     if not some or not others:
         return False
-    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # whole bodies first: excludes most pairs
+    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # compare whole bodies first, which rules out most pairs
     return bool(near.any()) and any(bool(_over(one[near], other[near]).any()) for one in some for other in others)
 
 

@@ -1,4 +1,4 @@
-"""Scales and view of a picture, fixed for all positions."""
+"""Scales and view of a picture, the same at all positions."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Scales:
     pin
         Diameter of a pin [m].
     size
-        Larger of width and height of the area that the mechanism sweeps [m].
+        Larger of the width and height of the area that the mechanism sweeps [m].
     """
 
     peak: float
@@ -84,7 +84,7 @@ class View:
 
 
 def turn_of(look: str) -> Reals:
-    """View rotation of a look, see `View.turn`."""
+    """Rotation of the view for a look, see `View.turn`."""
     if look == "plain":
         return np.eye(3)
     c, s = np.cos((TILT, YAW)), np.sin((TILT, YAW))
@@ -93,12 +93,12 @@ def turn_of(look: str) -> Reals:
 
 
 def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
-    """Numbers of the positions that can be drawn, neither singular nor unreachable.
+    """Numbers of the positions that can be drawn, i.e. that are neither singular nor unreachable.
 
     Raises
     ------
     ValueError
-        Several designs at once, no drawable position, or a diagram without any beam.
+        There are several designs, no drawable position, or a diagram but no beam.
     """
     motion = deflection.motion
     if len(motion.columns) != 1:
@@ -144,7 +144,7 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
 
 
 def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
-    """Fit all places, in view coordinates [m], between title and legend."""
+    """Fit all points, given in view coordinates [m], between title and legend."""
     seen = list(places)
     (left, right), (low, high) = (
         (min(part.min() for part in parts), max(part.max() for part in parts))

@@ -17,7 +17,7 @@ MIN_LETTER_HEIGHT = 7.0  # [pixels] smallest readable letter height
 
 @dataclass(frozen=True)
 class Words:
-    """Line of text at a place in pixels from the lower left.
+    """Line of text at a position in pixels from the lower left corner.
 
     `side` aligns it: -1 starts there, 0 is centred, +1 ends there.
     """
@@ -30,7 +30,7 @@ class Words:
 
 
 def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
-    """Title and diagram name, top left, and room for the drives' text, top right."""
+    """Title and diagram name at the top left, and space for the drives' text at the top right."""
     (width, height), unit = style.size, style.unit
     left = MARGIN * unit
     kind = f"{diagram.title} {diagram.symbol}".strip()
@@ -49,7 +49,7 @@ def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> li
 
 
 def drive_words(deflection: Deflection) -> Callable[[int], str]:
-    """Formatter of the drive coordinates and the time of a position."""
+    """Formatter for the drive coordinates and the time at a position."""
     motion = deflection.motion
     counted = np.array_equal(motion.time, np.arange(len(motion.time)))
     time = steady(np.abs(motion.time).max(), "s")
@@ -126,9 +126,9 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
 
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[FlatShape], list[Words]]:
-    """Length scale at the right, labelled."""
+    """Labelled length scale on the right."""
     start, end = view.flat(np.array([0j, 1.0]))
-    metre = float(abs(end - start))  # length of a horizontal metre, foreshortened in a rotated view
+    metre = float(abs(end - start))  # a horizontal metre is foreshortened in a rotated view
     value = round_below(9.0 * letter / metre)
     ends = np.array([right - value * metre, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)

@@ -32,15 +32,15 @@ from rigid import Reals
 from rigid.arrays import Integers
 from symbols import DRIVE, JOINTS, marks_of
 
-MAX_SAMPLES = 120  # maximum number of positions used to choose the view and the labels
-MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 24  # of these, the numbers used for solid bodies and for labels
+MAX_SAMPLES = 120  # maximum number of positions used for the view and the labels
+MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 24  # how many of these are used for solid bodies and for labels
 MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
 
 
 class Picture:
     """Picture of a diagram, shown at one position after another.
 
-    Make it inside `rendering.off_screen`, and close it or use it in a `with` statement.
+    Create it inside `rendering.off_screen`, and close it or use it in a `with` statement.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Picture:
     def _labelled(
         self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Integers, stack: Stack | None
     ) -> list[Label]:
-        """Create the moving labels; also adds a dot at the peak to the shapes."""
+        """Create the moving labels, and add a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // MAX_LABEL_SAMPLES)]
         moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
         ink = ink_of(self.shapes, self.bodies, self.view, [int(position) for position in some], 0.008 * style.unit)

@@ -1,4 +1,4 @@
-"""Placement of moving labels: cost of hidden parts, and overlaps."""
+"""Placement of moving labels: the cost of hiding parts of the drawing, and overlaps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from animations.style import Style
 from rigid import Reals
 from rigid.arrays import Flags
 
-POINT_COST = 0.35  # cost of hiding a point of a body, in steps of a line one pixel wide: most are at eyes and axles
+POINT_COST = 0.35  # cost of hiding a point of a body, in steps of a one pixel line; most are at eyes and axles
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Label:
     half
         Half width and half height [pixels].
     shown
-        Visible at each position; None: always.
+        Whether it is visible at each position; None if always.
     """
 
     text: str | Sequence[str]
@@ -60,7 +60,7 @@ def meeting(one: Label, other: Label) -> Flags:
 
 
 def without_overlaps(labels: Sequence[Label]) -> list[Label]:
-    """Hide each label at positions with an overlap of an earlier, visible one."""
+    """Hide each label at positions at which it overlaps an earlier, visible one."""
     kept: list[Label] = []
     for label in labels:
         free = np.ones(len(label.middle), bool)
@@ -71,7 +71,7 @@ def without_overlaps(labels: Sequence[Label]) -> list[Label]:
 
 
 def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
-    """Shift the middles so that a text stays between margins, title and legend [pixels]."""
+    """Shift the middles [pixels] so that a text stays inside the margins and clear of the title and the legend."""
     (width, height), unit = style.size, style.unit
     return np.clip(middle.real, half.real, width - half.real) + 1j * np.clip(
         middle.imag, FOOT * unit + half.imag, height - HEAD * unit - half.imag
@@ -96,7 +96,7 @@ class Ink:
     areas: list[Reals]
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Area hidden by texts of equal size at the sample of positions, shape (positions, texts).
+        """Area that texts of equal size hide at the sampled positions, shape (positions, texts).
 
         Parameters
         ----------
@@ -115,7 +115,7 @@ class Ink:
 def ink_of(
     shapes: Sequence[FlatShape], bodies: Sequence[SolidShape], view: View, positions: Sequence[int], step: float
 ) -> Ink:
-    """Split lines into pieces up to `step` long [pixels], and add bodies' points."""
+    """Split lines into pieces of at most `step` [pixels], and add the points of bodies."""
     pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
     for shape in shapes:
         for line in shape.lines:

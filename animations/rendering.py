@@ -42,7 +42,7 @@ def probe() -> str | None:
     """
     chosen: tuple[str | None, ...] = (None,)
     if sys.platform.startswith("linux") and WINDOW not in os.environ:
-        chosen = (*OFF_SCREEN, None)  # these need no display; the display named in the environment may not exist
+        chosen = (*OFF_SCREEN, None)  # these need no display; the one named in the environment may not exist
     for window in chosen:
         if _renders(window):
             return window
@@ -66,7 +66,7 @@ def _renders(window: str | None) -> bool:
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """Use the windows found by `probe`, and raise VTK's errors at the end.
+    """Use the window class that `probe` found, and raise VTK's errors at the end.
 
     Raises
     ------

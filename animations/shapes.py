@@ -21,7 +21,7 @@ Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
 
 INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # keys of `paints`
 POSITIVE, NEGATIVE, PAPER = "positive", "negative", "paper"
-FILL_OPACITY = 0.55  # opacity of diagrams, so that overlapping ones mix their colours
+FILL_OPACITY = 0.55  # opacity of diagrams: overlapping ones mix their colours
 LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin", "mark")
 
 
@@ -89,8 +89,8 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
 
     Returns
     -------
-    Positive fill, negative fill, ordinates, outline. The points of each are the beams' axes, then the ends of the
-    ordinates, beam by beam.
+    Positive fill, negative fill, ordinates, outline. The points of each shape are the points on the beams' axes, then
+    the ends of the ordinates, beam by beam.
     """
     place, values = beams(deflection), sample(deflection, field, STATIONS)
     values = np.where(np.isfinite(values).any(axis=(1, 2), keepdims=True), values, 0.0)  # zero if unknown

@@ -32,7 +32,7 @@ class SolidShape:
     opacity
         1 is opaque.
     values
-        Values of a field at the points at a position, to colour them; None: one colour.
+        Field values that colour the points at a position; None for a single colour.
     """
 
     place: Callable[[int], tuple[Reals, Reals]]
@@ -51,7 +51,7 @@ def prism(
     opacity: float = 1.0,
     smooth: bool = False,
 ) -> SolidShape:
-    """Extrude a polygon of the plane between two z; `smooth` for curved outlines."""
+    """Extrude a plane polygon from one z to another; `smooth` for curved outlines."""
     ring = np.arange(corners)
     after = np.roll(ring, -1)
     sides = 2 * corners + 4 * ring[:, None] + np.arange(4)
@@ -59,7 +59,7 @@ def prism(
     def at(position: int) -> tuple[Reals, Reals]:
         points = place(position)
         if np.sum((np.conj(points) * points[after]).imag) < 0:
-            points = points[::-1]  # counter-clockwise, so that faces are lit from outside
+            points = points[::-1]  # counter-clockwise: faces are lit from outside
         way = points[after] - points
         out = -1j * way / np.maximum(np.abs(way), 1e-300)
         first = second = out
@@ -87,7 +87,7 @@ def _along(taper: Sequence[float]) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class CrossSections:
-    """Depth in the plane and width across it [m] at a beam's stations; round or not."""
+    """Depth in the plane and width across it [m] at a beam's stations, and whether it is round."""
 
     depth: Reals
     width: Reals

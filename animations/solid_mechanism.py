@@ -1,4 +1,4 @@
-"""A mechanism as solid bodies: links in layers on axles, the ground behind."""
+"""A mechanism drawn as solid bodies: links in layers on axles, the ground behind them."""
 
 from collections.abc import Callable, Collection
 from functools import partial
@@ -31,7 +31,7 @@ GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring l
 def mechanism_bodies(
     deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
 ) -> list[SolidShape]:
-    """Build links, joints and ground; the diagram's field or the displacement colours beams."""
+    """Build links, joints and ground; beams are coloured by the diagram's field or the displacement."""
     links = deflection.motion.mechanism.links
     sections = sections_of(deflection, scales)
     owners = [at for at, _ in deflection.motion.mechanism.beams]
@@ -91,7 +91,7 @@ def _slab(
     opacity: float = 1.0,
     smooth: bool = False,
 ) -> SolidShape:
-    """Flat body of a link about z; corners in its axes or relative to a point."""
+    """Flat body of a link, centred at z; corners in the link's axes or relative to a point."""
     if about:
         middle, direction = moved_place(deflection, at, about, exaggeration), deflection.motion.direction[at]
         return prism(lambda p: middle[p] + direction[p] * local, len(local), z - half, z + half, fill, opacity, smooth)
@@ -125,7 +125,7 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
 
 
 def _between(stack: Stack, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-    """Range of z of some links, extended by a number of their thicknesses [m]."""
+    """Range of z that some links occupy, extended by a number of their thicknesses [m]."""
     low = min(stack.middle[at] - below * stack.thick[at] for at in links)
     return low, max(stack.middle[at] + above * stack.thick[at] for at in links)
 
@@ -172,7 +172,7 @@ def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack
     on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
     corners = block(deflection, slider, scales)
     box = prism(lambda p: corners[p], 4, *_between(stack, {on, at} - {0}, AXLE_REACH, AXLE_REACH))
-    if on:  # a thin bar, inside the beam if there is one
+    if on:  # a thin bar, hidden inside the beam if there is one
         start, end = slide(deflection, slider, pin)
         bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
         return [box, _slab(deflection, on, scales.exaggeration, stack.middle[on], 0.05 * stack.thick[on], bar)]

@@ -82,15 +82,16 @@ class Style:
     background
         A colour name or "#rrggbb"; lines are light on a dark background.
     pace
-        Speed relative to the machine, in words; set by `movie`.
+        Playback speed relative to the machine, in words; set by `movie`.
     scale
-        Drawn length of one unit of the field [m]; None: the largest ordinate is 17 % of the mechanism's size.
+        Drawn length of one unit of the field [m]; if None, the largest ordinate is 17 % of the mechanism's size.
     exaggeration
-        Scale factor of displacements; None: a round number, so that the largest is about a tenth of the mechanism.
+        Scale factor of displacements; if None, a round number that draws the largest at about a tenth of the
+        mechanism's size.
     outlines
         Corners of the links' bodies in the links' axes [m], complex, by link name.
     marks
-        Symbols of further parts, in addition to joints, springs, gears, loads and drives.
+        Symbols of parts other than joints, springs, gears, loads and drives.
     """
 
     title: str = ""

@@ -1,4 +1,4 @@
-"""Symbols of the display list, and paths of points, as flat shapes at displaced places."""
+"""Symbols of the display list and paths of points, as flat shapes at displaced positions."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,4 @@
-"""Types of arrays over beams, named by their axes; `...` is the axis of designs, if there are several."""
+"""Array types for values on beams, named by their axes; `...` is the axis of designs, if there are several."""
 
 from rigid.arrays import Complexes, Reals
 

@@ -1,8 +1,8 @@
-"""Exact largest magnitudes of fields over all positions, with a close search at few positions only.
+"""Exact largest magnitudes of fields over all positions, with a close search at only a few positions.
 
 Between stations h apart a polynomial p deviates from its chord by at most h^2/8 max |p''|. |p''| is at most its largest
 Bernstein coefficient. A position is dropped if this upper bound is below the value at a station of another position.
-The rest is bounded again with closer stations, then searched as in `extremes`.
+The remaining positions are bounded again with closer stations, and then searched as in `extremes`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Flags, Integers
 
-COARSE, FINE = 4, 16  # intervals between stations on a piece
-SLACK = 1.0 + 1e-9  # factor on bounds, for their round-off
+COARSE, FINE = 4, 16  # numbers of intervals between stations on a piece
+SLACK = 1.0 + 1e-9  # factor on bounds that covers their round-off
 
 
 def cycle_maxima(
@@ -33,17 +33,17 @@ def cycle_maxima(
 ) -> dict[str, Largest]:
     """Largest magnitudes over beams and positions; nan and position -1 if no value is known.
 
-    Equals the largest of `extremes` over the positions to round-off, at a fraction of the cost.
+    The result equals the largest value of `extremes` over the positions to round-off, at a fraction of the cost.
 
     Parameters
     ----------
     fields
         Keys of `FIELDS`.
     counted
-        Positions to include, shape (..., positions); default: all. nan values are always left out.
+        Positions to include, shape (..., positions); all by default. nan values are always ignored.
     period
-        Duration of the cycle that the positions close [s], shape (...). If given, maxima between positions are
-        estimated by the parabola through the largest value and its two neighbours in time.
+        Duration of the cycle that the positions form [s], shape (...). If given, maxima between positions are estimated
+        by the parabola through the largest value and its two neighbours in time.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _neighbours(parts: Sequence[_BoundedField], owner: Integers, place: Integers
 
 
 def _parabola_tops(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
-    """Tops of the parabolas through the maxima and their neighbours in time."""
+    """Vertices of the parabolas through the maxima and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
         np.take_along_axis(at[None], ((place + step) % at.shape[-1])[..., None], -1)[..., 0] for step in (-1, 0, 1)
@@ -127,7 +127,7 @@ def _parabola_tops(best: Coefficients, neighbours: Coefficients, time: Reals, pl
 
 
 def _enter_largest(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
-    """Enter the largest value of each row, the first of equal ones; return the indices of changed rows."""
+    """Enter the largest value of each row (the first if several are equal); return the indices of changed rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
     row, size, position = row[order], size[order], position[order]
@@ -144,7 +144,7 @@ def _enter_largest(best: Reals, place: Integers, row: Integers, size: Reals, pos
 
 @dataclass(frozen=True, eq=False)
 class _BoundedField:
-    """Polynomials, or squares of the field, with bounds of their largest magnitudes."""
+    """Polynomials, or squares of the field, with bounds on their largest magnitudes."""
 
     values: Coefficients
     square: bool
@@ -164,7 +164,7 @@ def _parts_of(key: str) -> list[str]:
 
 
 def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Reals]:
-    """Bounds of the magnitude on [0, 1] of polynomials, or of their roots, from stations 1/steps apart."""
+    """Bounds on the magnitude on [0, 1] of polynomials, or of their roots, from stations 1/steps apart."""
     seen = _station_matrix(len(values), steps) @ values.reshape(len(values), -1)
     np.abs(seen, out=seen)
     low = seen[: steps + 1].max(axis=0)
@@ -182,13 +182,13 @@ def _station_matrix(count: int, steps: int) -> Reals:
 
 
 def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
-    """Upper bound of the root of a sum of squares over all positions, shape (pieces, ...)."""
+    """Upper bound on the root of a sum of squares over all positions, shape (pieces, ...)."""
     total = sum(weight * np.square(_largest_coefficient(coefficients(deflection, key))) for weight, key in roots)
     return SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
 
 
 def _largest_coefficient(values: Coefficients) -> Reals:
-    """Largest Bernstein coefficient of polynomials in powers, an upper bound of their values."""
+    """Largest Bernstein coefficient of polynomials given in powers, an upper bound on their values."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
     return np.abs(found).max(axis=0).reshape(values.shape[1:])
 

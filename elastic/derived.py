@@ -1,6 +1,7 @@
-"""Every field as polynomials on the pieces of the beams, from the solution or derived from its fields.
+"""Every field as polynomials on the pieces of the beams, either from the solution or derived from its fields.
 
-Bending stress is -M y/I of a symmetric section; the left fibre is on the side of +y', the right one on that of -y'.
+Bending stress is -M y/I for a symmetric section. The left fibre is on the side of +y' and the right one on the side of
+-y'.
 """
 
 from collections.abc import Callable, Iterable
@@ -100,7 +101,7 @@ def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
 
 
 def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Coefficients:
-    """Multiply a field by a quotient of two section properties that tapers as a rigidity does."""
+    """Multiply a field by a quotient of two section properties that tapers like a rigidity."""
     return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
 
 

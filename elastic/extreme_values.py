@@ -1,7 +1,7 @@
 """Exact extreme values of the fields along every beam.
 
 The derivative of each field is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one field are the turning
-points of the next and bracket its zeros. So all zeros follow along the chain from the load.
+points of the next and bracket its zeros, so all zeros follow along the chain from the load.
 """
 
 from collections.abc import Iterable, Sequence
@@ -44,7 +44,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
 
     Examples
     --------
-    A rod of 1 m and 1 kg/m turns at 1 rad/s; its largest axial force is 1/2 N, at the root.
+    A 1 m rod with 1 kg/m rotates at 1 rad/s; its largest axial force is 1/2 N, at the root.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -74,7 +74,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
-    """Return the fields and, recursively, those in their `greatest_of`."""
+    """Return the fields and, recursively, the fields in their `greatest_of`."""
     wanted: dict[str, None] = {}
     for key in fields:
         wanted |= dict.fromkeys((*_with_parts(field_named(key).greatest_of), key))
@@ -85,7 +85,7 @@ def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: 
     """Extremes of the wanted fields of a chain of integrals, and of the chord deflection (turning points from M).
 
     A chain is broken at u and w by the sections' free strain or shear, at M by couples, and everywhere by additional
-    free strains (`AddedLoads`) or turned sections. Turning points are then computed from the field itself.
+    free strains (`AddedLoads`) or rotated sections. Turning points are then computed from the field itself.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
@@ -112,7 +112,7 @@ def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: 
 
 
 def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Extremes of fields outside the chains; fields of one degree together."""
+    """Extremes of fields outside the chains; fields of the same degree are processed together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)

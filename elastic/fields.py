@@ -1,7 +1,8 @@
 """Registry of fields along a beam: key, symbol, name, unit and definition.
 
-Sampling, extremes, tables, diagrams, maps and meshes read it. A new field that is the largest, or the root of a sum of
-squares, of known fields is one entry here. A field with its own formula also needs a function in `elastic.derived`.
+It is used for sampling, extremes, tables, diagrams, maps and meshes. A new field that is the largest of known fields,
+or the root of a sum of their squares, is one entry here. A field with its own formula also needs a function in
+`elastic.derived`.
 """
 
 from collections.abc import Mapping
@@ -28,13 +29,14 @@ class Field:
     key
         Name in code, tables and files.
     symbol, name, unit
-        Shown with the values.
+        Text that is shown with the values.
     kind
         Kind of quantity.
     integral_of
-        Field of which this is the integral along the beam, up to a factor and a constant: N of q_x, M of V, w of phi.
+        This field is the integral of that field along the beam, up to a factor and a constant: N of q_x, M of V, w of
+        phi.
     greatest_of
-        Keys of fields; this field is the one of largest magnitude.
+        Keys of fields; this field is the one with the largest magnitude.
     root_of
         Weights and keys of fields; this field is the root of their weighted sum of squares.
     signed
@@ -56,7 +58,7 @@ class Field:
 
     @property
     def title(self) -> str:
-        """Name with a capital letter, except for names of persons that begin with "von"."""
+        """Name with a capital letter, except for personal names that begin with "von"."""
         return self.name if self.name.startswith("von ") else self.name.capitalize()
 
     @property

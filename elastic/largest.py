@@ -1,4 +1,4 @@
-"""Value of largest magnitude over the positions, and its position."""
+"""Value of the largest magnitude over the positions, and its position."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +12,12 @@ JUMP_WIDTH = 1e-8  # largest distance between both sides of a jump, relative to 
 
 @dataclass(frozen=True, eq=False)
 class Largest:
-    """Values of largest magnitude over the positions.
+    """Values of the largest magnitude over the positions.
 
     Attributes
     ----------
     value
-        With sign if known, shape (...); nan if no value is known.
+        Value, with its sign if known, shape (...); nan if no value is known.
     position
         Index of the position; -1 if no value is known.
     xi
@@ -36,14 +36,14 @@ class Largest:
 
 
 def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
-    """Find the largest magnitude over the last axis (positions), without nan and inf.
+    """Find the largest magnitude over the last axis (positions), ignoring nan and inf.
 
     Parameters
     ----------
     values
         Shape (..., positions). Complex values are replaced by their magnitude.
     counted
-        Positions to include, bool, shape (..., positions); default: all.
+        Positions to include, bool, shape (..., positions); all by default.
     xi
         Station of each value, shape of `values`.
 
@@ -79,9 +79,9 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
 
 
 def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -> Reals:
-    """Height of the parabola through a maximum and its two neighbours in time, above the maximum.
+    """Height above a maximum of the parabola through it and its two neighbours in time.
 
-    Zero at the ends of a run and at a jump.
+    It is zero at the ends of a run and at a jump.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
     position
         Index of the maximum, shape (...); -1 if unknown.
     time, period
-        Times of the positions, shape (positions,); period of the cycle if they close one [s].
+        Times of the positions, shape (positions,), and period of the cycle if they form one [s].
 
     Examples
     --------
@@ -108,7 +108,7 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
         bend = rise + fall
         more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
         near = np.minimum(left, right) <= JUMP_WIDTH * np.ptp(time)
-        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the largest gain of even steps
+        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the largest gain for even steps
         known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
     return np.where(known, limited, 0.0)
 

@@ -1,4 +1,4 @@
-"""Fields at stations, and displacement and rotation of points."""
+"""Fields at stations, and the displacement and rotation of points."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -15,7 +15,7 @@ from rigid import Beam
 from rigid.arrays import ArrayLike, Complexes, Reals
 
 STATIONS = 101
-MIN_DEFLECTION_SHARE = 0.01  # lower bound of a beam's reference deflection, relative to the largest of all beams
+MIN_DEFLECTION_SHARE = 0.01  # lower bound on a beam's reference deflection, relative to the largest of all beams
 
 
 def sample(
@@ -27,13 +27,14 @@ def sample(
     ----------
     field
         Slug as on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w",
-        "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and "right", normal stress of the outermost
-        fibres, N/A - M c/I and N/A + M c/I; "normal", the one of larger magnitude; "shear", largest of the section,
-        f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", largest of the outermost fibres and the axis.
+        "phi", "chord", "q_x", "q_y", or a stress: "axial", N/A; "left" and "right", normal stress in the outermost
+        fibres, N/A - M c/I and N/A + M c/I; "normal", the larger of these in magnitude; "shear", largest in the
+        section, f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", largest of the outermost fibres and the axis.
     stations
         Values of xi = x'/l from 0 to 1, shape (stations,), or the number of evenly spaced stations.
     known
-        Values of this deflection at these stations, by key: used, and new ones added, as stresses share parts.
+        Known values of this deflection at these stations, by key. They are reused and new ones are added, because
+        stresses share components.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def sample(
 
     Examples
     --------
-    A cantilever of 1 m in a 10 mm square holds 100 N: 600 MPa at its root.
+    A 1 m cantilever with a 10 mm square section carries 100 N: 600 MPa at its root.
 
     >>> from elastic import deflection, rectangle, section_of
     >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad, motion
@@ -98,7 +99,7 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
 
 
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
-    """Rotation of a link at a point [rad], shape (..., positions): of the section, else of the link's axes."""
+    """Rotation of a link at a point [rad], shape (..., positions): of the section, or else of the link's axes."""
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
     turned = _fields_at_point(deflection, at, point, ("phi",))
@@ -108,7 +109,7 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
 def _fields_at_point(
     deflection: Deflection, at: int, point: str, fields: Sequence[str]
 ) -> tuple[Beam, list[Reals]] | None:
-    """First beam that ends at a point, else the first through it, and its fields there; None without a beam."""
+    """First beam that ends at a point, or else passes through it, and its fields there; None if there is no beam."""
     beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
     for number, beam in beams:
         pieces = deflection.division.of_beam(number)

@@ -37,7 +37,7 @@ from rigid.plane import ZERO
 
 
 def _field_property(field: str) -> cached_property[Coefficients]:
-    """Make a property that computes a field on the pieces on first use."""
+    """Create a property that computes a field on the pieces on first use."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
 
@@ -66,7 +66,7 @@ class Deflection:
         Coefficients of the fields on whole beams.
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions).
-        They move the link as a rigid body, before it bends.
+        They move the link as a rigid body before it bends.
     gaps
         Gaps that the bent links would leave at the joints without `shift` and `angle`.
     blocks
@@ -74,9 +74,9 @@ class Deflection:
     compliance
         Flexibilities of the beams.
     unmarked
-        The result before `marked` set positions to nan, or None.
+        The result before `marked` set some positions to nan, or None.
     added
-        Loads in addition to those of the motion, such as vibration.
+        Loads in addition to those of the motion, such as loads from vibration.
     couple
         Distributed moment [N] in powers of xi, shape (k, beams, ..., positions), with M' = V - couple; or None.
     """
@@ -114,14 +114,14 @@ class Deflection:
 
     @property
     def is_turned(self) -> bool:
-        """True if section forces are in the axes of turned sections; no field is then the integral of another."""
+        """True if section forces are in the axes of rotated sections, so that no field is the integral of another."""
         return self.amplitudes.free is not None
 
     @cached_property
     def condition(self) -> Reals:
         """Condition number of the fields, shape (..., positions): their relative errors are about condition * eps.
 
-        At least `Motion.condition`. It grows if joint forces, or displacements that close the joints, are small
+        It is at least `Motion.condition`, and grows if joint forces, or displacements that close the joints, are small
         differences of large numbers. Above SINGULAR the fields are nan.
         """
         if self.unmarked is not None:
@@ -149,7 +149,7 @@ class Deflection:
     def lost(self) -> Flags:
         """True if a position has no result, shape (..., positions).
 
-        Near a singular position only round-off is left, and friction may lock the mechanism.
+        Near a singular position only round-off would remain, and friction may lock the mechanism.
         """
         singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.may_be_singular:

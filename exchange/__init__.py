@@ -1,4 +1,4 @@
-"""Files of other programs: mechanisms, read and written as a scene with its assumptions marked; columns of CSV."""
+"""Files of other programs: mechanisms, read into scenes that mark all assumptions or written; columns of CSV."""
 
 from exchange.columns import Columns, columns_of
 from exchange.drawing import (

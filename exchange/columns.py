@@ -8,10 +8,10 @@ from typing import Any
 
 from exchange.drawing import ExchangeError
 
-SEPARATORS = ";\t,"  # in order of preference: a comma may be a decimal comma
-UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # as in "angle [deg]", "angle (deg)", "angle / deg"
+SEPARATORS = ";\t,"  # in order of preference, because a comma may be a decimal comma
+UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # such as "angle [deg]", "angle (deg)", "angle / deg"
 NUMBER = re.compile(r"[-+]?\.?\d")
-COMMENT = "#%"  # first letter of a comment
+COMMENT = "#%"  # characters that start a comment
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Columns:
     Attributes
     ----------
     headings
-        Number (from 1) and cells of each line before the first row of numbers; the last line is preferred.
+        Line number (from 1) and cells of each line before the first row of numbers; the last line is preferred.
     rows
-        Number and cells of each line of numbers, with decimal points.
+        Line number and cells of each row of numbers, with decimal points.
     titles
-        Number and text of all other lines before the first row of numbers.
+        Line number and text of all other lines before the first row of numbers.
     """
 
     headings: tuple[tuple[int, tuple[str, ...]], ...]
@@ -33,7 +33,7 @@ class Columns:
     titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
-        """Return the line and the unit in a column's heading, or from a line of units below; (0, "") without one."""
+        """Return line and unit from a column's heading or from a line of units below it; (0, "") if there is none."""
         for line, cells in reversed(self.headings):
             found = UNIT.search(cells[column])
             if found:
@@ -47,7 +47,7 @@ class Columns:
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     r"""Return the first columns of a CSV text with commas, semicolons or tabs.
 
-    Further columns are left out if they are empty, or if they have headings and the first columns have units.
+    Other columns are ignored if they are empty, or if they have headings and the first columns have units.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     Raises
     ------
     ExchangeError
-        A line has too few or too many cells; the message has its number.
+        A line has too few or too many cells; the message gives its number.
 
     Examples
     --------
@@ -97,8 +97,8 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(texts: list[str], line: str, count: int) -> list[str]:
-    """Cells of a line with at least `count` headings, which may have another separator; else []."""
-    while texts and not texts[-1]:  # left behind by spreadsheets
+    """Cells of a line with at least `count` headings, which may use another separator; otherwise []."""
+    while texts and not texts[-1]:  # left over by spreadsheets
         texts.pop()
     if len(texts) >= count:
         return texts
@@ -110,8 +110,8 @@ def _heading(texts: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """The expected cells of a line of numbers; further cells must be empty or have a heading."""
-    width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell has a number
+    """The expected cells of a line of numbers; any other cells must be empty or have a heading."""
+    width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell contains a number
     if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))
     for name, cell in zip(names, texts, strict=False):
@@ -128,7 +128,7 @@ def _read(reader: Any) -> Iterator[list[str]]:
 
 
 def _miscounted(line: int, count: int, names: tuple[str, ...]) -> str:
-    """Message on a line with too few or too many cells."""
+    """Error message for a line with too few or too many cells."""
     wanted = f"expected {len(names)} columns, {' and '.join(names)}"
     texts = f"line {line}: {wanted}, got {count}"
     if count < len(names):

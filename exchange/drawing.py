@@ -24,13 +24,13 @@ class ForeignLink:
     mass
         [kg]; None if unknown.
     center
-        Centre of mass in the drawing; as a uniform bar if not given.
+        Centre of mass in the drawing; that of a uniform bar if not given.
     inertia
-        Moment of inertia about the centre of mass [kg m^2]; as a uniform bar if not given.
+        Moment of inertia about the centre of mass [kg m^2]; that of a uniform bar if not given.
     rigid
-        True if it does not bend.
+        True if the link is rigid.
     braces
-        Further beams; each point already has a beam to the next.
+        Additional beams; there is already a beam from each point to the next.
     """
 
     points: tuple[str, ...]
@@ -41,7 +41,7 @@ class ForeignLink:
     braces: tuple[tuple[str, str], ...] = ()
 
     def with_beam(self, start: str, end: str) -> ForeignLink:
-        """Return the link with a beam between two points, so that a slot can load it."""
+        """Return the link with an additional beam between two points, so that a slot can load it."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
         return self if known else replace(self, braces=(*self.braces, (start, end)))
@@ -51,7 +51,7 @@ class ForeignLink:
 class Slot:
     """The pin `point` of `link` in a straight slot of `on`, along `direction` as drawn.
 
-    `travel` is the range of the pin from its drawn place along the slot; (0, 0) if unknown.
+    `travel` is the range of the pin along the slot, measured from its position as drawn; (0, 0) if unknown.
     """
 
     point: str
@@ -74,18 +74,18 @@ class ForeignSlider:
 
 @dataclass(frozen=True)
 class Drive:
-    """Motion of a joint: a constant speed, or a law that repeats.
+    """Motion of a joint: constant speed, or a law that repeats.
 
     Attributes
     ----------
     joint
         Keys of the drive in a scene: `link`, `on` and `at` of a pin, or `slider`.
     speed
-        With its unit, as in "30 rpm"; None if there is a law.
+        Speed with its unit, such as "30 rpm"; None if there is a law.
     law
-        Segments as in a scene: curve, duration, by.
+        Segments as in a scene, with the keys curve, duration and by.
     start
-        Angle at the start, as in "0 deg", for a wheel that is drawn as a single point.
+        Initial angle, such as "0 deg", of a wheel that is drawn as a single point.
     """
 
     joint: Mapping[str, str]
@@ -96,7 +96,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class ForeignGear:
-    """Two wheels by their joints, the ratio of the second's angle to the first's, and whether teeth mesh."""
+    """Joints of two wheels, the ratio of the second wheel's angle to the first's, and whether teeth mesh."""
 
     driver: Mapping[str, str]
     follower: Mapping[str, str]
@@ -106,7 +106,7 @@ class ForeignGear:
 
 @dataclass(frozen=True)
 class ForeignLoad:
-    """A force [N] at a point of a link; a turning one keeps its direction to the link."""
+    """A force [N] at a point of a link; a turning one rotates with the link."""
 
     link: str
     point: str
@@ -116,7 +116,7 @@ class ForeignLoad:
 
 @dataclass(frozen=True)
 class ForeignMechanism:
-    """A mechanism by its drawing.
+    """A mechanism, defined by its drawing.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class ForeignMechanism:
     unit
         Unit of all lengths: "m", "cm", "mm" or "in".
     points
-        Drawn places by the names that the scene uses.
+        Positions as drawn, by the names that the scene uses.
     ground, links
         Points of the fixed link, and the moving links by name.
     slots, slides
@@ -133,13 +133,13 @@ class ForeignMechanism:
     drives, gears, loads
         In the order of the file.
     traced
-        Point that the user watches, or "".
+        Point that the user traces, or "".
     masses
         Point masses at joints [kg].
     gravity
-        Whether weight acts, along -y.
+        Whether gravity acts, along -y.
     notes
-        Sentences on assumptions and omissions.
+        Sentences that state assumptions and omissions.
     """
 
     title: str
@@ -160,7 +160,7 @@ class ForeignMechanism:
 
 
 class Names:
-    """Unique scene names (letters, digits, - and _) for the names or numbers of a file."""
+    """Unique scene names (letters, digits, - and _) for the names or numbers in a file."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._names: dict[str, str] = {}
@@ -185,7 +185,7 @@ def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
 
 
 def to_and_fro(ways: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Segments of a law with the strokes `ways`, each from rest to rest.
+    """Segments of a law that makes the strokes `ways`, each from rest to rest.
 
     `speed` is the mean speed in `unit` per second.
     """

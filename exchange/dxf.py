@@ -1,4 +1,4 @@
-"""DXF drawings: lines read as links, and links with holes at their joints written."""
+"""DXF drawings: read lines as links, and write links with holes at their joints."""
 
 import re
 from collections import Counter
@@ -16,8 +16,8 @@ SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
-CHORD = 1e-4  # distance of an arc from its chords / size of the section
-SAME = 1e-4  # distance of ends that are one point / size of the drawing
+CHORD = 1e-4  # largest distance of an arc from its chords / size of the section
+SAME = 1e-4  # largest distance of ends that count as one point / size of the drawing
 TURN = "60 rpm"
 FIXED = 1.0  # radius of the circle at a fixed point
 CRANKS = "CRANKS"  # layer of pylinkage for driven joints
@@ -31,9 +31,9 @@ class DrawnLink:
     Attributes
     ----------
     points
-        Place of each point, by name.
+        Position of each point, by name.
     beams
-        Start, end and half depth at either end of every beam; nan if a beam has no depth.
+        Start, end, and half depth at each end of every beam; nan if a beam has no depth.
     holes
         Known diameters of the holes at its points.
     """
@@ -44,7 +44,7 @@ class DrawnLink:
     holes: Mapping[str, float] = field(default_factory=dict)
 
     def outlines(self) -> Iterator[tuple[complex, complex, complex, complex]]:
-        """Corners of every beam that has a depth: at its start, twice at its end, and at its start again."""
+        """Corners of every beam with a depth: one at its start, two at its end, and the other at its start."""
         for start, end, first, last in self.beams:
             if first > 0 and last > 0 and start != end:
                 across = 1j * (end - start) / abs(end - start)
@@ -53,7 +53,7 @@ class DrawnLink:
 
 @contextmanager
 def _fixed_dates() -> Iterator[None]:
-    """Let ezdxf write fixed dates and identities, so that the same drawing gives the same bytes."""
+    """Make ezdxf write fixed dates and identifiers, so that the same drawing gives the same bytes."""
     from ezdxf._options import options
 
     before = options.write_fixed_meta_data_for_testing
@@ -72,7 +72,7 @@ def dxf_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return a drawing with one layer for the outline and holes of each link; axes, fixed points and paths have others.
+    """Return a drawing with one layer per link for outline and holes; axes, fixed points and paths have others.
 
     Beams end in half circles about their points. `of_dxf` reads the axes and the fixed points.
 
@@ -83,7 +83,7 @@ def dxf_text(
     paths
         Successive locations of moving points.
     unit
-        Of all lengths: "mm", "cm", "m" or "in".
+        Unit of all lengths: "mm", "cm", "m" or "in".
     curves
         Corners of closed curves, by layer name.
 
@@ -127,14 +127,14 @@ def _xy(place: complex) -> tuple[float, float]:
 def of_dxf(path: Path, title: str) -> ForeignMechanism:
     """Return the mechanism in a drawing: every line is a link, every polyline a link of all its corners.
 
-    Blocks are taken apart. Ends at one place are pinned together. Ends on a layer whose name has "ground", "fixed" or
-    "base", and circles there, are fixed; without such a layer, the ends that one link alone has. The link to a circle
-    on the layer "CRANKS" is driven, or else the first link on the ground. The notes count all other entities.
+    Blocks are exploded. Coincident ends are pinned together. Ends and circles on a layer with "ground", "fixed" or
+    "base" in its name are fixed; without such a layer, ends of only one link are fixed. The link at a circle on the
+    layer "CRANKS" is driven, or otherwise the first link on the ground. The notes count all other entities.
 
     Raises
     ------
     ExchangeError
-        The file is damaged, or has no line.
+        The file is damaged, or contains no line.
     ModuleNotFoundError
         Without ezdxf.
     """
@@ -157,7 +157,7 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
 
 class _SortedOut:
-    """Entities of a drawing: chains of corners, marks of the ground and of cranks, and a count of all others."""
+    """Entities of a drawing: chains of corners, marks of the ground and of cranks, and a count of everything else."""
 
     def __init__(self) -> None:
         self.chains: list[list[complex]] = []
@@ -222,7 +222,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
 
 
 def _listed(left: Counter[str], before: str) -> str:
-    """Kinds of entities with their numbers, as in "2 arcs, 1 text"."""
+    """Kinds of entities with their numbers, such as "2 arcs, 1 text"."""
     words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
     return before + ", ".join(words) if words else ""
 
@@ -230,19 +230,19 @@ def _listed(left: Counter[str], before: str) -> str:
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
     """Return the corners (x, y) of a drawn section [m], then of each hole; arcs become chords.
 
-    Blocks are taken apart. Layers and line types for centre lines, hidden edges and dimensions are left out.
+    Blocks are exploded. Layers and line types for centre lines, hidden edges and dimensions are ignored.
 
     Parameters
     ----------
     unit
-        Unit of a drawing without a unit.
+        Unit to use if the drawing has none.
 
     Raises
     ------
     ExchangeError
         The file is damaged, or its lines are not one outline with holes.
     ModuleNotFoundError
-        Without ezdxf or shapely.
+        If ezdxf or shapely is not installed.
     """
     from ezdxf.disassemble import recursive_decompose
     from ezdxf.filemanagement import read

@@ -22,19 +22,19 @@ from exchange.drawing import (
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
-DRAWN_ONLY = 1 << 0  # layer of drawings and measures that are no part of the mechanism
+DRAWN_ONLY = 1 << 0  # layer of drawings and dimensions, which are not part of the mechanism
 TURNS = 15.0  # rpm or cycles a minute, Linkage's own default
-MAX_OFFSET = 1e-3  # distance of a pin from its slot / length of the slot
-MAX_ARC_OFFSET = 0.02  # distance of a pin from its curved slot / radius
+MAX_OFFSET = 1e-3  # largest distance of a pin from its slot / length of the slot
+MAX_ARC_OFFSET = 0.02  # largest distance of a pin from its curved slot / radius
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
-TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # attributes without a space between them, which Linkage reads
+TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage accepts attributes without a space between them
 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector: scene name, place, counter-clockwise speed [rpm] if an input, ends of the slot.
+    """A connector: scene name, position, counter-clockwise speed [rpm] if it is an input, ends of the slot.
 
-    An input with a `swing` [deg] oscillates; it starts at `offset` [deg] of it, or on the way back if that is more.
+    An input with a `swing` [deg] oscillates. It starts at `offset` [deg], or on the way back if that exceeds the swing.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Connector:
 
 @dataclass
 class _LinkageReading:
-    """Parts of the scene read so far: connectors by their numbers, links of the file by a key."""
+    """Parts of the scene read so far: connectors by number, links of the file by key."""
 
     connectors: dict[str, Connector]
     unit: str
@@ -71,7 +71,7 @@ def of_linkage2(text: str, title: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        The file is damaged or of another program.
+        The file is damaged or comes from another program.
     """
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ExchangeError("the file has a document type, which files of Linkage have not")
@@ -129,7 +129,7 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
         names(each.attrib["id"], name or f"P{each.attrib['id']}"),
         complex(float(each.attrib["x"]), float(each.attrib["y"])),
         each.get("anchor") == "true",
-        -float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,  # clockwise is positive there
+        -float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,  # clockwise is positive in Linkage
         float(each.get("limitangle") or 0),
         float(each.get("startoffset") or 0),
         each.get("draw") == "true",
@@ -139,14 +139,14 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
 
 
 def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
-    """Read the links, joining fastened ones. Return the actuators by their keys."""
+    """Read the links, joining fastened ones. Return the actuators by key."""
     actuators: dict[str, ElementTree.Element] = {}
     elements: dict[str, ElementTree.Element] = {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
         if connectors and _moves(each):
-            key = f"{each.get('id')} {number}"  # some files give a number twice
+            key = f"{each.get('id')} {number}"  # some files use a number twice
             read.members[key] = connectors
             (actuators if each.get("actuator") == "true" else elements)[key] = each
     for keys, grounded in _fastened(read, elements):
@@ -165,7 +165,7 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
 def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
     """Groups of fastened links, larger links first, and whether each group is fastened to the ground.
 
-    An input of Linkage turns all links at its pin, so these form a group as well.
+    An input of Linkage turns all links at its pin, so these links also form a group.
     """
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -258,7 +258,7 @@ def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Conn
 
 
 def _turning(read: _LinkageReading) -> Iterator[Drive]:
-    """Drives of the input connectors; each moves the first link there."""
+    """Drives of the input connectors; each moves the first link at its connector."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
@@ -274,7 +274,7 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
 
 
 def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
-    """Ways of a cycle to and fro that starts `offset` along it, or on the way back if that is more than the stroke."""
+    """Strokes of a cycle back and forth that starts at `offset`, or on the way back if that exceeds the stroke."""
     done = offset if stroke > 0 else -offset
     if offset <= abs(stroke):
         return stroke - done, -stroke, done
@@ -282,7 +282,7 @@ def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
 
 
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
-    """Add barrel, rod and slider of an actuator; it extends by its throw and returns, or first retracts if cpm < 0."""
+    """Add barrel, rod and slider of an actuator; it extends by its throw and returns, or retracts first if cpm < 0."""
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
     head, tip = f"{name}_head", f"{name}_tip"
@@ -301,7 +301,7 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Gears by the ratio of two sizes; both wheels turn on the link that carries both, or on the ground."""
+    """Gears, with their ratio from two sizes; both wheels turn on the link that carries them, or on the ground."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
@@ -339,6 +339,6 @@ def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]])
 
 
 def _wheel(read: _LinkageReading, each: ElementTree.Element) -> tuple[str, str, float]:
-    """Link, axle and size of a wheel; the link is "" if the file does not have it."""
+    """Link, axle and size of a wheel; the link is "" if the file does not contain it."""
     key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
     return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

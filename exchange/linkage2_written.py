@@ -7,7 +7,7 @@ from exchange.drawing import GROUND, ExchangeError, ForeignGear, ForeignMechanis
 from exchange.linkage2 import SOURCE
 
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # extra length of a slot at either end / the pin's travel
+MARGIN = 0.05  # extra length of a slot at each end / travel of the pin
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
@@ -16,7 +16,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     Raises
     ------
     ExchangeError
-        Linkage does not know a part, without which the mechanism would move otherwise.
+        Linkage does not support some part, and the mechanism would move differently without it.
     """
     turns = _turns(drawing)
     if drawing.slides:
@@ -66,7 +66,7 @@ def _decimal(value: float) -> str:
 def _slot_limits(
     drawing: ForeignMechanism, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
 ) -> dict[str, list[str]]:
-    """The two ends of every slot by its pin; adds them to the members, places and fixed points."""
+    """Ends of every slot, by its pin. Adds them to the members, places and fixed points."""
     limits: dict[str, list[str]] = {}
     for name, slot in drawing.slots.items():
         if slot.point in limits:
@@ -81,7 +81,7 @@ def _slot_limits(
 
 
 def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
-    """Drawn locations of a slot's two ends, a little beyond the pin's travel."""
+    """Positions at which to draw a slot's two ends, a little beyond the pin's travel."""
     low, high = slot.travel
     if low == high:
         spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]
@@ -101,7 +101,7 @@ def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[
 
 
 def _turns(drawing: ForeignMechanism) -> list[tuple[str, str, float]]:
-    """Link, pin and counter-clockwise speed [rpm] of every drive; Linkage knows steady turns about fixed pins alone."""
+    """Link, pin and counter-clockwise speed [rpm] of every drive; Linkage only has constant speeds, at fixed pins."""
     if not drawing.drives:
         raise ExchangeError(f"{SOURCE} wants a drive")
     turns = []

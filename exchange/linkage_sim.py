@@ -13,15 +13,15 @@ SOURCE = "linkage_sim"
 TURN = "60 rpm"
 READ = ("revolute", "fixed", "prismatic")  # joints
 TRIES = 60  # random starts of the search for an assembly
-CLOSED = 1e-9  # gap of a closed joint / size of the largest body
-STEPS, DONE = 50, 1e-10  # of the program's own solver, which begins with all bodies at the origin
+CLOSED = 1e-9  # largest gap of a closed joint / size of the largest body
+STEPS, DONE = 50, 1e-10  # limit of the program's own solver, which starts with all bodies at the origin
 
-Place = tuple[complex, float]  # of a body: its origin and its angle
+Place = tuple[complex, float]  # coordinates of a body: its origin and its angle
 
 
 @dataclass(frozen=True)
 class JointPair:
-    """A joint between a point of one body and one of another, in their axes; `axis` of a slider, in the first's.
+    """A joint between points of two bodies, each in its body's axes; `axis` of a slider is in the first body's axes.
 
     `turn` is the angle of the second body from the first if it is constant, else None.
     """
@@ -133,7 +133,7 @@ def _points(body: Mapping[str, Any]) -> dict[str, complex]:
 
 
 def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | None, complex | None, float | None]:
-    """Mass, centre and inertia of bodies that are one link, with their point masses."""
+    """Total mass, centre and inertia of the bodies that form a link, with their point masses."""
     lumps = []
     for body, (origin, angle) in parts:
         turn = cmath.exp(1j * angle)
@@ -161,7 +161,7 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
 
 
 def _hosts(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """For every body the first of those to which fixed joints tie it; the ground comes before all others."""
+    """For each body, the first body to which fixed joints tie it; the ground comes first."""
     host = {body: body for body in local}
     for each in joints.values():
         if each["type"] == "fixed":
@@ -172,7 +172,7 @@ def _hosts(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) ->
 
 
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Points of bodies that a joint puts into one place: each with the name of the first."""
+    """Points of bodies that a joint makes coincide: each with the name of the first."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
@@ -186,9 +186,10 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
 def _assembled(
     bodies: list[str], pairs: list[JointPair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
-    """Places that close all joints with the drivers at their start, and True if the program finds the same.
+    """Positions that close all joints with the drivers at their start, and whether the program itself finds the same.
 
-    A file has no places: the program starts Newton's method with every body at the origin, and so does this.
+    A file contains no positions. The program starts Newton's method with every body at the origin; so does this
+    function.
     """
     moving = [body for body in bodies if body != GROUND]
     if not moving:
@@ -208,7 +209,7 @@ def _assembled(
         slopes: list[Any] = []
 
         def add(gap: float, **by: complex | float) -> None:
-            """Add a gap; `by` has its derivative by each body's place, as x + iy, and angle."""
+            """Add a gap; `by` gives its derivatives with respect to each body's position (as x + iy) and angle."""
             row = np.zeros(len(x))
             for body, place, angle in ((first, "p", "a"), (second, "q", "b")):
                 if body in column:
@@ -245,7 +246,7 @@ def _dot(one: complex, other: complex) -> float:
 
 
 def _newton(gaps: Callable[[Any], tuple[Any, Any]], x: Any) -> Any:
-    """Zero of the gaps by Newton's method with the smallest step, or None."""
+    """Solve for zero gaps by Newton's method with minimum-norm steps; None if this fails."""
     for _ in range(STEPS):
         gap, slopes = gaps(x)
         if np.linalg.norm(gap) < DONE:
@@ -255,7 +256,7 @@ def _newton(gaps: Callable[[Any], tuple[Any, Any]], x: Any) -> Any:
 
 
 def _searched(gaps: Callable[[Any], Any], bodies: int, size: float) -> Any:
-    """Zero of the gaps from random starts."""
+    """Solve for zero gaps from random starts."""
     from scipy.optimize import least_squares
 
     random, scale = np.random.default_rng(0), np.tile([size, size, np.pi], bodies)

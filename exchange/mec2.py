@@ -82,7 +82,7 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
 def _with_blocks(
     slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], called: Names
 ) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
-    """Add a block to every slide, and to every slot the first link at its pin."""
+    """Add a block to every slide, and the first link at its pin to every slot."""
     driven = {slide.through for slide in slides.values()}
     blocks = {}
     for name, slide in slides.items():

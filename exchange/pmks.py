@@ -1,4 +1,4 @@
-"""Mechanisms of PMKS+: its links and the files it saves, which hold the same text."""
+"""Mechanisms of PMKS+: its web links and the files it saves, which contain the same text."""
 
 import cmath
 from collections.abc import Mapping
@@ -35,18 +35,18 @@ SOURCE = "PMKS+"
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
-UNTOUCHED = 1.0  # mass and inertia of a new link in PMKS+
-MAX_OFFSET = 0.005  # distance of a pin from its slot / length of the slot
-BODY_DOCUMENT = "pmks2:"  # begins the files of its editor of bodies
+UNTOUCHED = 1.0  # default mass and inertia of a link in PMKS+
+MAX_OFFSET = 0.005  # largest distance of a pin from its slot / length of the slot
+BODY_DOCUMENT = "pmks2:"  # start of the files that its body editor saves
 
 
 def of_pmks(text: str, title: str) -> ForeignMechanism:
-    """Return the mechanism in a link or file of PMKS+: version 1, version 2, or that of today.
+    """Return the mechanism in a web link or file of PMKS+: version 1, version 2, or the current one.
 
     Raises
     ------
     ExchangeError
-        The text is damaged or of another program.
+        The text is damaged or comes from another program.
     """
     query = urlsplit(text.strip()).query if "?" in text else text.strip()
     if query.startswith(BODY_DOCUMENT):
@@ -87,7 +87,7 @@ def _first_joint(row: list[str]) -> PmksJoint:
 
 
 class _PmksReading:
-    """A saved mechanism on its way to a drawing."""
+    """Converter of a saved mechanism to a drawing."""
 
     def __init__(self, saved: Saved, title: str) -> None:
         self.saved, self.title = saved, title
@@ -97,7 +97,7 @@ class _PmksReading:
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
         self.names = names
-        self.link_of: dict[str, str] = {}  # links of the file, and parts of welded ones, by key
+        self.link_of: dict[str, str] = {}  # links of the file and parts of welded links, by key
         self.links: dict[str, ForeignLink] = {}
         for part in saved.parts:
             if part.whole:
@@ -118,7 +118,7 @@ class _PmksReading:
             )
 
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
-        """Mass [kg], centre and inertia [kg m^2] of a link; those of a new link of PMKS+ are nobody's choice."""
+        """Mass [kg], centre and inertia [kg m^2] of a link; PMKS+ defaults count as not given."""
         unit = self.saved.unit
         if not part.mass or part.mass == part.inertia == UNTOUCHED:
             return None, None, None
@@ -140,7 +140,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # saved to 0.001 only, so a little beside its line
+            self.places[point] -= 1j * across * direction  # saved to 0.001 only, so slightly off its line
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
@@ -156,7 +156,7 @@ class _PmksReading:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
     def _drive(self, joint: PmksJoint) -> Drive:
-        """The drive of a joint: on the ground of the first link there, else of the second one from the first."""
+        """Drive of a joint; it moves the first link on the ground, else the second link relative to the first."""
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):
             name = next((each for each in (f"slide_{point}", f"slot_{point}") if each in self.slides | self.slots), "")
@@ -172,7 +172,7 @@ class _PmksReading:
         return Drive({"link": links[1], "on": links[0], "at": point}, speed)
 
     def _loads(self) -> tuple[ForeignLoad, ...]:
-        """Forces at points of links; a place that is no joint becomes a point."""
+        """Forces at points of links; a position that is not a joint becomes a point."""
         loads, unit = [], self.saved.unit
         for force in self.saved.forces:
             link = self.link_of.get(force.link, "")

@@ -1,4 +1,4 @@
-"""The text in which PMKS+ saves a mechanism: base 64 numbers and records between dots, as plain records and back."""
+"""Text format of PMKS+ (base 64 numbers, records between dots), converted to plain records and back."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -11,13 +11,13 @@ from exchange.drawing import ExchangeError
 Record = TypeVar("Record")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECKS = DIGITS[:62]
-UNITS = ("in", "cm", "m")  # by the number in the file
+UNITS = ("in", "cm", "m")  # indexed by the number in the file
 HEAD = 4  # records before the joints: switches, decimals, integers, units
 CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # switches
 SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing: grids, names, forces
 SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # marks of a joint
-LINK_MARKS = "YAMG0123"  # of a link that is no part of a welded one: bar or disc, manual or automatic masses
-PART_MARKS = "NamgN4567"  # of a part of a welded link
+LINK_MARKS = "YAMG0123"  # flags of a link that is not part of a welded one: bar or disc, manual or automatic masses
+PART_MARKS = "NamgN4567"  # flags of a part of a welded link
 OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with a manual inertia, a manual centre
 CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number to more than three decimals
 DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
@@ -25,9 +25,9 @@ DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
 
 @dataclass(frozen=True)
 class PmksJoint:
-    """A joint: place, angle of its line [rad] if it slides, link and two joints of a moving slot.
+    """A joint: position, angle of its line [rad] if it slides, link and two joints of a moving slot.
 
-    A `speed` of 0 stands for the speed of the whole file.
+    A `speed` of 0 means the default speed of the file.
     """
 
     key: str
@@ -62,7 +62,7 @@ class PmksPart:
 
 @dataclass(frozen=True)
 class PmksForce:
-    """A force at `start` towards or away from `end`; a local one turns with its link."""
+    """A force at `start` towards or away from `end`; a local force turns with its link."""
 
     link: str
     name: str
@@ -121,7 +121,7 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    # the first files of version 2 have the check behind the forces, without commas
+    # early files of version 2 have the checksum after the forces, without commas
     forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]
@@ -142,7 +142,7 @@ def _read(
     exact: Mapping[tuple[str, str, int], float],
     reader: Callable[[list[str], Callable[[int, str], float]], Record],
 ) -> Record:
-    """Read a record; `exact` has the numbers that were saved to more than three decimals."""
+    """Read a record; `exact` contains the numbers that were saved to more than three decimals."""
     fields = word.split(",")
     mark = 2 if kind == "link" else 1
     key = fields[0][mark:]
@@ -198,7 +198,7 @@ def _require_known(joints: tuple[PmksJoint, ...], parts: tuple[PmksPart, ...]) -
 
 
 def folded(saved: Saved) -> Saved:
-    """Return the file in today's form: a slider is one joint, not a joint, its pin and the block between them."""
+    """Return the file in the current form: a slider is one joint instead of a joint, a pin and a block."""
     known = {joint.key: joint for joint in saved.joints}
     gone: dict[str, str] = {}
     blocks = set()

@@ -8,26 +8,26 @@ from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # of joints; a link has all its letters
-ON_LINE = 1e-6  # distance of a point from a slot's line / size of the drawing, to be taken as on it
-SPARE = 0.1  # length of a slot beyond the pin's place / size of the drawing
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # names of joints; a link has one letter per joint
+ON_LINE = 1e-6  # largest distance from a slot's line of a point on it / size of the drawing
+SPARE = 0.1  # length of a slot beyond the pin / size of the drawing
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
-    """Return the mechanism as PMKS+ saves it today: the query of a link, or a whole file.
+    """Return the mechanism as the current PMKS+ saves it: the query of a web link, or a whole file.
 
     PMKS+ rounds lengths to 0.001 cm or in, directions to a milliradian, speeds to 0.001 rpm.
 
     Raises
     ------
     ExchangeError
-        PMKS+ does not know a part, without which the mechanism would move otherwise.
+        PMKS+ does not support some part, and the mechanism would move differently without it.
     """
     return encoded(_Writing(drawing).saved())
 
 
 class _Writing:
-    """A drawing on its way to the records of PMKS+."""
+    """Converter of a drawing to the records of PMKS+."""
 
     def __init__(self, drawing: ForeignMechanism) -> None:
         if drawing.gears:
@@ -54,7 +54,7 @@ class _Writing:
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
-        """Store a slot by its pin; a moving slot needs two joints of the slotted link on the line."""
+        """Store a slot by its pin. A moving slot needs two joints of the slotted link on its line."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')
@@ -79,7 +79,7 @@ class _Writing:
         self.slot_ends[pin] = first, last
 
     def _own_pin(self, name: str, slide: ForeignSlider) -> str:
-        """Return the point of a slide, or a new point on its line if other links share it."""
+        """Return the point of a slide, or a new point on its line if other links share that point."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
         if sum(slide.through in points for points in self.members.values()) == 1:
@@ -90,7 +90,7 @@ class _Writing:
         return pin
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
-        """Speed and links of every drive, by its pin."""
+        """Speed and links of every drive, by pin."""
         pin_of = {id(slot): pin for pin, slot in self.slots.items()}
         pins = {name: pin_of[id(slot)] for name, slot in self.drawing.slots.items()}
         pins |= {name: pin_of[id(slide)] for name, slide in self.drawing.slides.items()}

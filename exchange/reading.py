@@ -17,9 +17,9 @@ from exchange.pmks_written import pmks_text
 from exchange.pylinkage import of_pylinkage
 
 FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"
-"""Programs and files that are read, in words."""
+"""Programs and files that can be read, in words."""
 WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
-"""Programs and files that are written, in words."""
+"""Programs and files that can be written, in words."""
 WRITERS: Mapping[str, Callable[[ForeignMechanism], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
 MAX_SIZE = 20_000_000  # bytes
 
@@ -38,7 +38,7 @@ def written(drawing: ForeignMechanism, kind: str) -> str:
 
 
 def read(source: str) -> ForeignMechanism:
-    """Return the mechanism in a file of another program, or in a link of PMKS+.
+    """Return the mechanism in a file of another program, or in a web link of PMKS+.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The scene of a drawing: every assumption in its text has a comment."""
+"""Converts a drawing to a scene; a comment marks every assumption in its text."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -9,20 +9,20 @@ from exchange.drawing import GROUND, ExchangeError, ForeignLink, ForeignMechanis
 
 SLENDERNESS = 20  # length of the longest link / depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
-MIN_SLENDERNESS = 4  # a bar of the file's mass that is thicker than this is taken as rigid
+MIN_SLENDERNESS = 4  # a bar with the file's mass is rigid if less slender than this
 BLOCK = "100 g"
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # from a uniform bar: centre / length, inertia / inertia
+MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # deviation from a uniform bar: centre / length, inertia / inertia
 POSITIONS = 180
 
 
 def scene_text(drawing: ForeignMechanism) -> str:
-    """Return the text of a scene with this mechanism; every assumption has a comment.
+    """Return the text of a scene with this mechanism, with a comment on every assumption.
 
     Raises
     ------
     ExchangeError
-        It has no moving link, or a point without a finite place.
+        There is no moving link, or a point has no finite position.
     """
     import tomlkit
 
@@ -64,7 +64,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
 
 
 class _Link:
-    """A link of the scene: a beam of the assumed section, a beam of the file's mass, or a rigid link."""
+    """A link of the scene: a beam with the assumed section, a beam with the file's mass, or a rigid link."""
 
     def __init__(self, drawing: ForeignMechanism, name: str, body: ForeignLink) -> None:
         self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points
@@ -140,7 +140,7 @@ def _longest(drawing: ForeignMechanism) -> float:
 
 
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
-    """A rectangle of this depth and half that width."""
+    """A rectangle with this depth and half as wide."""
     import tomlkit
 
     table = tomlkit.table()

@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape, quoteattr
 from exchange.dxf import AXIS, FIXED, DrawnLink
 
 MARGIN = 0.02  # space around the drawing / its size
-At = Callable[[complex], str]  # a place in the drawing's coordinates
+At = Callable[[complex], str]  # a position in the drawing's coordinates
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
 
@@ -25,9 +25,9 @@ def svg_text(
     fixed
         Points of the ground.
     paths
-        Places of points in the course of the motion.
+        Positions of points over the motion.
     unit
-        Of all lengths: "mm", "cm" or "in".
+        Unit of all lengths: "mm", "cm" or "in".
     curves
         Corners of closed curves, by layer name.
     """

@@ -18,15 +18,15 @@ def write_vtu_series(
 ) -> Path:
     """Write one VTU file per position and a .pvd file that lists them by time.
 
-    Points are those of the undeformed beams. `displacement` [m] leads from them to the deformed ones (exaggerate it by
-    ParaView's "Warp By Vector" filter); `deformed` is the deformed position. Further point data are the main fields of
-    `elastic.FIELDS` by key, or N, V, M, u, w, phi of finite elements. The cell data `beam` is the number in
-    `Mechanism.beams`. Positions without an answer are skipped.
+    The points lie on the undeformed beams. `displacement` [m] is the vector from them to the deformed points
+    (exaggerate it with ParaView's "Warp By Vector" filter); `deformed` is the deformed position. The other point data
+    are the main fields of `elastic.FIELDS` by key, or N, V, M, u, w and phi for a finite element solution. The cell
+    data `beam` is the number in `Mechanism.beams`. Positions without an answer are skipped.
 
     Parameters
     ----------
     answer
-        Closed forms or finite elements of one design.
+        Closed-form or finite element solution of one design.
     folder
         Created if missing.
     name

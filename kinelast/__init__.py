@@ -25,7 +25,7 @@ __all__ = [
 ]  # fmt: skip
 
 __version__ = "0.1.0"
-"""Version of the program, as a wheel bears it too."""
+"""Version of the program and of its wheel."""
 
 _HOME = {
     "notebook.inline": ("answer", "live", "report"),
@@ -43,7 +43,7 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import the exports when they are asked for: the command's help needs none of them."""
+    """Import exports on first access, because the command's help needs none of them."""
     from importlib import import_module
 
     for place, names in _HOME.items():

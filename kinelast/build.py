@@ -19,18 +19,18 @@ from kinelast.scene.document import Document, document_from_text
 from kinelast.scene.format import SceneTable
 from kinelast.scene.schema import TableClass, table_classes
 
-Quantity = float | str  # in SI units, or with its unit, as in "6 mm"
+Quantity = float | str  # in SI units, or with a unit, such as "6 mm"
 Place = Sequence[Quantity]  # x and y
 Direction = Sequence[float] | str
-Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # of two columns
+Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # table of two columns
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TypedPart:
-    """A part of a mechanism; each field with a value is a key of its table.
+    """A part of a mechanism; each field that has a value becomes a key of its table.
 
-    `under` is the top-level table of the part, or "" for a part inside another. `spelled` has the keys that are not
-    valid Python names, by field.
+    `under` is the top-level table of the part, or "" for a part inside another. `spelled` maps fields to keys that are
+    not valid Python names.
     """
 
     under: ClassVar[str] = ""
@@ -48,7 +48,7 @@ class TypedPart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NamedPart(TypedPart):
-    """A part with a name; joints, welds and bearings have the name of their point or slider."""
+    """A part with a name; joints, welds and bearings take the name of their point or slider."""
 
     name: TypedPart | str
 
@@ -69,7 +69,7 @@ class SectionPart(NamedPart):
 
 
 class ListedPart(TypedPart):
-    """A part without a name, in a list of such parts."""
+    """An unnamed part in a list."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,9 +109,9 @@ def mechanism(
     Raises
     ------
     SceneError
-        A part has a mistake.
+        A part is invalid.
     TypeError, ValueError
-        An argument is not a part; two parts of a kind have the same name.
+        An argument is not a part, or two parts of the same kind have the same name.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def _name(part: TypedPart | str) -> str:
 
 
 def _written(value: Any) -> Any:
-    """Return a value as in the tables of a file: names of parts, lists, plain numbers."""
+    """Convert a value to the form used in files: names of parts, lists, plain numbers."""
     if isinstance(value, NamedPart):
         return _name(value)
     if isinstance(value, TypedPart):
@@ -194,7 +194,7 @@ def _written(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
-# The code below makes the classes of the tables.
+# The code below creates the classes from the tables.
 
 
 def _made(table: TableClass) -> type:
@@ -214,7 +214,7 @@ def _made(table: TableClass) -> type:
 
 
 def stub_text() -> str:
-    """Return the stub of this module: its source, with all classes of tables written out."""
+    """Return the stub of this module: its source with all table classes written out."""
     from inspect import getsource
 
     written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# The code below makes")[0]

@@ -35,18 +35,18 @@ from live.mistakes import mistakes_of
 from live.text import line_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
-POSITIONS, FRAMES = 72, 120  # positions of a quick answer; maximum number of frames of a full answer's picture
+POSITIONS, FRAMES = 72, 120  # positions in a quick answer; most frames in a full answer
 STATIONS = np.linspace(0.0, 1.0, 9)
-MAX_BEND, SAME = 0.5, 1e-7  # of a step, relative to the group's sine; tolerance of equal places, relative to the size
+MAX_BEND, SAME = 0.5, 1e-7  # bend of a step / sine of the group; distance of equal points / size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
         "transmission_angle", "output_error", "mass")  # fmt: skip
-MAX_NUMBERS = 400  # numbers that get a slider
+MAX_NUMBERS = 400  # maximum number of sliders
 Answer = dict[str, Any]
 
 
 @dataclass
 class Memory:
-    """Motion of the last picture: during a drag, the next motion starts from it."""
+    """Motion of the last picture; during a drag, the next motion starts from it."""
 
     motion: Motion | None = None
 
@@ -60,10 +60,10 @@ def quick_answer(
     folder: Path | None = None,
     graph: str = "",
 ) -> tuple[Answer, bytes]:
-    """Answer a text quasi-statically at few positions; return plain data and the arrays of its picture.
+    """Solve a scene quasi-statically at few positions; return plain data and the arrays of its picture.
 
-    Reads the files that the text names from `folder`. Errors are part of the answer; nothing is raised. A sheet with
-    neither points nor moving links has no picture and no errors.
+    Reads the files that the text names from `folder`. The answer contains the errors; no exception is raised. A sheet
+    without points and moving links has no picture and no errors.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -82,7 +82,7 @@ def quick_answer(
             answer["picture"], data = _picture_until_stop(scene, dragged, memory or Memory(), graph)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = mistakes_of(error, text, beside(folder))
-    except Exception as error:  # the page continues with the next text
+    except Exception as error:  # the page goes on with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     if answer["sheet"] and not answer["picture"]:
         answer["sheet"]["marks"] = drawn_marks(tables, answer["sheet"])
@@ -90,7 +90,7 @@ def quick_answer(
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
-    """Numbers of a scene with value [SI], unit, line and slider range."""
+    """Numbers in a scene, each with its SI value, unit, line and slider range."""
     known, table = places(text), document.table
     offers: list[Answer] = []
     written = {key[:2] for key in (*known.values, *known.tables)}
@@ -103,7 +103,7 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
         except SceneError:
             continue
         if place.names[0] in ("materials", "sections") and tuple(place.names[:2]) not in written:
-            continue  # from a library file
+            continue  # the number comes from a library file
         first = known.nearest(tuple(place.names))
         offers.append(
             {
@@ -120,7 +120,7 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
 
 
 def _range(document: Document, path: str, base: float) -> tuple[float, float]:
-    """Slider range of a number: its sweep or tolerance, else from half to twice its value."""
+    """Slider range of a number: its sweep or tolerance, or else half to twice its value."""
     table = document.table
     swept = table.sweep.vary.get(path)
     if swept is not None and not isinstance(swept, list):
@@ -137,10 +137,10 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
 
 
 def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
-    """Draw a scene up to the position at which its motion stops, and report this position.
+    """Draw a scene up to the position at which its motion stops, and report that position.
 
-    During a drag the stop is only the last position that closes, because its exact place takes longer than all the
-    rest.
+    During a drag, the last position that closes serves as the stop, because computing the exact one takes longer than
+    everything else.
 
     Raises
     ------
@@ -184,16 +184,16 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
 def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
 
-    It is on the drawn branch if it starts as drawn, no group changes its assembly, and each step bends by less than
-    half the groups' sine. The sine measures how far apart both assemblies of a dyad are. Near a limit of motion it is
-    near zero and the bend is not checked. This is certain enough for a picture during a drag.
+    The motion is on the drawn branch if it starts as drawn, no group changes its assembly, and each step bends by less
+    than half the sine of its group. The sine measures the distance between the two assemblies of a dyad; near a limit
+    of motion it is almost zero, and the bend is not checked. This is reliable enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     free = [closed.group for closed in before.closures if closed.group.free]
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
-    known = np.arange(len(times)) < _reached(before)  # beyond a limit of motion dyads are as drawn
+    known = np.arange(len(times)) < _reached(before)  # beyond a limit of motion, dyads stay as drawn
     here = rigid.posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
@@ -229,7 +229,7 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
 
 
 def _reach_words(scene: Scene, moved: Motion) -> str:
-    """Describe where a motion stops and which joint opens."""
+    """Describe the position at which a motion stops, and the joint that opens."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -238,13 +238,13 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """Describe where a motion stops: the last position that closes, and the joint that opens."""
+    """Describe the end of a motion: the last position that closes, and the joint that opens."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
     return rigid.reach_words(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
-    """Picture of a full answer, with figures and their errors."""
+    """Picture of a full answer, with the figures and their errors."""
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
@@ -270,7 +270,7 @@ def columns_of(results: Results, graph: str = "") -> list[Column]:
 def picture(
     scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
 ) -> tuple[Answer, bytes]:
-    """Moving and bending mechanism: parts as plain data, arrays as consecutive float32."""
+    """Moving and bending mechanism: parts as plain data, arrays as one block of float32."""
     taken = slice(None, None, -(-len(bent.motion.time) // most))
     arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
     arrays["effort"] = np.asarray(efforts)[..., taken]
@@ -311,7 +311,7 @@ def picture(
 
 
 def _peaks(law: Any) -> list[float | None] | None:
-    """Peak speed, acceleration and jerk of a drive's law, None if infinite; None for an effort."""
+    """Peak speed, acceleration and jerk of a drive's law (None if infinite); None for a drive with a given effort."""
     peaks = None if isinstance(law, DriveEffort) else rigid.law_peaks(law)
     if peaks is None:
         return None
@@ -351,7 +351,7 @@ def _pairs(values: Any) -> Any:
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
-    """Main figures in display order, each for its governing item."""
+    """Main figures in display order, each with its governing item."""
     rows, known = [], {figure.key: figure for figure in chosen}
     for key in SHOWN:
         sizes = values.get(key, np.zeros(0))
@@ -366,7 +366,7 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Limits of the scene with their governing values, without errors."""
+    """Limits of the scene and their governing values, without error estimates."""
     names = {figure.key: figure.name for figure in figures_of(None)}
 
     def judged(limit: Limit) -> bool:
@@ -390,5 +390,5 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 
 
 def most_used_first(limits: Iterable[Answer]) -> list[Answer]:
-    """Return the limits: broken ones first, then the most used."""
+    """Sort the limits: violated ones first, then by utilisation."""
     return sorted(limits, key=lambda row: (row["kept"], -float(np.nan_to_num(row["used"] or 0.0))))

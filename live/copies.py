@@ -1,4 +1,4 @@
-"""Copies of links, shifted or mirrored, including attached parts except loads, springs and gears."""
+"""Copies of links, shifted or mirrored, including attached parts other than loads, springs and gears."""
 
 import tomllib
 from cmath import rect
@@ -11,13 +11,13 @@ from live.text import with_table, with_value
 from rigid import GROUND
 
 APART = 1.2  # offset of a copy, relative to the width of the links
-ON_LINE = 1e-9  # a point this close to the mirror line is its own image, relative to the width
+ON_LINE = 1e-9  # a point closer to the mirror line than this is its own image, relative to the width
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
-    """Copy a link or all moving links, shifted, or mirrored at the vertical line through the point `about`.
+    """Copy a link or all moving links, either shifted or mirrored in the vertical line through the point `about`.
 
-    Points on the line are shared. Default of `about`: the first support, else the first point.
+    Points on the line are shared. `about` defaults to the first support, or else the first point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -60,7 +60,7 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any]:
-    """Entries of the copy of a link."""
+    """Table entries for the copy of a link."""
     entries: dict[str, Any] = _renamed(link, named)
     if isinstance(link["points"], dict):
         entries["points"] = {named[point]: _flipped(place, mirror) for point, place in link["points"].items()}
@@ -72,7 +72,7 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """Return a place in link axes; mirrored, its second coordinate changes sign."""
+    """Return a position in link axes; mirroring changes the sign of its second coordinate."""
     return [place[0], opposite(place[1])] if mirror else place
 
 
@@ -101,7 +101,7 @@ def _attached_parts(
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
-    """Rename points and links in entries to those of the copy."""
+    """Rename points and links in entries to the names in the copy."""
     if isinstance(value, dict):
         kept = ("section", "material", "motor")
         return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}

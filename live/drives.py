@@ -38,17 +38,17 @@ def _carriers(tables: Tables, *links: str) -> Iterator[str]:
 
 
 def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
-    """Entries that name the joint of a link on its carrier."""
+    """Entries that identify the joint of a link on its carrier."""
     pins = _shared(tables, link, carrier)
     names = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
     return names if len(pins) == 1 else {**names, "at": pins[0]}
 
 
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
-    """Add a drive to a link at its pin or to a point along its slot, or remove the present one.
+    """Add a drive to a link at its pin or to a point along its slot, or remove the existing drive.
 
-    A link turns at constant speed, relative to the ground if pinned there, else to the link with the fewest joints to
-    the ground. A point moves along its slot and back.
+    A link turns at constant speed relative to the ground if pinned to it, or else relative to the link with the fewest
+    joints to the ground. A point moves along its slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -70,7 +70,7 @@ def _there_and_back(way: float) -> list[dict[str, str]]:
 
 
 def _add_slide(text: str, tables: Tables, point: str) -> str:
-    """Add a drive along a point's slot, or remove the present one."""
+    """Add a drive along a point's slot, or remove the existing drive."""
     for kind, key in (("slots", "point"), ("sliders", "through")):
         for name, table in tables.get(kind, {}).items():
             if table.get(key) != point:
@@ -87,7 +87,7 @@ def _add_slide(text: str, tables: Tables, point: str) -> str:
 def set_law(text: str, tables: Tables, change: Tables) -> str:
     """Set the motion of a drive: constant speed, a stroke (optionally with return), or a spline through points.
 
-    Quantities are texts with units; points are CSV text.
+    Quantities are strings with units; points are CSV text.
     """
     number = int(change["drive"])
     drive = tables["drives"][number]
@@ -125,7 +125,7 @@ def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]
 
 
 def add_gear(text: str, tables: Tables, change: Tables) -> str:
-    """Add external gears on two links, or a wheel and a rack in a slot, or remove the present pair."""
+    """Add external gears on two links, or a wheel and a rack in a slot, or remove the existing pair."""
     pair = change["driver"], change["follower"]
     if any(isinstance(end, dict) for end in pair):
         return _add_rack(text, tables, *pair)
@@ -142,9 +142,9 @@ def add_gear(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
-    """Add a wheel and a rack; each end is a link name, or a table with the rack's `point` in its slot.
+    """Add a wheel and a rack; each argument is a link name, or a table with the rack's `point` in its slot.
 
-    The distance of the slot's line from the wheel's pin gives the ratio.
+    The ratio follows from the distance of the slot's line from the wheel's pin.
     """
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
@@ -190,7 +190,7 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 
 
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cylinder between two points: barrel, rod, slider, and a drive over a tenth of its length and back.
+    """Add a cylinder between two points: barrel, rod, slider, and a drive by a tenth of its length and back.
 
     A new point becomes a point of the ground.
     """
@@ -203,7 +203,7 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
         text = edits.fix(text, tables, {"point": start})
     if start == end:
         raise EditError("a cylinder needs two points apart from each other")
-    for point in (start, end):  # keeps its pin even if other links are welded here
+    for point in (start, end):  # keep this pin even if other links are welded here
         if point in tables.get("welds", {}):
             text = with_value(text, ("welds", point, "links"), edits.welded(tables, point))
     return _with_cylinder(text, tables, start, end)
@@ -254,6 +254,6 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
 
 
 def _ends(tables: Tables, parts: Tables) -> tuple[complex, complex] | None:
-    """Places of both ends of a cylinder, or None if they are not drawn."""
+    """Positions of both ends of a cylinder, or None if they are not drawn."""
     sheet = drawn(tables)
     return (sheet[parts["from"]], sheet[parts["to"]]) if {parts["from"], parts["to"]} <= sheet.keys() else None

@@ -23,7 +23,7 @@ from live.parts import EditError, Tables, drawn, scale_of
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
-BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written in the file
+BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that the file does not write
 EMPTY = """title = "New mechanism"
 
 [points]
@@ -42,7 +42,7 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
     Parameters
     ----------
     change
-        `do`: a name in `EDITS`, and its arguments. Places in m, angles in rad, other numbers in SI units.
+        `do`: a name in `EDITS`, and its arguments. Positions in m, angles in rad, other numbers in SI units.
     folder
         Folder of files that the scene names.
 
@@ -64,9 +64,9 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
 
 
 def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Replace each place on a link by a new point of this link; return the text and the edit.
+    """Replace each position on a link by a new point of that link; return the text and the edit.
 
-    Such a place is {link, between, share}, see `add_to_link`.
+    Such a position is {link, between, share}, see `add_to_link`.
     """
     for key in {"points", "from", "to"} & change.keys():
         ends = change[key] if key == "points" else [change[key]]
@@ -108,7 +108,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
-    """Write an SI value in the form of an existing number, or without unit if the unit of that one does not fit."""
+    """Write an SI value in the form of an existing number, or without a unit if that number's unit does not fit."""
     with suppress(ValueError):
         return written_like(there, value, unit, parts.DIGITS, per_bare)
     return written_like(None, value, unit, parts.DIGITS, per_bare)
@@ -121,9 +121,9 @@ def _place(tables: Tables, there: Any, place: complex) -> str:
 
 
 def move(text: str, tables: Tables, change: Tables) -> str:
-    """Move a point: its drawn place, and the lengths of two-point links that end there.
+    """Move a point: update its drawn position and the lengths of two-point links that end there.
 
-    If links start in another posture than drawn, the drawn place moves by the same amount, rotated back with the link.
+    If links do not start as drawn, the drawn position moves by the same amount, rotated back with the link.
     """
     point, to = change["point"], complex(*change["to"])
     now, ways = start_of(text, change["folder"])
@@ -160,7 +160,7 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, to: complex, now: Any, ways: Any
 ) -> Iterator[Any]:
-    """Changes of a link with the point: its length, or the point's local coordinates."""
+    """Changes to a link with the point: its length, or the point's local coordinates."""
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
@@ -178,7 +178,7 @@ def _of_link(
 
 
 def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, now: Any) -> Iterator[Any]:
-    """Changes of the start angles of drives on links that end at the point."""
+    """Changes to the start angles of drives on links that end at the point."""
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
         if "start" not in drive or point not in ends or len(ends) < 2 or not all(each in now for each in ends):
@@ -194,7 +194,7 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     """Add a traced point to a link: a point of the scene, which is then pinned to the link, or a new one.
 
-    The place is `at`, or a `share` of the line `between` two points. A point off the beams carries no load.
+    The position is `at`, or a `share` of the line `between` two points. A point off the beams carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = parts.points_of(link)
@@ -209,7 +209,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     if point in ends:
         raise EditError(f'"{name}" has the point "{point}" already')
     if "between" in change:
-        text = with_value(text, ("points", point), parts.exact_place(place, tables))  # unrounded, exactly on the line
+        text = with_value(text, ("points", point), parts.exact_place(place, tables))  # not rounded: exactly on the line
     if "length" in link or isinstance(link["points"], dict):
         text = _in_own_axes(text, tables, name, point, {**seen, point: _place_at_start(change, seen, point)}, ways)
     else:
@@ -220,7 +220,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
-    """Place of a new point in the first posture of the motion."""
+    """Position of a new point in the first posture of the motion."""
     if "between" in change:
         first, last = (seen[each] for each in change["between"])
         return first + round(float(change["share"]), 3) * (last - first)
@@ -228,7 +228,7 @@ def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> 
 
 
 def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping[str, complex], ways: Any) -> str:
-    """Give a link's points, and one more, by local coordinates."""
+    """Define a link's points, including a new one, by local coordinates."""
     link = tables["links"][name]
     ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
@@ -251,7 +251,7 @@ def _is_number(written: str) -> bool:
 
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
-    """Set a number by its path: an SI value, written in the file's unit, or text with a unit."""
+    """Set a number by its path, from an SI value (written in the file's unit) or text with a unit."""
     document = document_from_text(text, read=beside(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
@@ -270,7 +270,7 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
         node = node[name] if not isinstance(name, int) or isinstance(node, list) else node
     names = place.names
     if names not in places(text).values and isinstance(names[-1], int):
-        names = names[:-1]  # one value for both ends of a beam
+        names = names[:-1]  # the same value for both ends of a beam
     if isinstance(place.leaf, int):
         return with_value(text, names, round(value))
     if isinstance(written, str) and unit not in BARE:

@@ -1,4 +1,4 @@
-"""Edits of table entries by key, and of tables without a drawing."""
+"""Edits of table entries by key, and of tables that are not drawn."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -22,7 +22,7 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "fatigue": {"surface": "machined"},
     "sensitivities": {"figures": ["deflection"]},
 }
-"""Initial contents of tables without a drawing."""
+"""Initial contents of tables that are not drawn."""
 APART = 0.3  # distance of a new cam's shaft below its roller, relative to the drawing's size
 COUNT, PART = 11, "1 %"  # initial number of designs in a sweep; initial tolerance
 
@@ -44,7 +44,7 @@ def keys() -> dict[str, list[tuple[str, str]]]:
 
 
 def _tables(entry: Any) -> Iterator[str]:
-    """Names of the tables that a schema entry may be or contain."""
+    """Names of the tables that a schema entry can be or contain."""
     if "$ref" in entry:
         yield entry["$ref"].rpartition("/")[2]
     for each in (entry.get("additionalProperties"), entry.get("items"), *entry.get("anyOf", ())):
@@ -52,7 +52,7 @@ def _tables(entry: Any) -> Iterator[str]:
 
 
 def typed(words: str) -> Any:
-    """Parse a typed value: as TOML if possible, else as text.
+    """Parse a typed value as TOML if possible, otherwise as text.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def entry(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_table(text: str, tables: Tables, change: Tables) -> str:
-    """Add a table without a drawing: section, material, limits, a point's joint, a number's sweep, ...
+    """Add a table that is not drawn: section, material, limits, a point's joint, a number's sweep, ...
 
     `of`: path of the drive or link that the new motor, section or material belongs to.
     """
@@ -134,7 +134,7 @@ def _with_cam(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _with_study(text: str, kind: str, change: Tables) -> str:
-    """Make a number a sweep variable, a toleranced number, or an optimisation variable."""
+    """Turn a number into a sweep variable, a toleranced number or an optimisation variable."""
     path = str(change.get("number") or "")
     if not path:
         raise EditError("choose the number first that is to vary")

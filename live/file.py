@@ -20,7 +20,7 @@ class ChangedError(Exception):
 
 @dataclass(frozen=True)
 class SceneFile:
-    """The only file that the editor reads and writes; `path` is None without a file.
+    """The only file that the editor reads and writes; `path` is None if there is no file.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class SceneFile:
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """Checksum of the present file; `UNREADABLE` for a pipe, a folder or a file that is too large."""
+        """Checksum of the file on disk; `UNREADABLE` for a pipe, a folder or a file that is too large."""
         try:
             return MISSING if self.path is None else _digest(file_bytes(self.path))
         except MissingFileError:
@@ -60,20 +60,20 @@ class SceneFile:
         Parameters
         ----------
         known
-            Checksum of the file when it was read.
+            Checksum that the file had when it was read.
 
         Raises
         ------
         ChangedError
-            If the file has changed since; nothing is written.
+            If the file has changed since then; it is not overwritten.
         OSError
-            If the disk refuses; the file stays unchanged.
+            If the file cannot be written; it stays unchanged.
         """
         if self.path is None:
             raise ChangedError("no file was given to the command: download the text instead")
         if self.digest() not in (known, MISSING):
             raise ChangedError(f"{self.path.name} has changed on disk since it was read: nothing was overwritten")
-        target = self.path.resolve()  # keep a symbolic link
+        target = self.path.resolve()  # write through a symbolic link
         content = text.encode("utf-8")
         number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         try:

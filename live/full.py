@@ -1,4 +1,4 @@
-"""Full answer with the theory and accuracy of the scene, in a process that can be killed."""
+"""Full answer with the theory and accuracy of the scene, computed in a process that can be killed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
-    """Return the full answer to a text, the arrays of its picture, and its report; named files are in `folder`."""
+    """Return the full answer to a text, the arrays of its picture, and its report; `folder` has the named files."""
     import numpy as np
     from msgspec.structs import replace
 
@@ -54,12 +54,12 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "limits": most_used_first(_limit(row) for row in report.acceptance.limits or ()),
             }
             return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
-    except (ValueError, ArithmeticError) as error:  # of the scene, the mechanism or the request
+    except (ValueError, ArithmeticError) as error:  # errors in the scene, the mechanism or the request
         return {**empty, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
 
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:
-    """A limit, its governing value and its outcome, judged with the error."""
+    """A limit, its governing value, and its outcome, which takes the error into account."""
     from kinelast.outputs.words import LIMIT_NAMES
 
     return {
@@ -98,7 +98,7 @@ STARTING = threading.Lock()
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide `__main__` while a process starts: it would run the user's script, which may start another editor."""
+    """Hide `__main__` while a process starts, or it would run the user's script and start another editor."""
     with STARTING:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")

@@ -1,4 +1,4 @@
-"""Marks of the editor: of a scene that moves, or of its tables as long as it does not."""
+"""Marks in the editor: from the moving scene or, if it cannot move, from its tables."""
 
 import math
 import re
@@ -21,9 +21,9 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Marks of a scene except those of points, and corners of its extent; arrays to place marks, (items, positions).
+    """Marks of a scene except points, corners of its extent, and arrays to position marks, (items, positions).
 
-    The arrays are complex: `origin` and `direction` of the links, `spin` of bodies that are not links.
+    The arrays are complex: `origin` and `direction` of the links, and `spin` of bodies that are not links.
     """
     marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in symbols.POINTS]
     corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
@@ -34,7 +34,7 @@ def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str,
 
 
 def _list(value: Any) -> list[Any]:
-    """Return a list of the file, or an empty one if the value is not a list."""
+    """Return a list from the file, or an empty one if the value is not a list."""
     return value if isinstance(value, list) else []
 
 
@@ -94,14 +94,14 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Pin or weld at every point, for dragging; without the middles of cylinders."""
+    """Pin or weld at every point, for dragging, except at the middle points of cylinders."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
     return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]
 
 
 def mass_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Discs at point masses, which a mechanism no longer knows."""
+    """Discs at point masses, which a mechanism no longer stores separately."""
     return [symbols.mass(Spot("", name)).plain() for name in sheet["masses"]]
 
 
@@ -113,7 +113,7 @@ def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
 
 
 def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sheet: Tables) -> Iterator[Mark]:
-    """Marks up to the first invalid table, which has a message elsewhere."""
+    """Marks up to the first invalid table; its error is reported elsewhere."""
     with suppress(AttributeError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError):
         yield from maker(tables, sheet)
 

@@ -1,4 +1,4 @@
-"""Errors in a scene's text, with lines."""
+"""Errors in a scene's text, with line numbers."""
 
 import math
 import re
@@ -10,11 +10,11 @@ from kinelast.scene.mistakes import path_of
 from kinelast.scene.sections import Read
 from live.text import line_of, places
 
-NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."  # of a drawing without drives
+NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."  # if there are no drives
 
 
 def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
-    """List all errors of a text from top to bottom, or only `error` if no others are found.
+    """List all errors in a text from top to bottom, or only `error` if no others are found.
 
     `read` reads files that the scene names.
     """
@@ -24,7 +24,7 @@ def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]
 
 
 def mistake(error: Exception, text: str) -> dict[str, Any]:
-    """Return line (or None) and message of an error; or the next step, if the drawing has no drive yet."""
+    """Return the line (or None) and message of an error, or the next step if the drawing has no drive yet."""
     if isinstance(error, SceneError) and error.table == "drives" and error.problem.startswith("the table is missing"):
         return {"line": None, "message": NEXT, "next": True}
     if not isinstance(error, SceneError):

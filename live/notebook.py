@@ -23,7 +23,7 @@ ELSEWHERE = "If the frame stays empty, this browser does not reach the kernel's 
 
 
 class LiveView:
-    """Editor of a scene: page for a notebook, last saved text and scene.
+    """Editor of a scene: its page in a notebook, and the last saved text and scene.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class LiveView:
     def widget(self) -> Any:
         """Editor as a widget, for a kernel on another computer; raises ModuleNotFoundError without anywidget.
 
-        Its requests are notebook messages, slightly slower than the frame's.
+        Its requests are notebook messages, which are slightly slower than those of the frame.
         """
         from live.widget import widget_of
 

@@ -13,18 +13,18 @@ from kinelast.scene.units import Quantity
 from live.text import with_table, with_value, without
 from rigid import GROUND
 
-DIGITS = 6  # of written numbers
-EXACT = 12  # digits of coordinates that must lie on a line
+DIGITS = 6  # significant digits of numbers in the text
+EXACT = 12  # significant digits of coordinates that must lie on a line
 SECTION, MATERIAL = "flat 20x5", "S235"
 Tables = Mapping[str, Any]
 
 
 class EditError(ValueError):
-    """The scene does not permit the edit."""
+    """The edit is not possible in this scene."""
 
 
 def drawn(tables: Tables) -> dict[str, complex]:
-    """Places of the points as drawn [m]; invalid ones are left out."""
+    """Positions of the points as drawn [m]; invalid ones are left out."""
     per_length = scale_of(tables)
     points = tables.get("points")
     ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
@@ -42,7 +42,7 @@ def drawn(tables: Tables) -> dict[str, complex]:
 
 
 def scale_of(tables: Tables) -> float:
-    """Length [m] of the unit that a file's numbers without a unit have."""
+    """Unit of lengths without a unit in the file [m]."""
     return PER_LENGTH.get(tables.get("units", "m"), 1.0)
 
 
@@ -57,7 +57,7 @@ def metres(value: Any, per_length: float) -> float:
 
 
 def new_name(taken: Any, stem: str) -> str:
-    """First free name: next letters for a capital letter, else stem and number."""
+    """First unused name: the next letters after a capital letter, or else a stem with a number."""
     names = set(taken)
     if len(stem) == 1:
         letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
@@ -70,13 +70,13 @@ def new_name(taken: Any, stem: str) -> str:
 
 
 def rounded_place(place: complex, tables: Tables) -> list[float]:
-    """Coordinates of a place in the file's unit of length, with `DIGITS` digits."""
+    """Coordinates of a position in the file's unit of length, with `DIGITS` digits."""
     per_length = scale_of(tables)
     return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
 
 
 def exact_place(place: complex, tables: Tables) -> list[float]:
-    """Coordinates of a place in the file's unit of length, exact enough to lie on a line."""
+    """Coordinates of a position in the file's unit of length, precise enough to lie on a line."""
     return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
 
 
@@ -88,7 +88,7 @@ def opposite(value: Any) -> Any:
 
 
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
-    """Add a point for each place in `wanted`; return the text and the names of all points."""
+    """Add a point for each position in `wanted`; return the text and the names of all points."""
     taken = {*tables.get("points", ()), *drawn(tables)}
     names = []
     for each in wanted:
@@ -109,7 +109,7 @@ def add_point(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a link through points and places; `closed` makes a ring of three or more."""
+    """Add a link through points and positions; `closed` makes a ring of three or more."""
     text, names = with_points(text, tables, change["points"])
     if len(set(names)) < 2:
         raise EditError("a link needs two points apart from each other")
@@ -137,7 +137,7 @@ def fix(text: str, tables: Tables, change: Tables) -> str:
 
 
 def moving_links(tables: Tables, point: str) -> list[str]:
-    """Moving links with a point; raise EditError if there are none."""
+    """Moving links that contain a point; raise EditError if there is no such link."""
     links = tables.get("links", {})
     names = [name for name, link in links.items() if name != GROUND and point in link.get("points", ())]
     if not names:
@@ -151,9 +151,10 @@ def along(direction: complex) -> str:
 
 
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
-    """Add a straight slot of the ground, or of the link `on`, for a point; or remove the present one.
+    """Add a straight slot in the ground or in the link `on` for a point, or remove the existing slot.
 
-    Default direction: along the link `on`, first turned to the point if it has a free end; on the ground, along x.
+    The default direction is along the link `on`, which first turns towards the point if it has a free end, or along x
+    on the ground.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -201,7 +202,7 @@ def weld(text: str, tables: Tables, change: Tables) -> str:
 
 
 def welded(tables: Tables, point: str) -> list[str]:
-    """Links that a weld of a point joins: named ones, or all with the point."""
+    """Links that a weld at a point joins: the named links, or all links with the point."""
     named = tables.get("welds", {}).get(point, {}).get("links")
     return named or [name for name, link in tables["links"].items() if point in points_of(link)]
 
@@ -241,9 +242,10 @@ def add_load(text: str, tables: Tables, change: Tables) -> str:
 
 
 def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
-    """Name, slider and parts of each cylinder drawn by a barrel and a rod.
+    """Name, slider and parts of each cylinder that is drawn as a barrel and a rod.
 
-    Parts: `from` and `to`, its end points; `links`, rod and barrel; `middle`, a second point of the barrel on its line.
+    The parts are `from` and `to`, its end points; `links`, the rod and barrel; and `middle`, a second point of the
+    barrel on its line.
     """
     links, sliders = tables.get("links", {}), tables.get("sliders", {})
     for drive in tables.get("drives", ()):
@@ -258,7 +260,7 @@ def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
 
 
 def points_of(link: Tables) -> list[str]:
-    """Names of a link's points; none if invalid."""
+    """Names of a link's points; empty if invalid."""
     points = link.get("points", ())
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
@@ -295,7 +297,7 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) -> str:
-    """Remove drives, loads, springs, gears, slots and sliders that name a removed part."""
+    """Remove drives, loads, springs, gears, slots and sliders that refer to a removed part."""
     for kind in LISTED.values():
         entries = tables.get(kind, [])
         for number in range(len(entries) - 1, -1, -1):
@@ -311,7 +313,7 @@ def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) 
 
 
 def _names_slider(name: str, table: Tables) -> bool:
-    """True if a table names a slider."""
+    """True if a table refers to a slider."""
     return bool(table.get("slider") == name)
 
 

@@ -54,7 +54,7 @@ PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-i
 class Live:
     """State of the server: file, address, worker and last reports.
 
-    `framed`: notebooks on this computer may show the page in a frame; otherwise no page may.
+    `framed`: notebooks on this computer may embed the page in a frame; otherwise, no page may.
     """
 
     file: SceneFile
@@ -127,7 +127,7 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
 
 
 def page_file(name: str) -> Any:
-    """File of the page by its name, its own or one shared with the report; None if there is none."""
+    """File of the page with a given name, its own or shared with the report; None if it does not exist."""
     folder = PAGE if name in SHARED else WEB
     return next((each for each in folder.iterdir() if each.name == name), None)
 
@@ -170,7 +170,7 @@ def _state(live: Live, request: Request, given: Any) -> Response:
 
 
 def _answer(live: Live, request: Request, given: Any) -> Response:
-    """Apply edits to a text and answer it quickly; cancels a running full answer."""
+    """Apply edits to a text and return a quick answer; cancel a running full answer."""
     text, changes = given["text"], given.get("edits", ())
     live.worker.cancel()
     reply: dict[str, Any] = {"number": given.get("number"), "refused": ""}
@@ -280,7 +280,7 @@ def application(live: Live) -> Starlette:
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
-    """File and scene name of an argument; the file may not exist yet, a shipped scene is copied to the working folder.
+    """File and scene name for an argument; the file need not exist, and a shipped scene is copied here.
 
     Scenes from reports and web links have no file.
     """
@@ -302,7 +302,7 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
 
 
 def wished_port(name: str) -> int:
-    """Preferred port of a file, from its name; that of an empty sheet is the same on every computer."""
+    """Preferred port of a file, derived from its name; an empty sheet has the same port on every computer."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 
@@ -311,11 +311,11 @@ def bound_socket(name: str) -> socket.socket:
     for port in (wished_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
-        )  # with the protocol named, asyncio sets TCP_NODELAY
+        )  # asyncio sets TCP_NODELAY only if the protocol is named
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, os.name != "nt")
         try:
             bound.bind((HOST, port))
-            bound.listen(64)  # early requests wait
+            bound.listen(64)  # early requests have to wait
         except OSError:
             bound.close()
             if port == 0:

@@ -41,6 +41,6 @@ if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
 WORDS = """This is an editor of mechanisms. Open the address that the command printed,
 then paste the link on its page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
-"""Landing page of web links, without token: forwards to an editor that was open in the browser, else explains."""
+"""Landing page of web links: forwards to an editor that was open in the browser, or else explains the link."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
 POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

@@ -1,4 +1,4 @@
-"""Spans of keys and values in a TOML text, and edits that preserve all other characters."""
+"""Positions of keys and values in a TOML text, and edits that preserve all other characters."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,14 +17,14 @@ QUOTES = '"""', "'''", '"', "'"
 
 @dataclass(frozen=True)
 class Places:
-    """Spans of the parts of a TOML text by path; list entries count from 0.
+    """Spans of the parts of a TOML text, by path; list entries count from 0.
 
     Attributes
     ----------
     values
-        Span of each value, including those in lists and inline tables: first character, one past the last.
+        Span of each value, also within lists and inline tables: first character, one past the last.
     tables
-        Span of each table with a heading: first character of the heading, end of the last entry's line.
+        Span of each table with a heading: from the first character of the heading to the end of its last entry's line.
     """
 
     values: Mapping[Path, Span]
@@ -196,7 +196,7 @@ def _as_key(key: str) -> str:
 
 
 def with_value(text: str, path: Path, value: Any) -> str:
-    """Set a value by its path: replace it, or add an entry to its table.
+    """Set a value by its path, replacing it or adding an entry to its table.
 
     Adds the table if needed. An inline list or table is rewritten to take a new entry.
     """
@@ -219,7 +219,7 @@ def with_value(text: str, path: Path, value: Any) -> str:
 
 
 def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
-    """Add a table after the last of its kind; a path that ends in a number adds to a list of tables."""
+    """Add a table after the last one of its kind; if the path ends in a number, add to a list of tables."""
     heading = ".".join(_as_key(str(part)) for part in path if not isinstance(part, int))
     heading = f"[[{heading}]]" if isinstance(path[-1], int) else f"[{heading}]"
     lines = [heading, *(f"{_as_key(key)} = {as_toml(value)}" for key, value in entries.items())]
@@ -261,5 +261,5 @@ def _siblings(known: Places, above: Path) -> Iterator[Path]:
 
 
 def line_of(text: str, at: int) -> int:
-    """Number of the line with a character, from 1."""
+    """Number of the line that contains a character, from 1."""
     return text.count("\n", 0, at) + 1

@@ -10,7 +10,7 @@ from rigid.arrays import Flags
 
 @dataclass(frozen=True)
 class Range:
-    """Range of a quantity in which a sizing formula holds.
+    """Range of a quantity in which a sizing formula applies.
 
     Attributes
     ----------
@@ -21,9 +21,9 @@ class Range:
     source
         Standard or book that states the range.
     least, most
-        Bounds of the quantity, both included.
+        Bounds of the quantity, both inclusive.
     outside
-        Consequence or advice outside the range, as the end of a sentence.
+        Consequence or advice outside the range, phrased as the end of a sentence.
     """
 
     formula: str

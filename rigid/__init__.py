@@ -1,6 +1,6 @@
 """Rigid-body motion of planar mechanisms: motion, inertia loads and joint forces.
 
-Needs numpy; scipy only to integrate a motion and for cubic tables. Less common functions are in `rigid.analysis`,
+It needs numpy, and scipy only for integrated motions and cubic tables. Less common functions are in `rigid.analysis`,
 `closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
 """
 

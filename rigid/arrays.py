@@ -1,8 +1,8 @@
 """Array types, by contents and axes.
 
 Axes are components or coefficients first, then links, beams, joints or drives, then designs if there are several, and
-positions last, contiguous; `...` denotes the optional designs. If the type leaves the shape open, the function's
-docstring gives it.
+positions last, contiguous; `...` denotes the optional designs. If the type does not define the shape, the function's
+docstring does.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[Any]
     """Real or complex numbers, like the argument."""
-else:  # numpy's types take as long to import as ten of our files
+else:  # importing numpy's types takes as long as ten files of this package
     ArrayLike = Any
     Reals = Complexes = Flags = Integers = Numbers = np.ndarray
 
@@ -43,7 +43,7 @@ Complex = complex | Complexes
 Columns = Any
 """Real or complex number at each position: shape (..., positions), or a scalar or ZERO if constant.
 
-No stricter type: numpy's operators have none that accepts arrays, numbers and ZERO.
+A stricter type is not possible: numpy's operators have none that accepts arrays, numbers and ZERO.
 """
 
 
@@ -53,6 +53,6 @@ def of_designs(value: Any) -> Any:
 
 
 def distinct(values: Any) -> Numbers:
-    """Return the distinct values in ascending order, as `np.unique` does without its slow import of numpy.ma."""
+    """Return the distinct values in ascending order, like `np.unique` but without its slow import of numpy.ma."""
     ordered = np.sort(np.ravel(values))
     return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]

@@ -1,4 +1,4 @@
-"""Motions of any number of positions and designs, in chunks that fit the cache."""
+"""Motions with any number of positions and designs, in chunks that fit into the cache."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,9 +14,9 @@ from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives, outline
 from rigid.positions.rows import select_designs
 
-CACHE_CELLS = 24576  # links times columns that fit the cache
+CACHE_CELLS = 24576  # links times columns that fit into the cache
 MIN_COLUMNS = 1024  # smallest efficient chunk: below this, call overhead dominates
-SEAM_POSITIONS = 3  # repeated positions of the previous chunk, to detect a change point at the seam
+SEAM_POSITIONS = 3  # positions of the previous chunk that are repeated to detect a change point at the seam
 MIN_SINE = 1e-2  # smallest sine of a position that identifies the branch reliably
 
 
@@ -38,8 +38,8 @@ def motion_in_chunks(
     mechanism, drive, drive_rate, drive_acceleration, time
         See `motion`.
     columns
-        Approximate number of positions, or designs times positions, per chunk; at least one design. The default fits
-        the cache, with at least 1024 columns.
+        Approximate number of positions, or designs times positions, per chunk; at least one design. By default a chunk
+        fits into the cache, with at least 1024 columns.
 
     Yields
     ------
@@ -69,7 +69,7 @@ def columns_of(mechanism: Mechanism, positions: int) -> int:
 
 
 def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:
-    """Yield rows of designs to compute together; once everything for a single design."""
+    """Yield the rows of designs to compute together; a single design yields everything at once."""
     count = designs[0] if designs else 1
     step = max(columns // max(positions, 1), 1)
     for first in range(0, count, step):
@@ -97,7 +97,7 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
         chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
             drawn, lead = _drawn_anew(drawn, lead, chunk[0])
-        yield chunk.pop()  # release it: it would displace the next chunk from the cache
+        yield chunk.pop()  # release the chunk: it would displace the next one from the cache
 
 
 def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
@@ -117,7 +117,7 @@ def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[M
 
 
 def _identifying_points(link: Link, drawn: Mechanism) -> list[str]:
-    """Drawn points of a link, plus one if a single point leaves its angle open."""
+    """Drawn points of a link, plus one if a single point does not define the angle."""
     points = [point for point in link.points if point in drawn.drawing]
     if len(points) == 1:
         points += [point for point, local in link.points.items() if np.all(local != link.points[points[0]])][:1]
@@ -125,7 +125,7 @@ def _identifying_points(link: Link, drawn: Mechanism) -> list[str]:
 
 
 def _whole_turns(drawn: Mechanism, start: Reals) -> Reals:
-    """Full turns of the drives beyond the drawing, (drives, 1), else counted twice by gears."""
+    """Full turns of the drives beyond the drawing, (drives, 1), which gears would otherwise count twice."""
     if not drawn.gears:
         return np.zeros((len(start), 1))
     at, slides, _ = drawn_drives(drawn)

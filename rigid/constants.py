@@ -26,7 +26,7 @@ class BeamConstants:
     unit
         Unit vector of x' in the link's axes, complex.
     length, mass_per_length
-        [m], and [kg/m] at the start.
+        Length [m], and mass per length at the start [kg/m].
     mass_taper
         Coefficients of the mass per length, relative to the start, shape (n, beams, ..., 1).
     rotary
@@ -48,7 +48,7 @@ class BeamConstants:
 
     @cached_property
     def offset(self) -> bool:
-        """Whether any beam starts away from its link's origin."""
+        """Whether any beam does not start at its link's origin."""
         return bool(self.start.any())
 
     @cached_property
@@ -82,7 +82,7 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
 
 
 def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
-    """Polynomials along the beams, padded with zeros to one degree."""
+    """Polynomials along the beams, padded with zeros to a common degree."""
     table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
     for number, taper in enumerate(tapers):
         table[: len(taper), number] = np.reshape(taper, (-1, *(1,) * ndim))
@@ -127,7 +127,7 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
 
 
 def per_row(values: Iterable[Any], ndim: int, kind: type) -> Numbers:
-    """Stack scalars or values of shape (designs, 1) to (rows, ..., 1), `ndim` axes per row."""
+    """Stack scalars or values of shape (designs, 1) to (rows, ..., 1), with `ndim` axes per row."""
     values = list(values)
     if values and all(isinstance(value, float | int | complex) for value in values):
         return np.array(values, kind).reshape(-1, *(1,) * ndim)

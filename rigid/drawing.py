@@ -12,7 +12,7 @@ from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 
-COLLINEAR_TOLERANCE = 1e-9  # distance from the line, relative to the drawing's size, of joints drawn in line
+COLLINEAR_TOLERANCE = 1e-9  # distance from a line, relative to the drawing's size, of joints that are drawn in line
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Drawing:
 
     @cached_property
     def _directions(self) -> dict[int, Columns]:
-        """Drawn directions of links with two drawn points, and of links on sliders with them."""
+        """Drawn directions of links with two drawn points, and of links that are on sliders with these."""
         index = self.mechanism.index
         directions: dict[int, Any] = {0: 1.0 + 0j}
         directions |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}

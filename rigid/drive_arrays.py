@@ -29,7 +29,7 @@ def drive_arrays(
 
 def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
     """Broadcast a rate given per drive, position or design to the coordinates' shape."""
-    if isinstance(value, float | int) or np.ndim(value) == 0:  # same as np.broadcast_to, five times as fast
+    if isinstance(value, float | int) or np.ndim(value) == 0:  # same as np.broadcast_to, but five times as fast
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
     if np.ndim(value) == 1:
         value = np.reshape(value, (len(coordinates), -1))

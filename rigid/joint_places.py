@@ -12,7 +12,7 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
 
 
 def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
-    """Tooth contact of a joint that follows a gear, or None without pitch point.
+    """Tooth contact of a joint that follows a gear, or None if there is no pitch point.
 
     A pitch point exists if a common carrier link holds both wheels, or wheel and rack, by pins or sliders. Wheels of
     ratio 1 or with coincident axes have none.
@@ -26,7 +26,7 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
     leads = driver.parent == carrier
     body = driver.child if leads else driver.parent
-    # relative to the carrier: rate of the follower per motion of the body
+    # rate of the follower per motion of the body, relative to the carrier
     rate = sense * joint.sense * gear.ratio * (1 if leads else -1)
     at = wheel if joint.turns else joint.block
     centre = point_of(placed, at, joint.at(at))

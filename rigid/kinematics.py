@@ -89,8 +89,8 @@ class Motion:
     def condition(self) -> Reals:
         """Amplification of round-off: relative errors are about this times eps, (..., positions).
 
-        At least 1. Infinite beyond SINGULAR, with nan velocities and accelerations of the dependent links; nan if the
-        mechanism does not close.
+        At least 1. It is infinite beyond SINGULAR, where the velocities and accelerations of the dependent links are
+        nan; it is nan if the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -128,10 +128,10 @@ def motion(
         Lengths may have shape (designs, 1).
     drive, drive_rate, drive_acceleration
         Coordinates of the drives [rad or m] and their time derivatives, in shapes that broadcast to (drives,
-        positions); (positions,) is enough for a single drive. If they differ by design, shapes that broadcast to
-        (drives, designs, positions), with coordinates of a single drive.
+        positions); (positions,) is sufficient for a single drive. If they differ between designs, the shapes broadcast
+        to (drives, designs, positions), and the coordinates are those of a single drive.
     time
-        Time of each position [s], shape (positions,) or (designs, positions); default: the position numbers.
+        Time of each position [s], shape (positions,) or (designs, positions); by default the position numbers.
     near
         Approximate posture at each position, or one for all. It selects the branch instead of the drawing, so that the
         positions need not be neighbours.
@@ -146,7 +146,7 @@ def motion(
 
     Examples
     --------
-    A crank of 1 m that turns at 2 rad/s: its end moves at 2 m/s.
+    The end of a 1 m crank that turns at 2 rad/s moves at 2 m/s:
 
     >>> from rigid import Link, Mechanism, PinDrive, motion, velocity_of
     >>> links = (Link("ground", {"O": 0}), Link("crank", {"O": 0, "A": 1.0}))
@@ -179,7 +179,7 @@ def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayL
 
 
 def unit_motion(motion: Motion, drive: int) -> Motion:
-    """Motion with one drive at rate 1 and the others at rest, which gives influences."""
+    """Motion with one drive at rate 1 and the others at rest; it gives influence coefficients."""
     return with_rates(motion, np.eye(len(motion.mechanism.drives))[:, drive : drive + 1])
 
 
@@ -231,7 +231,7 @@ def _openings(motion: Motion) -> tuple[Openings, Openings]:
 
 
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
-    """Repeat a motion for several designs with the same motion; `columns`: new shape."""
+    """Repeat a motion for several designs that share it; `columns`: new shape."""
 
     def wide(value: Any) -> Numbers:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()

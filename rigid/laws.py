@@ -16,7 +16,7 @@ from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 MotionLaw = Callable[[Any], Triple]
-"""From times [s] to coordinate, rate and acceleration of a drive, each in their shape."""
+"""Function from times [s] to the coordinate, rate and acceleration of a drive, each in their shape."""
 MIN_IMPACT = 1e-9  # smallest change of speed that counts as an impact, relative to the speeds
 INSTANT_TOLERANCE = 1e-12  # largest distance of coincident instants, relative to the duration
 
@@ -72,7 +72,7 @@ def _harmonic(z: Reals) -> Triple:
 
 
 def _trapezoidal(z: Reals) -> Triple:
-    """A third of the time each at constant acceleration, speed and deceleration."""
+    """One third of the time each at constant acceleration, constant speed and constant deceleration."""
     early, late = z < 1 / 3, z >= 2 / 3
     value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
     rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
@@ -100,7 +100,7 @@ def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
     """Norton's SCCA family: sinusoidal, constant and cosine pieces of acceleration.
 
-    `sine` is the share of the time for both ends together, `cosine` that of the middle.
+    `sine` is the share of the time for both ends together, and `cosine` the share for the middle.
     """
     b, d = sine, cosine
     ends, flat = b / 2, (1 - d) / 2
@@ -217,7 +217,7 @@ class ConstantSpeed:
 
 @dataclass(frozen=True)
 class SegmentedLaw:
-    """Consecutive segments from `start` [rad or m]; the coordinate then stays constant.
+    """Consecutive segments from `start` [rad or m]; after them the coordinate stays constant.
 
     `start` may have shape (designs, 1); coordinates then have shape (designs, positions).
 
@@ -227,8 +227,8 @@ class SegmentedLaw:
     Raises
     ------
     LawError
-        A segment has no duration, its curve is unknown, a dwell has a rise, or the speed jumps between two segments,
-        which requires an infinite force.
+        A segment has no duration, a curve is unknown, a dwell has a rise, or the speed jumps between two segments,
+        which would require an infinite force.
 
     Examples
     --------
@@ -313,7 +313,7 @@ class SegmentedLaw:
         return value, rate, acceleration
 
     def stretched(self, number: int, z: Reals) -> Triple:
-        """Rise of a segment, from 0, at shares z of its time, and the derivatives by z."""
+        """Rise of a segment, from 0, at shares z of its time, and the derivatives with respect to z."""
         segment, speeds = self.segments[number], self.speeds[number]
         if segment.curve == "polynomial-345" and any(speeds):
             return _polynomial(*quintic(segment, speeds))(z)
@@ -324,7 +324,7 @@ class SegmentedLaw:
 def quintic(segment: Segment, speeds: tuple[float, float]) -> Reals:
     """Coefficients of the quintic with given end speeds and zero end accelerations.
 
-    In increasing powers. With zero speeds it is the 3-4-5 polynomial.
+    The coefficients are in increasing powers. With zero speeds, this is the 3-4-5 polynomial.
     """
     h = segment.rise
     a, b = (speed * segment.duration for speed in speeds)

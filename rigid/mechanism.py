@@ -28,11 +28,11 @@ from rigid.parts import (
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """Planar mechanism: links (one named "ground"), joints, drives, gears, loads, friction.
+    """Planar mechanism: links (one named "ground"), joints, drives, gears, loads and friction.
 
     Links with a common point name are pinned there, unless `welds` join them rigidly. `drawing` gives point positions
-    [m] near a position of the mechanism and so selects the assembly branch; arrays of shape (designs, 1) if it differs
-    by design. `gravity` [m/s^2]. `friction`: by name of the pin (its point) or slider.
+    [m] near a position of the mechanism and thereby selects the assembly branch; arrays of shape (designs, 1) if it
+    differs between designs. `gravity` [m/s^2]. `friction`: by name of the pin (i.e. its point) or slider.
     """
 
     links: tuple[Link, ...]
@@ -108,7 +108,7 @@ class Mechanism:
 
     @cached_property
     def welded_points(self) -> frozenset[str]:
-        """Points where all links are welded, without relative rotation."""
+        """Points at which all links are welded, without relative rotation."""
         shared = Counter(point for link in self.links for point in link.points)
         welds = Counter(weld.point for weld in self.welds)
         return frozenset(point for point, count in welds.items() if count >= shared[point] - 1)

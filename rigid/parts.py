@@ -12,7 +12,7 @@ import numpy as np
 
 from rigid.arrays import Complex, Real, Reals
 
-AnyMotion = Any  # a `Motion`, defined from these parts
+AnyMotion = Any  # a `Motion`, which is defined from these parts
 Law = Callable[[AnyMotion], Reals]
 """Coordinate, rate or factor as a function of a motion, shape (positions,)."""
 PointForce = tuple[str, str, Any, Any]
@@ -20,11 +20,11 @@ PointForce = tuple[str, str, Any, Any]
 
 GROUND = "ground"
 """Name of the fixed link."""
-PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth, ISO 53
+PRESSURE_ANGLE = float(np.radians(20.0))  # pressure angle of standard involute teeth, ISO 53
 
 
 class MechanismError(ValueError):
-    """Invalid mechanism; the message names the cause by the user's own names.
+    """Invalid mechanism; the message describes the cause in terms of the user's names.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class MechanismError(ValueError):
 class Beam:
     """Straight piece of a link, between two of the link's points.
 
-    Its axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is the value at the start, multiplied by the
-    polynomial `mass_taper` in xi = x'/l along the beam. `rotary_inertia` [kg m] is the sections' moment of inertia per
-    length, rho I, at the start, multiplied by `rotary_taper`; 0 for a line mass.
+    Its axes are x' from `start` to `end`, and y' = i x'. `mass_per_length` [kg/m] is the value at the start, multiplied
+    by the polynomial `mass_taper` in xi = x'/l along the beam. `rotary_inertia` [kg m] is the sections' moment of
+    inertia per length, rho I, at the start, multiplied by `rotary_taper`; 0 for a line mass.
     """
 
     start: str
@@ -192,7 +192,7 @@ class SliderDrive:
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Links named by the drive: no link."""
+        """Links named by the drive: none."""
         return ()
 
 
@@ -216,11 +216,11 @@ class Gear:
     `driver` and `follower` name pins or sliders as drives do. `ratio` is negative for external gears, positive for a
     ring gear, and [m/rad] for a rack. The tooth force acts at the pitch point, inclined by the `pressure_angle` [rad]
     to the common tangent. The loaded flank follows from the transmitted effort, so that the wheels are pushed apart.
-    Pins, sliders and the carrier of the wheels bear the force.
+    The force is carried by the pins, sliders and the carrier of the wheels.
 
-    There is no tooth force if `pressure_angle` is None, as for a belt or chain, or without a pitch point: no common
-    carrier of the joints, ratio 1, coincident axes, or two sliders. Then only the moment or force along the
-    coordinates is transmitted, between the two links of either joint.
+    There is no tooth force if `pressure_angle` is None, as for a belt or chain, or if there is no pitch point: no
+    common carrier of the joints, ratio 1, coincident axes, or two sliders. In that case only the moment or force along
+    the coordinates is transmitted, between the two links of each joint.
     """
 
     driver: PinDrive | SliderDrive

@@ -36,12 +36,12 @@ class LawPeaks:
 def law_peaks(law: MotionLaw) -> LawPeaks | None:
     """Peaks of a motion law in closed form, or None for other kinds of law.
 
-    A law of segments begins and ends at constant speed, so an acceleration at its ends is a jump. If repeated, its end
-    connects to its start. The motion outside a table is unknown.
+    A law of segments begins and ends at constant speed, so an acceleration at its ends is a jump. If it is repeated,
+    its end connects to its start. The motion outside a table is unknown.
 
     Examples
     --------
-    A harmonic rise of 1 in 1 s starts abruptly with an acceleration of pi^2/2; repeated up and down it is a cosine:
+    A harmonic rise of 1 in 1 s starts abruptly with an acceleration of pi^2/2; repeated up and down, it is a cosine:
 
     >>> from rigid.laws import Segment
     >>> up, down = Segment("harmonic", 1.0, 1.0), Segment("harmonic", 1.0, -1.0)

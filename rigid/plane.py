@@ -1,4 +1,4 @@
-"""Vectors of the plane as complex numbers, and a zero without computing cost."""
+"""Plane vectors as complex numbers, and a zero that costs no computing time."""
 
 from __future__ import annotations
 

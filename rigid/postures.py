@@ -39,6 +39,6 @@ class Posture:
 
 
 def posture(motion: Placed, places: object = ...) -> Posture:
-    """Postures of a motion, optionally at selected columns."""
+    """Postures of a motion, optionally only at selected columns."""
     at = (slice(None), *places) if isinstance(places, tuple) else (slice(None), places)
     return Posture(motion.mechanism, np.asarray(motion.origin)[at], np.asarray(motion.direction)[at])

@@ -11,7 +11,7 @@ from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.positions.drive_path import first_ways, outline
 
-MAX_HALVINGS = 60  # bisections of a drive step, down to round-off
+MAX_HALVINGS = 60  # number of bisections of a drive step, down to round-off
 INFINITE_DISTANCE = 1e6  # distance of a link that counts as infinite at a stop, relative to the mechanism's size
 METRES = 1.0, "m"
 
@@ -28,7 +28,7 @@ def reachable(motion: Motion) -> Flags:
 def stops(course: Motion) -> list[tuple[Reals, str]]:
     """Stops of the mechanism: drive coordinates and the joint that opens.
 
-    For one design; by bisection to round-off between a reachable position and an unreachable neighbour.
+    This works for one design, by bisection to round-off between a reachable position and an unreachable neighbour.
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
     ends = []
@@ -68,12 +68,12 @@ def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
     Parameters
     ----------
     lengths
-        Factor from metres to the length unit of the message, and the unit's name.
+        Factor from metres to the length unit of the message, and the name of the unit.
 
     Raises
     ------
     ReachError
-        Names the drive's coordinate at the stop and the joint that opens.
+        The error names the drive's coordinate at the stop and the joint that opens.
     """
     closes = reachable(course)
     if closes.all():
@@ -96,7 +96,7 @@ def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[fl
     Parameters
     ----------
     ends
-        As of `stops`.
+        See `stops`.
     """
     limits = "; ".join(
         f'{_coordinates(course, place, lengths)}, where the joint "{joint}" '
@@ -109,7 +109,7 @@ def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[fl
 
 
 def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
-    """Raise ReachError if no position is reached: assembly fails, or it stops before."""
+    """Raise ReachError if no position is reached, because assembly fails or the mechanism stops before."""
     joint, kind = opening_joint(course), "unreachable"
     problem = "the mechanism cannot be assembled"
     if len(course.columns) == 1 and len(course.drive):
@@ -157,7 +157,7 @@ def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
         first, second = sorted(hinge.name for hinge in group.tree)
         long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
         away = float(abs(places[1] - places[0]))
-        if long - short <= away <= long + short:  # within reach, but the drive does not get there
+        if long - short <= away <= long + short:  # within reach, but the drive cannot get there
             return ""
         apart = f'"{first}" and "{second}" are {per * away:.4g} {unit} apart'
         reach = f"from {per * (long - short):.4g} to {per * (long + short):.4g} {unit}"

@@ -1,4 +1,4 @@
-"""Motion laws by table entries, and repeated laws."""
+"""Motion laws from table entries, and repeated laws."""
 
 from dataclasses import dataclass
 from functools import cached_property

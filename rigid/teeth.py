@@ -7,7 +7,7 @@ import numpy as np
 from rigid.arrays import Columns
 from rigid.plane import number
 
-MIN_EFFORT = 1e-12  # effort that loads no flank, relative to its terms
+MIN_EFFORT = 1e-12  # largest effort that loads no flank, relative to its terms
 
 
 def pitch_reach(hub: Columns, rate: Columns) -> Columns:
@@ -34,8 +34,8 @@ class Teeth:
         From the driving and from the follower's point, at their joints, to the pitch point [m], complex.
     along, apart
         Force on the follower per effort along its coordinate, complex; [1/m] for a wheel, dimensionless for a rack.
-        `along` is the part along the common tangent, `apart` the normal part by the pressure angle for a positive
-        effort.
+        `along` is the component along the common tangent, and `apart` the normal component due to the pressure angle
+        for a positive effort.
     """
 
     wheel: int

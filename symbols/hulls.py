@@ -9,12 +9,12 @@ from rigid.arrays import Complexes
 
 
 def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:
-    """Corners of the convex hull, counter-clockwise, by the monotone chain algorithm; both ends of collinear points.
+    """Corners of the convex hull, counter-clockwise (monotone chain algorithm); both ends if collinear.
 
     Parameters
     ----------
     flat
-        Largest area of a corner that is left out, relative to the square of the extent.
+        Corners with a smaller area are dropped; relative to the square of the extent.
     """
     ordered = sorted({complex(point) for point in points}, key=lambda place: (place.real, place.imag))
     if len(ordered) < 3:

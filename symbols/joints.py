@@ -22,8 +22,8 @@ SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of the block of a slider, in symbol sizes, complex."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
-STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # stroke of a hatching, and largest distance between strokes
-RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, excess, half length
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # length of hatching strokes, and largest distance between them
+RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, overhang, half length
 
 NOWHERE = np.zeros(2, complex)  # `far` of both ends of a line with all lengths in symbol sizes
 
@@ -73,7 +73,7 @@ def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | No
     Parameters
     ----------
     reach
-        Smallest and largest slide coordinate [m], if more than one position is known.
+        Smallest and largest slide coordinate [m]; None unless more than one position is known.
     size
         Approximate symbol size [m].
     """
@@ -94,9 +94,9 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
     Parameters
     ----------
     at, on, direction
-        Place, carrying link, and direction of the sliding motion in the axes of that link.
+        Position, guiding link, and direction of sliding in the axes of that link.
     far
-        Both ends of the travel [m], measured from the place along the direction of sliding.
+        Both ends of the travel [m], measured from the position along the direction of sliding.
     sizes
         Approximate travel in symbol sizes; 0 draws a short rail centred at the location.
     """

@@ -17,7 +17,7 @@ from rigid.arrays import Complexes
 from rigid.joints import Placed
 
 INK, PAPER, SOFT, ACCENT, LOAD, LINK, SHADE, NONE = "ink", "paper", "soft", "accent", "load", "link", "shade", "none"
-"""Colour names. `LINK`: the colour of the link at the mark's place."""
+"""Colour names. `LINK` is the colour of the link at the mark's position."""
 UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER = "guide", "ground", "block", "pin", "mark"
 LEVELS = (UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER)
 """Levels from back to front. Links are drawn above GROUND_LEVEL and below BLOCK_LEVEL."""
@@ -26,7 +26,7 @@ DECIMALS = 9  # decimals of coordinates in JSON
 
 
 class Spot(NamedTuple):
-    """A place on a link: a named point, or `local` in the link's axes [m]."""
+    """A spot on a link: a named point, or `local` coordinates in the link's axes [m]."""
 
     link: str
     point: str = ""
@@ -38,7 +38,7 @@ class Line:
     """A polyline or, if `closed`, a filled polygon.
 
     Every vertex is the sum of three vectors. `size` [symbol sizes] and `far` [m] are complex, in the axes of the mark.
-    The third is `share` times the vector from the first to the second place.
+    The third is `share` times the vector from the first to the second anchor.
     """
 
     size: Any = 0j
@@ -64,24 +64,24 @@ class Mark:
     kind
         Kind of symbol, such as `pin`.
     at, to
-        Place, and second place if any. If a second point is given, the x axis points from the first to the second.
+        First anchor, and second anchor if any. If there are two, the x axis points from the first to the second.
     axis
         Link with which the axes turn, and the direction of the x axis in that link's axes.
         None for axes parallel to the ground axes.
     lines
         Polylines and polygons.
     radius
-        Radius of a circle about the place: the sum of a part in symbol sizes and a part in metres.
+        Radius of a circle about the anchor: the sum of a part in symbol sizes and a part in metres.
     stroke, fill, width, dashed
         Colours, and line width [pixels] on a page.
     level
         One of `LEVELS`.
     drive
-        Number of a drive, if any. While the drive's rate is negative, the mark is mirrored about its y axis.
+        Number of a drive, or None. While the drive's rate is negative, the mark is mirrored about its y axis.
     spin
         Function that maps a motion to the x axis at each position, for a body that is not a link.
     replaces
-        Name of a slider whose own symbol this mark replaces; else empty.
+        Name of a slider if this mark replaces its symbol; otherwise empty.
     """
 
     kind: str
@@ -130,7 +130,7 @@ class Mark:
         Parameters
         ----------
         place, end
-            First and second place [m].
+            Positions of the first and second anchor [m].
         x_axis
             Unit vector of the x axis. If `end` is given, the direction from `place` to `end` replaces it.
         size

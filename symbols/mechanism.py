@@ -18,14 +18,14 @@ Drive = PinDrive | SliderDrive
 
 
 def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
-    """Return the marks of all joints, supports, gears, springs, loads, drives and of further parts, from back to front.
+    """Return the marks of all joints, supports, gears, springs, loads, drives and other parts, from back to front.
 
     Parameters
     ----------
     placed
         A posture or a motion. A motion shows the whole travel of sliders.
     parts
-        Marks of further parts.
+        Marks of other parts.
     """
     mechanism, parts = placed.mechanism, [*parts]
     size = mechanism.size / SYMBOLS
@@ -95,7 +95,7 @@ def _gears(placed: Placed) -> Iterator[Mark]:
 
 
 def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Spot, str, int]:
-    """Axis of a wheel or the point of a rack, its link, and 1, or -1 if the drive turns its carrier."""
+    """Axis of a wheel or point of a rack; its link; and 1, or -1 if the drive turns its carrier."""
     if not drive.turns:
         slider = mechanism.slider(drive.joint)
         return Spot(slider.link, slider.point), slider.link, 1

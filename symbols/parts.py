@@ -10,7 +10,7 @@ from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, S
 
 DRIVE = "drive"
 """Kind of the arrows of drives."""
-TURN = np.linspace(-0.4, 3.7, 33)  # [rad] of the arrow around a driven pin
+TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angle of the arrow around a driven pin
 TURN_RADIUS = 2.2
 HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # arrow head that points to the right
 COILS = 8
@@ -35,13 +35,13 @@ def arrow(at: Spot, axis: tuple[str, complex] | None) -> Mark:
 
 
 def _arrow(kind: str, at: Spot, shaft: Any, way: complex, colour: str, **more: Any) -> Mark:
-    """A line with a filled head; the line returns, so that it encloses no area."""
+    """A line with a filled head; the line doubles back, so it encloses no area."""
     lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + way * HEAD, closed=True)
     return Mark(kind, at, lines, stroke=colour, fill=colour, width=1.8, level=OVER, **more)
 
 
 def spring(at: Spot, to: Spot) -> Mark:
-    """A zigzag between two places."""
+    """A zigzag between two points."""
     inner = (np.arange(2 * COILS) + 0.5) / (2 * COILS)
     share = np.concatenate([[0.0, 0.15], 0.15 + 0.7 * inner, [0.85, 1.0]])
     aside = 0.75j * np.concatenate([[0, 0], np.tile([1, -1], COILS), [0, 0]])
@@ -64,7 +64,7 @@ def wheels_of_pair(pins: tuple[Spot, Spot], carried: tuple[str, str], apart: com
     carried
         Links of the wheels.
     apart
-        Way between the centres [m].
+        Vector between the centres [m].
     ratio
         Driven rate / driving rate, seen from the link that carries both centres.
     """
@@ -79,7 +79,7 @@ def wheel(at: Spot, link: str, radius: float) -> Mark:
 
 
 def belt(at: Spot, to: Spot) -> Mark:
-    """A line between the axes of two bodies that a gear without pitch circles joins."""
+    """A line between the axes of two bodies that are geared together without pitch circles."""
     return Mark("belt", at, (Line(share=np.array([0.0, 1.0])),), to=to, stroke=SOFT, width=1.6, dashed=True)
 
 
@@ -89,7 +89,7 @@ def mass(at: Spot) -> Mark:
 
 
 def cylinder(at: Spot, to: Spot, length: float, slider: str) -> list[Mark]:
-    """Barrel and rod between two places, which are `length` [m] apart in the drawing."""
+    """Barrel and rod between two points, which are `length` [m] apart in the drawing."""
     barrel = Line(BARREL + 0.8 * np.array([1, 0, 0, 1]), far=0.62 * length * np.array([0, 1, 1, 0]), closed=True)
     neck = Line(np.array([0.0, 0.8]))
     piston = Line(np.array([-0.7j, 0.7j]), far=-0.6 * length, share=1.0)

@@ -24,17 +24,17 @@ from rigid.constants import per_row
 Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
 
 END_SHARE = 1 / 8  # an introduced moment spreads over this share of a beam's length
-STATIONS = 33  # along a beam, at which deflections are compared
-PIN_SHIFT = 0.28  # shift of a pin by a moment M introduced at an end, relative to M/kGA; measured on plane bodies
+STATIONS = 33  # stations along a beam at which deflections are compared
+PIN_SHIFT = 0.28  # shift of a pin due to a moment M introduced at an end, relative to M/kGA; measured on plane bodies
 # rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, measured on plane bodies
 CORNER_FACTOR, CORNER_EXPONENT = 0.275, 2.15
 MAX_CORNER = 2 * np.pi / 3  # largest measured turn of a corner
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
-    """Return the sections, with shear rigidities for all that bend and stretch.
+    """Return the sections, with shear rigidities for all sections that bend and stretch.
 
-    The rigidity is `Section.shear_rigidity`, else that of a rectangle of equal EA: k = 10 (1 + nu)/(12 + 11 nu).
+    The rigidity is `Section.shear_rigidity` or else that of a rectangle with the same EA: k = 10 (1 + nu)/(12 + 11 nu).
 
     Parameters
     ----------
@@ -56,9 +56,10 @@ def _sheared(section: Section, poisson: float) -> Section:
 
 
 def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Largest change of the chord deflection by shear, relative to the largest of each member.
+    """Largest change of the chord deflection due to shear, relative to the largest deflection of each member.
 
-    Solves once more with shear. 0 for beams that already shear, or cannot bend.
+    The problem is solved once more with shear. The result is 0 for beams that already have shear deformation or cannot
+    bend.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
 
     Examples
     --------
-    A square bar of 1 m, 10 cm deep, on two supports: 48 EI/(5 kGA l^2) = 2.45 %.
+    A square bar, 1 m long and 10 cm deep, on two supports: 48 EI/(5 kGA l^2) = 2.45 %.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
@@ -101,7 +102,7 @@ def _told_by_statics(deflection: Deflection) -> bool:
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
-    """Chord deflection by shear if forces do not change, shape of `sample`.
+    """Chord deflection due to shear if forces do not change, shape of `sample`.
 
     w' = V/kGA = M'/kGA, so it is (M minus the line through its end values)/kGA.
     """
@@ -113,11 +114,11 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Estimated deflection by moments introduced at beam ends, relative to the largest of each member.
+    """Estimated deflection due to moments introduced at beam ends, relative to the largest of each member.
 
-    In beam theory the moment of a drive or slider acts at a point. In a body it enters through a pin and becomes a
-    beam's moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment that passes between beams
-    of a link counts according to the angle of their corner.
+    In beam theory the moment of a drive or slider acts at a point. In a body it enters through a pin and develops into
+    a beam moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment that passes between beams
+    of a link counts in proportion to the angle of their corner.
 
     Returns
     -------
@@ -133,9 +134,9 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
     """Deflection with an estimate of the error of beam theory: shear, introduced moments, stiff corners.
 
-    Solves once more with the sections of `sections_with_shear`. Near an end with an introduced moment, within about
-    `END_SHARE` of the length, beams shift as in `introduction_share`. A corner of a link bends less than its beams
-    would. Returns the same object if nothing changes.
+    The problem is solved once more with the sections of `sections_with_shear`. Near an end with an introduced moment,
+    within about `END_SHARE` of the length, beams shift as in `introduction_share`. A corner of a link bends less than
+    its beams would. If there is no change, the same object is returned.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
 
 
 def _near_ends(at_ends: Numbers) -> Numbers:
-    """Polynomials along the beams with given integrals over xi near the starts and ends (last axis)."""
+    """Polynomials along the beams that have given integrals over xi near the starts and ends (last axis)."""
     start, end = np.moveaxis(at_ends, -1, 0)
     rise = round(1.0 / END_SHARE)
     rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
@@ -165,9 +166,9 @@ def _near_ends(at_ends: Numbers) -> Numbers:
 
 
 def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section]) -> AtStations:
-    """Excess rotation by beam theory at both ends of every beam that forms a corner.
+    """Excess rotation in beam theory at both ends of every beam that forms a corner.
 
-    Half of M/EI times the stiff length of the corner, in depths of the rectangle with the same EA and EI.
+    It is half of M/EI times the stiff length of the corner; depths are those of the rectangle with the same EA and EI.
     """
     stiff = -CORNER_FACTOR / 2 * np.tan(np.minimum(_turns(meetings, sections), MAX_CORNER) / 2) ** CORNER_EXPONENT
     kink: AtStations = np.zeros_like(M)
@@ -182,7 +183,7 @@ def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section
 def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
     """Angle to the straightest other beam of the link at both ends of every beam, shape (beams, 2).
 
-    Zero if a meeting beam is thin-walled: such corners are no plane bodies.
+    It is zero if one of the beams is thin-walled, because such a corner is not a plane body.
     """
     turns = np.zeros((len(sections), 2))
     for meeting in meetings.values():
@@ -219,7 +220,8 @@ def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
 def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
     """Moments introduced at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
 
-    Full moment from outside the link; from other beams of the link reduced by the turn, zero for collinear beams.
+    A moment from outside the link counts in full. One from other beams of the link is reduced according to the turn, to
+    zero for collinear beams.
     """
     moments = np.zeros_like(M)
     for meeting in meetings.values():
@@ -233,7 +235,7 @@ def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
 
 
 def _softest(section: Section) -> Numbers:
-    """1/kGA, the larger value of a beam's two ends."""
+    """The larger of the values of 1/kGA at a beam's two ends."""
     taper = section.taper or Taper()
     factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])

@@ -1,9 +1,9 @@
-"""Buckling of the whole mechanism: ratio of its load to the load at which the tangent stiffness becomes singular.
+"""Buckling of the whole mechanism: ratio of its load to the load at which the tangent stiffness is singular.
 
-At a position with held drives, K + factor K_G is the stiffness under `factor` times all forces. K: links, soft joints
-and springs. K_G: axial forces of displaced links, and forces that turn or move with them. The load ratio is 1 over the
-smallest positive factor for which the sum is singular. A force that turns with its link makes K_G unsymmetric; complex
-roots then mean flutter, which statics cannot judge. Equations: docs/theory.md.
+At a position with held drives, K + factor K_G is the stiffness under `factor` times all forces. K is due to links, soft
+joints and springs; K_G is due to axial forces of displaced links and to forces that turn or move with them. The load
+ratio is 1 over the smallest positive factor for which the sum is singular. A force that turns with its link makes K_G
+unsymmetric; complex roots then mean flutter, which statics cannot judge. Equations: docs/theory.md.
 
 References
 ----------
@@ -31,28 +31,28 @@ from elastic.solution import Deflection
 from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers, distinct
 
-INNER_POLYNOMIALS = 4  # polynomials along a beam
+INNER_POLYNOMIALS = 4  # number of polynomials along a beam
 MAX_IMAGINARY = 1e-9  # largest imaginary part of a real root, relative to the largest root
 ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
-RESOLVED = 0.2  # above this load ratio, the largest of all positions is found
-EVEN_POSITIONS = 13  # evenly spaced positions that are always computed
-BATCH_POSITIONS = 8  # positions computed at once
+RESOLVED = 0.2  # above this load ratio, the largest value of all positions is found
+EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
+BATCH_POSITIONS = 8  # number of positions computed at once
 
 
 @dataclass(frozen=True, eq=False)
 class Buckling:
-    """Load over critical load of one design.
+    """Load / critical load of one design.
 
     Attributes
     ----------
     ratio
         Largest ratio over the positions for each link, shape (links,). The ratio of a mode is multiplied by the work of
-        the link's forces / work of the link with the most work; 0 without such a mode, nan if unknown.
+        the link's forces / work of the link with the most work. It is 0 if there is no such mode, nan if unknown.
     position
         Position of the largest ratio, shape (links,).
     beside
-        Bound of the increase between this position and its neighbours, shape (links,): the larger drop to a neighbour.
-        It also covers a corner at which another link begins to do the most work.
+        Bound on the increase between this position and its neighbours, shape (links,): the larger drop to a neighbour.
+        It also covers a kink at which another link begins to do the most work.
     """
 
     ratio: Reals
@@ -71,11 +71,11 @@ class Buckling:
 
 
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
-    """Load over critical load of one design, the largest over the positions.
+    """Largest load / critical load of one design over the positions.
 
-    An upper bound at all positions selects those with an eigenvalue problem, until no other position can exceed
-    `resolved`. Smaller ratios are computed at `EVEN_POSITIONS` positions and at those of the largest bounds, then
-    followed to the local maximum for each link.
+    An upper bound at all positions selects the positions at which to solve an eigenvalue problem, until no other
+    position can exceed `resolved`. Smaller ratios are computed at `EVEN_POSITIONS` positions and at the positions with
+    the largest bounds, and then followed to the local maximum for each link.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
         while len(some):
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
             some = _unseen(ratios, bound, resolved)
-    except np.linalg.LinAlgError:  # redundant rigid joints, or absurd dimensions
+    except np.linalg.LinAlgError:  # redundant rigid joints, or unrealistic dimensions
         return Buckling(np.full(links, np.nan), np.zeros(links, int), np.zeros(links))
     best = np.nanargmax(ratios, axis=1)
     largest = np.nanmax(ratios, axis=1)
@@ -108,9 +108,10 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
 
 
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
-    """Select the next positions: largest bounds above the resolved ratio, else around each link's largest ratio.
+    """Select the next positions: those with bounds above the resolved ratio, else around each link's largest ratio.
 
-    The latter are the tops of the parabolas through the largest values and their neighbours, with a position each side.
+    The latter are the vertices of the parabolas through the largest values and their neighbours, with one position on
+    each side.
     """
     seen = ~np.isnan(ratios[0])
     above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
@@ -157,10 +158,10 @@ def buckling_factor(deflection: Deflection) -> Reals:
 
 
 def _pressed_shapes(structure: ElasticStructure) -> Reals:
-    """Shapes of unit strain energy on which axial forces do work, shape (n, r).
+    """Shapes with unit strain energy on which axial forces do work, shape (n, r).
 
     Inner shapes of stretch, and of the section's rotation in a beam with shear, neither turn the axis nor move a point.
-    They follow the other coordinates with the least energy (static condensation, exact here).
+    They follow the other coordinates so that the energy is a minimum (static condensation, which is exact here).
     """
     stiffness = structure.stiffness
     felt = at_joints(structure) | structure.fields["slope"].any(axis=(0, 1))
@@ -171,7 +172,7 @@ def _pressed_shapes(structure: ElasticStructure) -> Reals:
 
 
 class _BucklingModes:
-    """Buckling modes of a mechanism at any of its positions."""
+    """Buckling modes of a mechanism at any position."""
 
     def __init__(self, deflection: Deflection) -> None:
         motion = deflection.motion
@@ -207,7 +208,7 @@ class _BucklingModes:
 
     def _moved(self, some: Integers) -> Displacements:
         """Displacements per unit of the coordinates with unit stiffness, at some positions."""
-        if trees_of(self.motion.mechanism).rails:  # positions of blocks are computed for all positions
+        if trees_of(self.motion.mechanism).rails:  # block positions are computed for all positions
             return self._everywhere[some]
         carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
                           work=self.carried.work[some])  # fmt: skip
@@ -242,7 +243,7 @@ class _BucklingModes:
     def _shares(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
         """Work of each link's forces / largest work of a link, shape (links, positions, modes).
 
-        These shares are continuous if another link does the most work at the next position.
+        These shares remain continuous if another link does the most work at the next position.
         """
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))

@@ -1,19 +1,19 @@
-"""Upper bound of the load over the critical load, for arrays of positions and designs.
+"""Upper bound on load / critical load, for arrays of positions and designs.
 
-The axial force P of a span does work on its slopes. A slope is the rotation c of the chord plus w' from the chord. As w
-is zero at both ends of the chord,
+The axial force P of a span does work on its slopes. A slope is the rotation c of the chord plus the slope w' relative
+to the chord. Since w is zero at both ends of the chord,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 
-with Euler's load P_E of the pinned span and its strain energy U. The strain energies add up to that of the mechanism.
-So the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the chords' part. This part is a small
-matrix: rotation of each chord by a couple P L on another. Turning forces on points add rows. The Frobenius norm bounds
-the eigenvalue.
+where P_E is the Euler load of the pinned span and U its strain energy. The strain energies add up to that of the
+mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
+This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces on points that turn with
+their links add rows. The Frobenius norm bounds the eigenvalue.
 
 The forces of a link do at most the work W of its largest P/P_E + P/kGA and its own rows. The ratio of a link is that of
-the mode times its work over the largest work of a link. The ratio of the mode is the sum of the work of all links, so
-it is at most the number of links with W > 0 times the largest work. The ratio of a link is at most this number times
-its W. Equations: docs/theory.md.
+the mode times the link's work / the largest work of any link. The ratio of the mode is the sum of the work of all
+links, so it is at most the number of links with W > 0 times the largest work. The ratio of a link is therefore at most
+this number times its W. Equations: docs/theory.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -44,7 +44,7 @@ PointLoad = tuple[int, str, Columns, Columns]
 
 @dataclass(frozen=True, eq=False)
 class _ComponentRow:
-    """Component of displacements: unit loads, weight of its square, index of the link that does this work."""
+    """Component of displacements: unit loads, weight of its square, and index of the link that does this work."""
 
     loads: tuple[PointLoad, ...]
     weight: Reals
@@ -52,9 +52,9 @@ class _ComponentRow:
 
 
 def buckling_bound(deflection: Deflection) -> Reals:
-    """Upper bound of the load over the critical load of each link, shape (links, ..., positions).
+    """Upper bound on the load / critical load of each link, shape (links, ..., positions).
 
-    It is nan at singular positions, inf with line loads that turn with their beams (no bound is known).
+    It is nan at singular positions, and inf if line loads turn with their beams (no bound is known).
     """
     mechanism, columns = deflection.motion.mechanism, deflection.motion.columns
     work = np.zeros((len(mechanism.links), *columns))
@@ -73,9 +73,9 @@ def buckling_bound(deflection: Deflection) -> Reals:
 
 
 def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentRow]]:
-    """Largest compression of a span over its pinned critical load, with shear; rows of the chords.
+    """Largest compression of a span / its pinned critical load with shear, and the rows of the chords.
 
-    The largest of each link is added to its `work`, shape (links, ..., positions).
+    The largest value of each link is added to its `work`, shape (links, ..., positions).
     """
     motion = deflection.motion
     mechanism, ndim = motion.mechanism, len(motion.columns)
@@ -100,10 +100,10 @@ def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentR
 
 
 def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_ComponentRow], Reals]:
-    """Rows of the forces on displaced points; bound for forces by one displacement along another.
+    """Rows of the forces on displaced points, and a bound on forces due to one displacement along another.
 
-    Such a form 2 f c is at most |f| |c| + f c, with products by the mechanism's flexibility. It is added to the `work`
-    of the links of both.
+    Such a form 2 f c is at most |f| |c| + f c, with products taken by the mechanism's flexibility. It is added to the
+    `work` of the links of both.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -132,19 +132,19 @@ def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_Component
 
 
 def _link_of(row: PointRow, chosen: Points) -> int:
-    """Index of the link to which the work on a component of displacements counts, see `buckling_ratio`."""
+    """Index of the link that the work on a component of displacements is assigned to, see `buckling_ratio`."""
     return chosen[next(iter((*row.shares, *row.ways)))][0]
 
 
 def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
-    """Unit loads that do work on a component of displacements; the ground's points do not move."""
+    """Unit loads that do work on a component of displacements; points of the ground do not move."""
     forces = [(*chosen[point], way, 0.0) for point, way in row.ways.items()]
     moments = [(*chosen[point], 0.0, share) for point, share in row.shares.items()]
     return tuple(load for load in (*forces, *moments) if load[0])
 
 
 def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
-    """Displacement of each row by the weighted loads of every row, shape (rows, rows, ..., positions)."""
+    """Displacement of each row due to the weighted loads of every row, shape (rows, rows, ..., positions)."""
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
     states = self_stresses(motion.closures, deflection.forces.flank)
@@ -164,7 +164,7 @@ def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
 def _displaced(
     problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
 ) -> Callable[[PointLoad], tuple[Columns, Columns]]:
-    """Return a function for displacement [m], complex, and rotation of a load's point under given loads alone."""
+    """Return a function for the displacement [m], complex, and rotation of a load's point under given loads only."""
     motion, trees = problem.motion, problem.configuration.trees
     nothing, still = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
     points = tuple(load for load in loads if not load[1].startswith(UNDER))

@@ -15,8 +15,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16  # polynomials for the moment of a tapered column; more change its load by round-off only
-POINTS = 64  # Gauss points, and points at which tapers are evaluated
+TERMS = 16  # number of polynomials for the moment of a tapered column; more change its load only by round-off
+POINTS = 64  # number of Gauss points, and of points at which tapers are evaluated
 
 
 def least_axial_force(deflection: Deflection) -> PerBeam:
@@ -33,7 +33,8 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 def euler_loads(deflection: Deflection) -> PerBeam:
     """Euler load of each beam's span between two joints of its member, pinned there [N], (beams, ..., 1).
 
-    pi^2 EI/l^2. For a tapered beam by Ritz' method to round-off, to about 0.1 % for stepped sections.
+    It is pi^2 EI/l^2. For a tapered beam, Ritz's method is accurate to round-off, and to about 0.1 % for stepped
+    sections.
 
     References
     ----------
@@ -67,7 +68,8 @@ def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> 
 def _moments(place: Reals) -> Reals:
     """Polynomials for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, places).
 
-    Integrals of Legendre polynomials, scaled so that the integrals of M'^2 over unit length form the unit matrix.
+    They are integrals of Legendre polynomials, scaled so that the integrals of M'^2 over unit length form the unit
+    matrix.
     """
     legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
     scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
@@ -78,7 +80,7 @@ def _moments(place: Reals) -> Reals:
 def _critical_factor(section: Section) -> float:
     """P l^2/EI at the start of a pinned column: pi^2, or less with a taper.
 
-    Ritz' method: integral of M'^2 over integral of M^2/EI.
+    Ritz's method: integral of M'^2 / integral of M^2/EI.
     """
     if section.taper is None:
         return float(np.pi**2)
@@ -90,14 +92,15 @@ def _critical_factor(section: Section) -> float:
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span over its Euler load.
+    """Largest compression along every beam's span / its Euler load.
 
-    A span lies between two joints of a member. The compression is assumed constant over the span, which is safe. Both
-    ends are assumed to be held sideways and free to turn; the critical load of a cantilever is a quarter of this.
+    A span lies between two joints of a member. The compression is assumed to be constant over the span, which is
+    conservative. Both ends are assumed to be held sideways and free to rotate; the critical load of a cantilever is a
+    quarter of this.
 
     Returns
     -------
-    Shape (beams, ..., positions); 0 in tension and for beams that cannot bend, from 1 on the beam buckles.
+    Shape (beams, ..., positions); 0 in tension and for beams that cannot bend. The beam buckles if it is 1 or more.
     """
     return compressions(deflection) / euler_loads(deflection)
 
@@ -117,7 +120,7 @@ def least_shear_rigidity(section: Section) -> float | Reals:
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
-    """Length of each beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
+    """Length of each beam's member / the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
 
     Smallest value along a tapered beam; nan for beams that cannot bend or stretch.
     """

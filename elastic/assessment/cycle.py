@@ -11,7 +11,7 @@ STEP_TOLERANCE = 1e-9  # largest relative difference of equal steps, and of a co
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:
-    """Largest magnitude over the last axis (positions), without singular positions.
+    """Largest magnitude over the last axis (positions), ignoring singular positions.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def over_cycle(values: Extreme | ArrayLike) -> Largest:
 
 
 def rms(values: ArrayLike) -> Reals:
-    """Root mean square over the last axis (positions), without singular positions."""
+    """Root mean square over the last axis (positions), ignoring singular positions."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)
     count = known.sum(axis=-1)
@@ -36,7 +36,7 @@ def rms(values: ArrayLike) -> Reals:
 
 
 def period_of(motion: Motion) -> float:
-    """Duration of the cycle [s] of one turn at constant speed in equal steps, without the end point.
+    """Duration [s] of a cycle that is one turn at constant speed in equal steps, without the end point.
 
     nan for any other motion.
     """

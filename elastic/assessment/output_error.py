@@ -10,7 +10,7 @@ from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 from rigid.arrays import Complexes
 
-REST_SPEED = 1e-12  # a slower point is at rest, relative to its largest speed
+REST_SPEED = 1e-12  # relative to its largest speed, a slower point is at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +22,9 @@ class PathDeviation:
     along
         Distance along the path [m], positive if the point is early.
     normal
-        Distance to the left of the path [m].
+        Distance from the path [m], positive to the left.
     displacement
-        In ground axes [m], complex.
+        Displacement in ground axes [m], complex.
     """
 
     along: Reals
@@ -33,7 +33,7 @@ class PathDeviation:
 
 
 def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviation:
-    """Deviation of a link's point from its path with rigid links.
+    """Deviation of a link's point from its path in the rigid mechanism.
 
     `along` and `normal` are nan if the point is at rest, because its path has no direction.
     """

@@ -1,4 +1,4 @@
-"""Residual vibration after a stop: begin of the rest, and settling time."""
+"""Residual vibration after a stop: start of the rest, and settling time."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ REST_RATE = 1e-9  # smaller drive rates are round-off, relative to the largest
 
 
 def rest_from(rates: Reals) -> Flags:
-    """True after all drives have stopped for good, shape (..., positions).
+    """True once all drives have stopped for good, shape (..., positions).
 
     Parameters
     ----------
@@ -30,15 +30,16 @@ def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | fl
     time
         Instants [s], shape (..., positions) or (positions,).
     apart
-        Distance from the location of rest, shape (..., positions).
+        Distance from the rest position, shape (..., positions).
     rests
         See `rest_from`.
     tolerance
-        In the unit of the distance, scalar or shape (...).
+        Tolerance in the unit of the distance, scalar or shape (...).
 
     Returns
     -------
-    Linear interpolation between instants; inf if the last instant is beyond the tolerance, nan without rest.
+    Time by linear interpolation between instants; inf if the last instant exceeds the tolerance, nan if there is no
+    rest.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Excitation by the cycle: harmonics of the quasi-static bending."""
+"""Excitation over the cycle: harmonics of the quasi-static bending."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -10,7 +10,7 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-POINTS = 6  # Gauss points along a beam, exact for the squared bending moment of a linear load
+POINTS = 6  # number of Gauss points along a beam; exact for the squared bending moment of a linear load
 MIN_HARMONIC = 0.05  # smallest share of a strong harmonic in the root of the strain energy
 
 
@@ -25,7 +25,7 @@ class Harmonics:
     share
         Root of each harmonic's share in the strain energy of the cycle; the squares add up to 1.
     crest
-        Root of the largest strain energy over its mean.
+        Root of the largest strain energy / the mean strain energy.
     """
 
     omega: Reals
@@ -33,25 +33,25 @@ class Harmonics:
     crest: float
 
     def strong(self, share: float = MIN_HARMONIC) -> Integers:
-        """Indices of the harmonics above a share, without the mean."""
+        """Indices of the harmonics above a share, excluding the mean."""
         return 1 + np.flatnonzero(self.share[1:] > share)
 
 
 def harmonics(deflection: Deflection, period: float) -> Harmonics:
     """Harmonics of the loads, measured by the bending that they cause.
 
-    Uses bending moments weighted by 1/EI, because they contain the effect of all loads: inertia, lumps and joints.
+    Bending moments weighted by 1/EI are used, because they include the effect of all loads: inertia, lumps and joints.
 
     Parameters
     ----------
     deflection
-        Deflection of one design, at equal steps of time over one cycle, without the end point.
+        Deflection of one design, at equal time steps over one cycle, without the end point.
     period
         Duration of the cycle [s].
 
     Returns
     -------
-    Harmonics up to half the number of positions; nan if a position is singular or nothing bends.
+    Harmonics up to half the number of positions; nan if a position is singular or no beam bends.
     """
     columns = deflection.motion.columns
     if len(columns) != 1:

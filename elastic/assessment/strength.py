@@ -17,7 +17,7 @@ def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
 
     Returns
     -------
-    Shape (2, beams, ..., stations), left and right fibre, without singular positions.
+    Shape (2, beams, ..., stations), left and right fibre; singular positions are ignored.
     """
     least, most = stress_ends(deflection, stations)
     return np.where(least <= most, most - least, np.nan)
@@ -28,7 +28,7 @@ def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations
 
     Returns
     -------
-    Each of shape (2, beams, ..., stations), left and right fibre, without singular positions.
+    Each of shape (2, beams, ..., stations), left and right fibre; singular positions are ignored.
     """
     sides = [_ends(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of]
     least, most = zip(*sides, strict=True)
@@ -44,14 +44,14 @@ def _ends(values: AtStations) -> tuple[AtStations, AtStations]:
 
 
 def safety_factor(deflection: Deflection, mises: Extreme | None = None) -> Reals:
-    """Yield stress over the largest von Mises stress along every beam, shape (beams, ..., positions).
+    """Yield stress / largest von Mises stress along every beam, shape (beams, ..., positions).
 
-    Infinite without stress; nan if the yield stress or the section's dimensions are unknown.
+    It is infinite if there is no stress, and nan if the yield stress or the section's dimensions are unknown.
 
     Parameters
     ----------
     mises
-        From `extremes`, if already computed.
+        Result of `extremes`, if already computed.
     """
     largest = (mises or extremes(deflection, ["mises"])["mises"]).value
     limit = per_row([section.yield_stress for section in deflection.sections], largest.ndim - 1, float)

@@ -1,4 +1,4 @@
-"""Validity of linear, quasi-static beam theory: figures that leave its range.
+"""Validity of linear, quasi-static beam theory: figures outside its range.
 
 Limits and their sources: docs/strength.md.
 """
@@ -28,7 +28,7 @@ class ValidityLimit:
     Attributes
     ----------
     watch, beyond
-        The answer becomes worse from `watch` to `beyond`.
+        The answer degrades from `watch` to `beyond`.
     """
 
     watch: float
@@ -43,7 +43,7 @@ class ValidityLimit:
         return figure > self.beyond
 
 
-LIMITS = {  # "vibration" bounds the total error of an answer, see `kinelast.figures.theory`
+LIMITS = {  # "vibration" limits the total error of an answer, see `kinelast.figures.theory`
     "slenderness": ValidityLimit(0.03, 0.25),
     "deflection": ValidityLimit(0.01, 0.1),
     "axial force": ValidityLimit(0.1, 0.5),
@@ -64,7 +64,7 @@ class Exceedance:
     beam
         Index of the beam in `Mechanism.beams`; None for the mechanism.
     position
-        Index of the position; None if it is not of one position.
+        Index of the position; None if it does not belong to a single position.
     figure, limit
         Figure and exceeded limit. Slenderness: share of the largest deflection that beam theory neglects; deflection
         over length; compression over Euler load; von Mises stress over yield stress.
@@ -86,7 +86,7 @@ class Exceedance:
 def exceedances(
     deflection: Deflection, kinds: Sequence[str] = KINDS, known: Mapping[str, Any] | None = None
 ) -> list[Exceedance]:
-    """Find figures of one design that exceed their limits, the worst of every beam.
+    """Find the figures of one design that exceed their limits, the worst one for every beam.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
 
 
 def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
-    """Exceedances by errors of beam theory: shear, and moments introduced at beam ends."""
+    """Limits exceeded by errors of beam theory: shear, and moments introduced at beam ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))

@@ -1,10 +1,10 @@
-"""Bound of the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
+"""Bound on the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
 
-A harmonic of frequency w excites a mode of natural frequency omega and damping ratio zeta to at most
-1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta delays it by
-the phase beta w. All modes are as soft as the lowest one at worst. Axial forces change the stiffness by their share of
-the critical load, rotation of the links by (rate/omega)^2. The sum bounds the root of the strain energy; single figures
-may change by `SAFETY` times as much. Measurements: docs/validity.md.
+A harmonic of frequency w excites a mode with natural frequency omega and damping ratio zeta to at most 1/|1 -
+(w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta delays it by the phase
+beta w. At worst, all modes are as soft as the lowest one. Axial forces change the stiffness by their share of the
+critical load, and rotation of the links changes it by (rate/omega)^2. The sum bounds the root of the strain energy;
+single figures may change by `SAFETY` times as much. Measurements: docs/validity.md.
 """
 
 import math
@@ -19,21 +19,22 @@ from elastic.sampling import sample
 from elastic.solution import Deflection
 
 SAFETY = 1.25  # largest change of a figure / change of the strain energy's root, on random mechanisms
-LARGEST = 0.1  # above it the bound is not tested: softening by axial forces is no longer small
-EVEN = 1e-6  # largest deviation of even positions, relative to their spacing
-FREE = 4.0  # critical load of a pinned beam / that of a beam with a free end; taken if nothing is compressed
+LARGEST = 0.1  # above this, softening by axial forces is no longer small and the bound is untested
+EVEN = 1e-6  # largest deviation from even spacing of positions, relative to the spacing
+FREE = 4.0  # critical load of a pinned beam / beam with a free end; used if no beam is compressed
 STATIONS = 9
 
 
 def vibration_bound(deflection: Deflection, period: float, lowest: float, damping: Damping, pressed: float) -> float:
-    """Bound of the change of figures by vibration, relative to the largest one of the kind.
+    """Bound on the change of figures by vibration, relative to the largest figure of the kind.
 
-    Infinite if no bound is known: uneven positions, friction, or forces that follow displaced points.
+    It is infinite if no bound is known: for unevenly spaced positions, friction, or forces that follow displaced
+    points.
 
     Parameters
     ----------
     deflection
-        Quasi-static deflection at even positions of one cycle.
+        Quasi-static deflection at evenly spaced positions of one cycle.
     period
         Duration of the cycle [s].
     lowest
@@ -41,7 +42,7 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     damping
         Damping of the beams.
     pressed
-        Largest load over the critical load of the mechanism.
+        Largest load / critical load of the mechanism.
     """
     motion = deflection.motion
     steps = np.diff(motion.time)
@@ -64,7 +65,7 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
 
 
 def _stiffened(deflection: Deflection, pressed: float) -> float:
-    """Change of the stiffness by axial forces: load over critical load, for pull as for compression."""
+    """Change of the stiffness by axial forces: load / critical load, in tension as in compression."""
     force = np.abs(sample(deflection, "N", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     loads, compressed = force / euler_loads(deflection), float(euler_ratio(deflection).max(initial=0.0))
     factor = max(pressed / compressed, 1.0) if compressed > 0.0 else FREE

@@ -16,7 +16,7 @@ class Block:
         Index of the beam.
     xi
         Position of the block, shape (..., positions); nan if the block is off the beam. If it is on a collinear
-        neighbour: the nearer end of this beam.
+        neighbour, this is the nearer end of the beam.
     force, moment
         Load on the beam in beam axes [N], complex, and [N m].
     here

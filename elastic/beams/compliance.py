@@ -31,7 +31,7 @@ class BeamCompliance:
     strain, tapered
         Free strain; True if the rigidities change along the beam.
     ends
-        Contribution of each power to u(1), phi(1), w(1) by bending and w(1) by shear, divided by that in a prismatic
+        Contribution of each power to u(1), phi(1), w(1) due to bending and w(1) due to shear, relative to a prismatic
         beam; four arrays of shape (powers, beams, 1). None if all beams are prismatic.
     powers
         Maximum number of powers of xi in the bending moment.

@@ -1,4 +1,4 @@
-"""Cross-sections by dimensions: area, second moment, shear coefficient."""
+"""Cross-sections from their dimensions: area, second moment of area, shear coefficient."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -27,9 +27,10 @@ class Shape:
     ----------
     area, inertia
         Area [m^2]; second moment of area for bending in the plane of motion [m^4]. A section without an axis of
-        symmetry also bends sideways. `inertia` assumes that it can: I_z - I_yz^2/I_y, less than I_z.
+        symmetry also bends sideways. `inertia` assumes that it is free to do so: I_z - I_yz^2/I_y, which is less than
+        I_z.
     fibre
-        Distance of the outermost fibre from the axis [m]; the largest stress is M fibre/inertia.
+        Distance from the axis to the outermost fibre [m]; the largest stress is M fibre/inertia.
     peak_shear
         Largest shear stress divided by the mean V/A; it occurs at the axis, V Q/(I b).
     cowper
@@ -139,7 +140,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
     Raises
     ------
     ValueError
-        If walls or corners take more than half of a side.
+        If walls or corners take up more than half of a side.
 
     References
     ----------
@@ -171,7 +172,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
 
 
 def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """Channel with its web in the plane of motion [m], both flanges on one side; `fillet` as in `i_section`.
+    """Channel with its web in the plane of motion [m] and both flanges on one side; `fillet` as in `i_section`.
 
     The load acts through the shear centre, or the channel is held against twist: torsion is not modelled.
 
@@ -206,7 +207,7 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
         raise ValueError("a T needs a flange and fillets below its depth, and a web and fillets in its width")
     stem = depth - flange
     round_area, round_inertia, round_place = fillet_area(fillet)
-    parts = [  # area, distance of its centroid from the flange's outer face, own second moment
+    parts = [  # area, distance of centroid from the flange's outer face, own second moment
         (width * flange, flange / 2, width * flange**3 / 12),
         (web * stem, flange + stem / 2, web * stem**3 / 12),
         (2 * round_area, flange + round_place, 2 * round_inertia),

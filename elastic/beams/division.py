@@ -1,4 +1,4 @@
-"""Division of beams into pieces on which every field is one polynomial.
+"""Division of beams into pieces on which every field is a single polynomial.
 
 Usually a beam is one piece. Sliding blocks divide it at their positions. A tapered beam is divided until its
 flexibility is a polynomial to round-off.
@@ -25,7 +25,7 @@ DISPLACEMENTS = ("u", "w", "phi")
 
 @dataclass(frozen=True, eq=False)
 class Division:
-    """Pieces of all beams, ordered by beam and along each beam.
+    """Pieces of all beams, ordered by beam and then along each beam.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
 
 
 def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: BeamCompliance) -> Coefficients:
-    """Return N, V, M, u, w or phi in powers of t from 0 to 1 on each piece, shape (n, pieces, ..., positions)."""
+    """Return N, V, M, u, w or phi in powers of t, which runs from 0 to 1 on each piece, (n, pieces, ..., positions)."""
     values: Coefficients = getattr(amplitudes, field)
     free: Coefficients | None = None
     if amplitudes.free is not None and field in DISPLACEMENTS:
@@ -109,7 +109,7 @@ def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Co
 def _tapered_field(
     field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
 ) -> tuple[Coefficients, Coefficients]:
-    """Split a tapered beam's field: a straight line in powers of xi, and the rest on pieces (n, pieces, ...)."""
+    """Split a tapered beam's field into a straight line in powers of xi and a remainder on pieces (n, pieces, ...)."""
     values = getattr(amplitudes, field)[:, number]
     stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
 
@@ -183,6 +183,6 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
 
 
 def _on_piece(division: Division, row: int, xi: Reals | float) -> Columns:
-    """Convert xi of a beam to t from 0 to 1 on one piece."""
+    """Convert xi on a beam to t, which runs from 0 to 1 on one piece."""
     width = division.width[row]
     return (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)

@@ -1,4 +1,4 @@
-"""Section forces by equilibrium, then the elastic line of a beam, in powers of xi = x'/l."""
+"""Section forces from equilibrium, then the elastic line of a beam, in powers of xi = x'/l."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rigid.arrays import Numbers
 def section_forces(
     q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: BeamCompliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
-    """Return N, V, M by equilibrium of the part beyond each section; exact for polynomial loads.
+    """Return N, V, M from equilibrium of the part beyond each section; exact for polynomial loads.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ def _sum(rows: Numbers) -> Numbers:
 class Amplitudes:
     """Coefficients of the fields of all beams, before they are divided into pieces (`elastic.beams.division`).
 
-    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are in powers of xi, up to the first block on the beam.
-    On tapered beams, `taper_functions` replace the powers in u, w, phi that section forces cause.
+    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are in powers of xi, up to the first block on the beam. On
+    tapered beams, `taper_functions` replace the powers in the parts of u, w, phi due to section forces.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Amplitudes:
     free: Coefficients | None = None
 
     def with_section(self, force: VectorCoefficients, moment: VectorCoefficients) -> Amplitudes:
-        """Add to N + i V and M, in powers of xi, shape (n, ...); u, w, phi stay unchanged."""
+        """Add to N + i V and M, in powers of xi, shape (n, ...); u, w, phi remain unchanged."""
         return replace(self, N=added(self.N, force.real), V=added(self.V, force.imag), M=added(self.M, moment.real))
 
 

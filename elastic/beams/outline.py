@@ -1,4 +1,4 @@
-"""Cross-sections of any outline, by finite elements (sectionproperties)."""
+"""Cross-sections with any outline, by finite elements (sectionproperties)."""
 
 from functools import lru_cache
 from typing import Any
@@ -10,10 +10,10 @@ from elastic.beams.cross_sections import Shape
 Ring = tuple[tuple[float, float], ...]
 
 MIN_ELEMENTS = 400  # six-node triangles; the error of a tube's shear area is then 1e-3
-CUTS = 200  # straight cuts on which the shear flow is evaluated
-MIN_CORNER_DISTANCE = 1e-6  # closer corners are merged: the mesher crashes on them
-STRIP_WIDTH = 1e-4  # strip whose area gives the length of a cut
-MESHED_SIZE = 100.0  # scaled size of the section: the mesher fails at micrometre sizes
+CUTS = 200  # number of straight cuts on which the shear flow is evaluated
+MIN_CORNER_DISTANCE = 1e-6  # closer corners are merged, because the mesher crashes on them
+STRIP_WIDTH = 1e-4  # width of the strip that gives the length of a cut
+MESHED_SIZE = 100.0  # size to which a section is scaled, because the mesher fails at micrometre sizes
 
 
 class CrossSectionError(ValueError):
@@ -22,11 +22,11 @@ class CrossSectionError(ValueError):
 
 @lru_cache(maxsize=64)
 def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
-    """Cross-section from its corners (y, z) [m], y in the plane of motion, in either sense.
+    """Cross-section from its corners (y, z) [m], with y in the plane of motion, in either sense of rotation.
 
-    Area and second moments are exact. The shear coefficient is that for Poisson's ratio 0. A section without an axis of
-    symmetry also bends sideways, see `Shape`. The largest shear stress is the largest mean over a straight cut normal
-    to the plane, V Q/(I b); the stress at a notch is higher.
+    Area and second moments are exact. The shear coefficient is valid for a Poisson's ratio of 0. A section without an
+    axis of symmetry also bends sideways, see `Shape`. The largest shear stress is the largest mean over a straight cut
+    normal to the plane, V Q/(I b); the stress at a notch is higher.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Zeros and extreme values on [0, 1] of many polynomials at once, to round-off.
 
 Between two neighbouring turning points a polynomial has at most one zero. The turning points are the zeros of the
-derivative. So all zeros follow recursively, starting from the straight line. Bernstein coefficients spare most of this
-recursion: the number of zeros in (0, 1) is the number of their sign changes, or less by an even number.
+derivative. All zeros therefore follow recursively, starting from the straight line. Bernstein coefficients avoid most
+of this recursion: the number of zeros in (0, 1) is the number of their sign changes, or less by an even number.
 """
 
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ import numpy as np
 from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
-MAX_STEPS = 60  # of Newton's method: as many bisections exhaust a double's precision
-COMMON_STEPS = 4  # steps for all zeros, before converged ones are dropped
-MAX_DIRECT = 3  # coefficients up to which the zeros have closed forms
+MAX_STEPS = 60  # steps of Newton's method; this many bisections exhaust double precision
+COMMON_STEPS = 4  # number of steps for all zeros, before converged ones are dropped
+MAX_DIRECT = 3  # maximum number of coefficients with closed-form zeros
 LAST_CHANGE = 1e-8  # after a change of xi this small, one more quadratic step reaches round-off
 
 
@@ -99,7 +99,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
 
 @cache
 def _in_bernstein(count: int) -> Reals:
-    """From coefficients in powers to Bernstein's coefficients on [0, 1], shape (count, count)."""
+    """Matrix from power coefficients to Bernstein coefficients on [0, 1], shape (count, count)."""
     order = count - 1
     return np.array([[comb(row, power) / comb(order, power) for power in range(count)] for row in range(count)])
 
@@ -117,7 +117,7 @@ def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Rea
 
 
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
-    """Return the value of largest magnitude and its mark; nan if any value is nan."""
+    """Return the value of the largest magnitude and its mark; nan if any value is nan."""
     best = np.abs(heights).argmax(axis=0)
     best *= best.size  # indices into the flat arrays, faster than take_along_axis
     best += np.arange(best.size).reshape(best.shape)
@@ -157,7 +157,8 @@ def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
 def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
     """Find the only zero of each polynomial between two marks, by Newton's method in a bracket.
 
-    A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps only unconverged zeros go on.
+    A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps, only unconverged zeros are
+    continued.
     """
     left: Reals
     right: Reals
@@ -192,7 +193,7 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
 def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
     """Return the zero of each parabola between two marks; the guess if round-off leaves no zero there.
 
-    The larger root comes from the formula without cancellation, the smaller from the product of both.
+    The larger root is computed by the formula without cancellation, and the smaller one from the product of both.
     """
     low, middle, high = values
     half = -(middle + np.copysign(np.sqrt(np.maximum(middle * middle - 4 * low * high, 0.0)), middle)) / 2

@@ -9,15 +9,16 @@ import numpy as np
 from rigid import Beam, Mechanism
 from rigid.arrays import Complex, Reals
 
-MAX_SOLID_SHEAR = 1.6  # peak over mean shear stress: rectangle 1.5, circle 4/3; above it the section is thin-walled
+MAX_SOLID_SHEAR = 1.6  # peak / mean shear stress: rectangle 1.5, circle 4/3; above this, the section is thin-walled
 
 
 @dataclass(frozen=True, eq=False)
 class Taper:
-    """Change of a beam's rigidities along it: polynomials in xi, relative to the start.
+    """Change of a beam's rigidities along its length: polynomials in xi, relative to the start.
 
-    `(1.0, -0.5)` halves a rigidity linearly. No polynomial may be zero on the beam. Area and second moment change as EA
-    and EI do, because the material is uniform. `fibre` and `peak_shear` affect stresses only, `width` drawings only.
+    `(1.0, -0.5)` halves a rigidity linearly. No polynomial may be zero on the beam. Area and second moment change like
+    EA and EI, because the material is uniform. `fibre` and `peak_shear` only affect stresses, and `width` only affects
+    drawings.
     """
 
     EA: tuple[float, ...] = (1.0,)
@@ -37,18 +38,18 @@ class Section:
     EA, EI
         Rigidities [N], [N m^2]; infinite for a rigid beam.
     kGA
-        Shear rigidity of Timoshenko's beam [N]; infinite: no shear deformation.
+        Shear rigidity of Timoshenko's beam [N]; infinite means no shear deformation.
     strain
         Free strain (unloaded elongation per length): thermal expansion or a length error.
     taper
         Change of the rigidities along the beam, or None.
     area, inertia, fibre, peak_shear
-        For stresses, nan if unknown: area [m^2], second moment of area [m^4], distance of the outermost fibres from the
-        axis [m], largest shear stress over V/A.
+        For stresses, nan if unknown: area [m^2], second moment of area [m^4], distance from the axis to the outermost
+        fibres [m], largest shear stress / (V/A).
     yield_stress
         [Pa]; nan if unknown.
     shear_rigidity
-        kGA of a beam without shear deformation, to estimate the neglected shear [N]; nan if unknown.
+        kGA of a beam without shear deformation [N], used to estimate the neglected shear; nan if unknown.
     width, round
         For drawing: width normal to the plane of motion [m], nan if unknown; True for an elliptic outline.
     """
@@ -69,7 +70,7 @@ class Section:
 
     @property
     def thin_walled(self) -> bool:
-        """True if walls carry the shear, as in a tube or an I; the link is then no plane body."""
+        """True if walls carry the shear, as in a tube or an I; the link is then not a plane body."""
         return bool(np.ravel(self.peak_shear)[0] > MAX_SOLID_SHEAR)
 
     def __repr__(self) -> str:
@@ -82,7 +83,7 @@ def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Me
     Parameters
     ----------
     sections
-        One per beam, in the order of `Mechanism.beams`. Sections of unknown area or second moment add no inertia.
+        One per beam, in the order of `Mechanism.beams`. Sections with unknown area or second moment add no inertia.
 
     Raises
     ------
@@ -127,7 +128,7 @@ class JointCompliance:
     Attributes
     ----------
     translation
-        Displacement per force [m/N], of the parent's point from the child's along the force.
+        Displacement per force [m/N] of the parent's point from the child's, along the force.
     rotation
         Rotation per moment of a drive or slider [rad/(N m)].
     gap, turn

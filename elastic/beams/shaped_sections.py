@@ -1,4 +1,4 @@
-"""Sections of one shape and one material, uniform or tapered."""
+"""Sections with one shape and one material, uniform or tapered."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -30,11 +30,11 @@ def section_of(
     poisson
         Poisson's ratio; if given, the beam is Timoshenko's, with Cowper's shear coefficient.
     yield_stress
-        For the safety factor [Pa].
+        Yield stress for the safety factor [Pa].
     taper
         See `tapered`.
     shear
-        False: neglect shear deformation, but keep its rigidity so that its effect can be estimated.
+        If False, neglect shear deformation but keep the shear rigidity, so that its effect can be estimated.
     """
     kGA = math.nan
     if poisson is not None:
@@ -60,8 +60,8 @@ def tapered(
 ) -> tuple[Taper, tuple[float, ...]]:
     """Taper of a beam with linearly varying dimensions.
 
-    Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to `MAX_FIT_ERROR`:
-    shear coefficients, and the second moment of a T or angle, as its axis moves.
+    Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to within
+    `MAX_FIT_ERROR`: shear coefficients, and the second moment of a T or angle, because its axis moves.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def tapered(
 
     Examples
     --------
-    A rectangle loses half of its depth:
+    A rectangle loses half its depth:
 
     >>> from elastic import rectangle
     >>> taper, mass = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))

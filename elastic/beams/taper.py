@@ -11,9 +11,9 @@ from elastic.arrays import Coefficients
 from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
-DEGREE = 14  # of the polynomials on a piece; higher for bending moments above degree 3
+DEGREE = 14  # degree of the polynomials on a piece; higher for bending moments above degree 3
 MAX_DEGREE = 20  # powers amplify round-off by 6^degree
-MIN_AXES_SUM = 16.0  # sum of half axes of the ellipse (foci: the piece's ends) without a pole; 16^-15 is round-off
+MIN_AXES_SUM = 16.0  # sum of the half axes of a pole-free ellipse with foci at the piece's ends; 16^-15 is round-off
 MIN_PIECE = 2.0**-40  # shortest piece in xi, for a rigidity that nearly vanishes at an end
 LOG_ACCURACY = 50.0  # -ln of the quadrature error: below round-off even for poles of high order
 PRISMATIC = Taper()
@@ -25,8 +25,8 @@ def taper_functions(
     """Functions that replace the powers of xi in the fields of a tapered beam.
 
     With f = 1/(rigidity relative to the start) and k = 0, 1, ..., integrated from 0 to xi: u: `(k+1) int s^k f_EA ds`;
-    phi: the same with f_EI; w by bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`; w by shear: `(k+1) int s^k f_kGA ds`.
-    Gauss quadrature, accurate to round-off.
+    phi: the same with f_EI; w due to bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`; w due to shear: `(k+1) int s^k f_kGA
+    ds`. Gauss quadrature is accurate to round-off.
 
     Returns
     -------
@@ -57,16 +57,16 @@ def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
 
 
 def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:
-    """Sum of the half axes of the ellipse, foci at the interval's ends, through the polynomial's nearest zero."""
+    """Sum of the half axes of the ellipse with foci at the interval's ends through the polynomial's nearest zero."""
     roots = (2 * polyroots(polynomial).astype(complex) - low - high) / (high - low)
     return float(np.abs(roots + np.sqrt(roots - 1) * np.sqrt(roots + 1)).min(initial=np.inf))
 
 
 @lru_cache(maxsize=256)
 def piece_ends(section: Section) -> tuple[float, ...]:
-    """Ends of a beam's pieces in xi, starting with 0: halved until its flexibility is a polynomial on each piece.
+    """Ends of a beam's pieces in xi, starting with 0; halved until the flexibility is a polynomial on each piece.
 
-    If the nearest pole lies on an ellipse with half axes of sum r, interpolation of degree n has the error r^-(n+1)
+    If the nearest pole lies on an ellipse whose half axes sum to r, interpolation of degree n has the error r^-(n+1)
     (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
     taper = section.taper or PRISMATIC
@@ -116,9 +116,9 @@ def nodes(degree: int) -> Reals:
 
 
 def interpolated(values: Reals) -> Coefficients:
-    """Coefficients in powers of t of the polynomials with given values at the `nodes`, shape (degree + 1, ...).
+    """Coefficients, in powers of t, of the polynomials with given values at the `nodes`, shape (degree + 1, ...).
 
-    Converts by way of the Chebyshev series in two steps; their product would lose 6^degree to cancellation.
+    The conversion goes through the Chebyshev series in two steps; their product would lose 6^degree to cancellation.
     """
     spectrum, powers = _chebyshev(len(values) - 1)
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 Wall = tuple[Any, Any, Any, Any, Any]
-"""Thin wall: thickness, length, distances of its start and end from the axis, int Y dA before its start."""
+"""Thin wall: thickness, length, distances of its start and end from the axis, and int Y dA before its start."""
 
 
 def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
@@ -19,7 +19,7 @@ def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 
 def peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest shear stress over the mean, thin-walled angle: at the axis, on the longer side."""
+    """Largest / mean shear stress of a thin-walled angle: at the axis, on the longer side."""
     area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)
@@ -34,7 +34,7 @@ def _wall_properties(walls: Sequence[Wall]) -> tuple[Any, Any]:
 
 
 def shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
-    """Shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
+    """Shear coefficient of thin walls from the energy of the shear flow, in the form a, b, c of `Shape.cowper`.
 
     k = I^2/(A int Q^2/t ds): Cowper's coefficient without the effect of Poisson's ratio.
     """
@@ -47,7 +47,7 @@ def shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, floa
 
 
 def fillet_area(radius: float) -> tuple[float, float, float]:
-    """Area between a right angle and its fillet: area, second moment, distance of the centroid from each side."""
+    """Region between a right angle and its fillet: area, second moment, distance of the centroid from each side."""
     area = (1 - math.pi / 4) * radius**2
     share = (1 / 6) / (1 - math.pi / 4)  # distance of the centroid from the circle's centre, relative to the radius
     inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4

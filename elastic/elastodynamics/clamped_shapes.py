@@ -23,7 +23,7 @@ class ClampedLink:
     fields
         "u", "w", "phi" and derivatives "stretch", "slope", "curvature" in beam axes, shape (beams, points, n).
     nodes
-        For each point with a beam: displacement in link axes, complex, and rotation, shape (n,).
+        For each point that a beam reaches: displacement in link axes, complex, and rotation, shape (n,).
     stiffness
         Shape (n, n).
     """

@@ -1,9 +1,10 @@
 """Iterative correction of the reduced coordinates, until the answer includes the inertia of all elastic coordinates.
 
 The reduced coordinates give loads; the exact quasi-static answer under these loads is the result. Its displacements
-beyond the reduced coordinates (residual response) have inertia, damping and geometric stiffness of their own. These
-are added as loads to the reduced equations, where they may resonate, and to the exact answer. The reduced equations
-precondition this iteration. The next change is the error. Dashpots and soft joints do not damp the residual response.
+beyond the reduced coordinates (residual response) have inertia, damping and geometric stiffness of their own. These are
+added as loads to the reduced equations, where they may resonate, and to the exact answer. The reduced equations
+precondition this iteration. The change by the next iteration is the error. Dashpots and soft joints do not damp the
+residual response.
 """
 
 from dataclasses import replace
@@ -25,10 +26,10 @@ from rigid.kinetostatics import beam_directions
 
 
 def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
-    """Add the forces of the residual response to a vibration; return also the remaining error.
+    """Add the forces of the residual response to a vibration; also return the remaining error.
 
     The error is the change by the next correction, relative to the largest displacement. It exceeds the tolerance if
-    the corrections do not converge; 0 without beams.
+    the corrections do not converge, and is 0 if there are no beams.
     """
     kinds = answer.problem.terms.kinematics
     best, least = answer, np.inf
@@ -71,7 +72,7 @@ def _left_out(vibration: Vibration) -> ResidualResponse:
 
 
 def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
-    """Displacements of a deflection at the nodes, of one kind."""
+    """Displacements of a deflection at the nodes, as a single kind."""
     structure, motion = vibration.problem.terms.kinematics.structure, vibration.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)

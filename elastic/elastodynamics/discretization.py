@@ -1,4 +1,4 @@
-"""Discretization of a vibrating mechanism: model of one motion, elastic coordinates, and first time elements."""
+"""Discretization of a vibrating mechanism: model for one motion, elastic coordinates, and initial time elements."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rigid.arrays import Flags, Reals
 
 MotionAt = Callable[[Any], Motion]
 
-SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads without jumps, unless a law changes them
+SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # these loads have no jumps unless a law changes them
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +67,13 @@ def vibrating_model(
 
 
 def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
-    """Modes of elastic coordinates over some positions of the cycle; None if nothing vibrates."""
+    """Modes of elastic coordinates over some positions of the cycle; None if no link vibrates."""
     if not len(structure.stiffness):
         return None
     slow = with_rates(motion, 0.0)
     loaded = [unlocked(deflection(each, structure.sections, joints)) for each in (motion, slow)]
     cycle = cycle_of(structure, motion, loaded)
-    return cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
+    return cycle if cycle.values[0] > 0 else None  # no vibration without mass
 
 
 def checked(motion: Motion) -> Motion:
@@ -103,9 +103,9 @@ def checked(motion: Motion) -> Motion:
 
 
 def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
-    """Initial time elements: of equal length, with additional edges at breaks and jumps of the loads.
+    """Initial time elements of equal length, with additional edges at breaks and jumps of the loads.
 
-    So loads and accelerations are smooth within each element.
+    Loads and accelerations are therefore smooth within each element.
 
     Parameters
     ----------
@@ -141,13 +141,13 @@ def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
 
 
 def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
-    """True for each instant farther than `near` [s] from all breaks."""
+    """True for each instant that is farther than `near` [s] from all breaks."""
     apart: Flags = np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
     return apart
 
 
 def _jumps_nowhere(model: Model, grid: Grid) -> bool:
-    """True if loads are certainly smooth: constant speed, no blocks on beams, no laws of loads."""
+    """True if loads are certainly smooth: constant speed, no blocks on beams, no load laws."""
     mechanism = model.structure.mechanism
     plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
     if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
@@ -171,14 +171,14 @@ class Discretization:
     Attributes
     ----------
     model, modes, besides
-        Elastic coordinates, number of their modes, and smallest share of other shapes in the basis.
+        Elastic coordinates, number of modes, and smallest share of other shapes that the basis includes.
     resolved
         Tolerance of time elements.
     start
         Initial state; None for a periodic solution.
     before, in_time, stalled
-        Error before the last refinement; True if that shortened the time elements; True if the refinement before it did
-        not halve the error.
+        Error before the last refinement; whether that refinement shortened the time elements; whether the one before it
+        failed to halve the error.
     closer
         See `reduced_basis`.
     """
@@ -206,14 +206,14 @@ class Discretization:
 
     @property
     def left_out(self) -> float:
-        """Lowest natural frequency of a mode without its own coordinate [rad/s]."""
+        """Lowest natural frequency of a mode that has no coordinate [rad/s]."""
         assert self.model.cycle is not None
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
     @property
     def fastest_inertia(self) -> float:
-        """Frequency limit of inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
+        """Frequency limit for inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
         return VIBRATION.max_frequency_ratio * self.left_out
 
     @property
@@ -237,7 +237,7 @@ class Discretization:
         return replace(self, modes=count) if count <= most else self
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
-        """Next discretization: refined as before (coordinates or time) if that halved the error, else the other way.
+        """Next discretization: refined as before (in coordinates or time) if that halved the error, else the other way.
 
         None if neither way halved the error, or if more coordinates would exceed `most` amplitudes.
         """
@@ -265,7 +265,7 @@ def numbers_of(discretization: Discretization, grid: Grid) -> int:
 
 
 def numbers_per_amplitude(discretization: Discretization, grid: Grid) -> int:
-    """Size as in `numbers_of`, for a single amplitude."""
+    """Size as in `numbers_of`, but for a single amplitude."""
     return 3 * len(grid.nodes) * len(masses(discretization.model.structure))
 
 
@@ -275,7 +275,7 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
 
 
 def worth_halving(mechanism: Mechanism, elements: int, bound: float, resolved: float) -> bool:
-    """True if a bound of the discretization error exceeds `resolved`, and a finer discretization is worth its time."""
+    """True if a bound on the discretization error exceeds `resolved` and a finer discretization is worth the time."""
     return bound > resolved and not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
 
 

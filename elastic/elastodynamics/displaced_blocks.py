@@ -1,9 +1,9 @@
 """Sliding blocks on links with large bending: positions on the bent axis, and forces normal to it.
 
-The linear solution closes the displacement across the rigid link's line. Here the block shifts along this line so that
-it lies on the bent axis. Shift and rotation are those of the previous solution. A moment C between block and bent axis
-pushes the block along by C times the curvature, because sliding turns it (Bigoni et al., Eshelby-like forces acting on
-elastic structures, Mechanics of Materials 80 (2015) 368-374). Derivation: docs/theory.md.
+The linear solution closes the displacement normal to the rigid link's line. Here the block shifts along this line so
+that it lies on the bent axis. Shift and rotation are taken from the previous solution. A moment C between block and
+bent axis pushes the block along by C times the curvature, because sliding turns it (Bigoni et al., Eshelby-like forces
+acting on elastic structures, Mechanics of Materials 80 (2015) 368-374). Derivation: docs/theory.md.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from rigid.arrays import Columns, Complexes, Reals
 from rigid.kinetostatics import beam_directions
 from rigid.plane import cross, dot
 
-SHIFTS = 4  # iterations for a block's position; each leaves an error of the order of the axial strain
+SHIFTS = 4  # iterations for a block's position; each multiplies the error by about the axial strain
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,9 @@ class DisplacedBlock:
     more
         Part of `force` beyond the linear solution.
     lever
-        Moment on the beam's link by the force at the block, minus its moment at the position in the motion [N m].
+        Moment of the force at the block on the beam's link, minus its moment at the position in the rigid motion [N m].
     gap
-        Displacement under the block that the link's rotation misses, from child to parent [m], complex.
+        Displacement under the block that the link's rotation does not include, from child to parent [m], complex.
     """
 
     joint: int
@@ -91,7 +91,7 @@ def _displaced(
 def _under(
     values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
 ) -> tuple[Any, Any]:
-    """Values and slopes along the line at a shifted block, from values along beams (nodes, beams, points, 1)."""
+    """Values and slopes along the line at a shifted block, from values along the beams (nodes, beams, points, 1)."""
     places = block_places(motion, trees, {number: slide})[list(trees.rails).index(number)]
     there: Any = np.zeros(len(values))
     slope: Any = np.zeros(len(values))

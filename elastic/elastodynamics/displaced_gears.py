@@ -1,7 +1,7 @@
-"""Gear teeth with large displacement of the wheels: they stay in contact about the displaced line of centres.
+"""Gear teeth with large displacement of the wheels: they stay in mesh about the displaced line of centres.
 
 Let z' be the vector from the driving wheel's centre to the follower's, and z its rigid value. The follower turns by
-Re(conj(c) log(z'/z)); in the linear solution by Re(conj(c) (z' - z)/z). c contains the ratio and the slope of the
+Re(conj(c) log(z'/z)), and in the linear solution by Re(conj(c) (z' - z)/z). c contains the ratio and the slope of the
 loaded flank. The tooth force is the transpose: its line of action turns with the line of centres. Derivation:
 docs/theory.md.
 """
@@ -26,7 +26,7 @@ class DisplacedGear:
     joint
         Index of the follower's joint.
     turn
-        Rotation of the follower's child from its parent beyond the linear solution [rad].
+        Rotation of the follower's child relative to its parent, beyond the linear solution [rad].
     ends
         Link and point of both wheel centres: follower, driving wheel.
     force

@@ -1,12 +1,12 @@
-"""Large displacement: loads and strains for which the linear quasi-static answer solves the exact equations.
+"""Large displacement: loads and strains with which the linear quasi-static answer solves the exact equations.
 
-Reissner's beam: with displacement d = u + i w in the axes of the rigid position, rotation phi, and section force
-N + i Q in the axes of the turned section (Q = -V),
+Reissner's beam has the displacement d = u + i w in the axes of the rigid position, the rotation phi, and the section
+force N + i Q in the axes of the rotated section (Q = -V):
 
     1 + d' = exp(i phi) (1 + eps + i gamma),    P = exp(i phi) (N + i Q),    M' = -Im(conj(1 + d') P) + J (phi + psi)''.
 
-The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes exact under a distributed moment and a free
-strain, both from the previous solution. Derivation: docs/theory.md.
+The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes exact if a distributed moment and a free
+strain from the previous solution are added. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Displaced:
     joints, moments
         Joint forces in ground axes [N], complex, and moments [N m], shape (nodes, joints).
     shortened, amplitudes
-        Foreshortening of the beams and its amplitudes, shape (nodes, k); None if `residual` holds it.
+        Foreshortening of the beams and its amplitudes, shape (nodes, k); None if `residual` includes it.
     """
 
     vibration: Vibration
@@ -71,7 +71,7 @@ class Displaced:
 
     @cached_property
     def moved(self) -> Displacements:
-        """Total displacements, of one kind."""
+        """Total displacements, as a single kind."""
         terms = self.vibration.problem.terms
         followed: Displacements = terms.kinematics.unit @ terms.grid.at_nodes(self.history[0])[..., None]
         moved = followed + self.residual.moved
@@ -80,7 +80,7 @@ class Displaced:
         return moved + self.shortened.unit @ self.amplitudes[..., None]
 
     def under(self, force: Complexes, joints: Complexes, moments: Reals) -> Displaced:
-        """Return the same displaced links with other section and joint forces; their motion is not computed again."""
+        """Return the same displaced links with other section and joint forces; their motion is not recomputed."""
         same = replace(self, force=force, joints=joints, moments=moments)
         same.__dict__.update({name: vars(self)[name] for name in OF_MOTION if name in vars(self)})
         return same
@@ -105,7 +105,7 @@ class Displaced:
 
 @dataclass(frozen=True, eq=False)
 class ExactLoads:
-    """Loads for which the linear quasi-static answer has large displacement.
+    """Loads with which the linear quasi-static answer has the large displacement.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class ExactLoads:
 
 
 def exact_loads(now: Displaced) -> ExactLoads:
-    """Compute the loads of displaced links at the points of their grid, including turned sections."""
+    """Compute the loads of displaced links at the points of their grid, including the effect of rotated sections."""
     problem, motion = now.vibration.problem, now.vibration.motion
     kinds = problem.terms.kinematics
     structure, grid = kinds.structure, problem.terms.grid

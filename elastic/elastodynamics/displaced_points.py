@@ -1,7 +1,7 @@
 """Large displacement of points: lumps, springs, loads, links without beams, and sliders on them.
 
 The linear solution displaces the end of an arm a by i alpha a, and applies its forces at a. The exact displacement is
-(exp(i alpha) - 1) a. The difference opens the joints, and its forces exert moments on the links.
+(exp(i alpha) - 1) a. The difference opens the joints, and forces at the shifted points exert moments on the links.
 """
 
 from collections.abc import Iterable, Iterator
@@ -29,7 +29,7 @@ class Turned:
     motion
         Rigid motion at the nodes, one more than the points.
     moved
-        Displacements at the nodes, linear in the angles, of one kind.
+        Displacements at the nodes, linear in the angles, as a single kind.
     """
 
     motion: Motion
@@ -42,7 +42,7 @@ class Turned:
         return self.moved.angle[:, at, 0]
 
     def turns(self, at: int, point: str) -> Reals:
-        """Rotation at a chosen point, at the nodes [rad]; 0 on the ground."""
+        """Rotation at a chosen point at the nodes [rad]; 0 on the ground."""
         return self.moved.turns[:, self.chosen.index((at, point)), 0] if at else np.zeros(len(self.moved.angle))
 
     def bare(self, at: int) -> bool:
@@ -60,7 +60,7 @@ class Turned:
         return moved + self.beyond(at, self.point(at, point)) if self.bare(at) else moved
 
     def linear_displacement(self, at: int, point: str) -> Complexes:
-        """Displacement as in `displacement`, linear in the angle of its link."""
+        """Displacement as in `displacement`, but linear in the angle of its link."""
         if not at:
             return np.zeros(len(self.moved.angle), complex)
         moved: Complexes = self.moved.moves[:, self.chosen.index((at, point)), 0]
@@ -87,7 +87,7 @@ def _beyond(angle: Reals) -> Complexes:
 def require_known(motion: Motion) -> None:
     """Raise MechanismError for joints without large-displacement equations.
 
-    Racks are supported on wheels with fixed axes.
+    Racks are supported if the wheels have fixed axes.
 
     Raises
     ------
@@ -110,13 +110,13 @@ def require_known(motion: Motion) -> None:
 
 
 def point_loads(turned: Turned, accelerations: Complexes) -> list[Load]:
-    """Forces on points in addition to the rigid motion: inertia, springs, loads that turn with their links.
+    """Forces on points in addition to the rigid motion's: inertia, springs, loads that turn with their links.
 
     Parameters
     ----------
     accelerations
-        Of lumps and, alternately, their rotations, linear in the angles, at the points, shape (points, 2 lumps),
-        complex.
+        Accelerations of lumps and, alternating, of their rotations, linear in the angles, at the points, shape (points,
+        2 lumps), complex.
     """
     return [*_lumps(turned, accelerations), *_springs(turned), *_turning_loads(turned)]
 
@@ -178,7 +178,7 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
 def bare_links(
     turned: Turned, added: list[Load], forces: Complexes, besides: Iterable[tuple[int, str, Complexes]]
 ) -> tuple[list[Load], list[Complexes]]:
-    """Moments of forces on rotated arms of links without beams, and joint gaps by their rotation.
+    """Moments of forces on rotated arms of links without beams, and joint gaps due to their rotation.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def bare_links(
 
     Returns
     -------
-    Loads at points; per joint, displacement of the child's point from the parent's [m], complex, at the points.
+    Loads at points; for each joint, displacement of the child's point from the parent's [m], complex, at the points.
     """
     motion = turned.motion
     mechanism = motion.mechanism
@@ -236,7 +236,7 @@ def _first(turned: Turned, at: int) -> str:
 
 
 def _slider(turned: Turned, number: int, force: Complexes) -> tuple[list[Load], Complexes]:
-    """Block on a link without beams: the force turns with the line and acts at the block."""
+    """Block on a link without beams: the force rotates with the line and acts at the block."""
     motion, place = turned.motion, turned.motion.places[number]
     joint, owner, block = place.joint, place.joint.owner, place.joint.block
     point, first = joint.point(block) or "", _first(turned, owner)

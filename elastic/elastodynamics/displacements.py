@@ -1,8 +1,8 @@
 """Displacements of the whole mechanism per unit of its elastic coordinates, at the positions of a motion.
 
-Clamped links are moved as rigid bodies so that the joints close with held drives, by the linear problem of the
-quasi-static answer. Displacements are relative to the rigid positions, in ground axes. So their second time derivatives
-are accelerations without Coriolis terms.
+Clamped links are moved as rigid bodies so that the joints close with the drives held; this is the linear problem of the
+quasi-static answer. Displacements are relative to the rigid positions, in ground axes. Their second time derivatives
+are therefore accelerations without Coriolis terms.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def under(number: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Displacements:
-    """Displacements of c kinds at every position.
+    """Displacements of c kinds (columns) at every position.
 
     Attributes
     ----------
@@ -88,8 +88,8 @@ class RigidBodyModes:
     shift, angle
         Displacement [m], complex, and rotation [rad] of the links' axes, shape (links, n, positions).
     work
-        Work of the self-stresses on gaps by the coordinates, shape (positions, self-stresses, n). It must be zero for a
-        mechanism with redundant joints.
+        Work of the self-stresses on the gaps due to the coordinates, shape (positions, self-stresses, n). It must be
+        zero for a mechanism with redundant joints.
     """
 
     shift: Complexes
@@ -100,8 +100,8 @@ class RigidBodyModes:
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
     """Close the joints for unit elastic coordinates.
 
-    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks.
-    Displacements are then smooth in time, even if the loaded flank changes.
+    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks, so
+    that displacements are smooth in time even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     felt = at_joints(structure)
@@ -139,7 +139,7 @@ def at_joints(structure: ElasticStructure) -> Flags:
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Gaps to be closed per coordinate, of `shape`; `links.compatibility.bent_links` finds those due to loads."""
+    """Gaps to be closed per coordinate, of `shape`; `links.compatibility.bent_links` finds the gaps due to loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)
@@ -169,9 +169,9 @@ def _openings(
 def _under_block(
     structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Displacement and rotation of a beam under a block, the beam's link clamped at its root, shape (n, positions).
+    """Displacement and rotation of a beam under a block, with the beam's link clamped at its root, (n, positions).
 
-    `places`: beams along the line that the block visits.
+    `places`: beams along the line on which the block moves.
     """
     moved: Any = 0j
     turned: Any = 0.0
@@ -184,7 +184,7 @@ def _under_block(
 
 
 def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
-    """Correct a basis at every position so that redundant joints fit, with the least strain energy.
+    """Correct a basis at every position so that redundant joints fit, with minimum strain energy.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Elastic coordinates of a mechanism: shapes of clamped links, and openings of soft joints.
 
 The coordinates are independent, and their stiffness does not depend on the position. The rigid-body motion that closes
-the joints does, see `displacements.py`.
+the joints does depend on it, see `displacements.py`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ class ElasticStructure:
     nodes
         By link index and point name: displacement in link axes, complex, and rotation, shape (n,).
     soft
-        Openings of soft joints; they are the last coordinates.
+        Openings of soft joints, which are the last coordinates.
     stiffness
         Shape (n, n).
     """
@@ -68,7 +68,7 @@ class ElasticStructure:
 def elastic_structure(
     mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> ElasticStructure:
-    """Set up the elastic coordinates of a mechanism of one design, with `inner` polynomials along its beams."""
+    """Set up the elastic coordinates of a single design, with `inner` polynomials along its beams."""
     most = max((count for link in mechanism.links for count in polynomials_along(_lengths(link), inner)), default=0)
     points = most + 4 + (_tapers(mechanism, sections) + 1) // 2
     trees = trees_of(mechanism).trees

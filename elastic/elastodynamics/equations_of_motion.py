@@ -1,8 +1,8 @@
 """Equations of motion of the elastic coordinates about the rigid motion, at the points of a time grid.
 
-M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates. By d'Alembert's principle in ground
-axes, in which masses are constant and Coriolis terms vanish. The load g is the work of the quasi-static section forces
-on the strains of the basis. Derivation: docs/elastodynamics.md.
+M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates. They follow from d'Alembert's
+principle in ground axes, in which masses are constant and there are no Coriolis terms. The load g is the work of the
+quasi-static section forces on the strains of the basis. Derivation: docs/elastodynamics.md.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from rigid.kinetostatics import beam_directions
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Displacements per unit of a basis at the nodes of a grid; they depend on the positions only.
+    """Displacements per unit of a basis at the nodes of a grid; they depend only on the positions.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class GeometricStiffness:
         return GeometricStiffness(self.pull[positions], turning, [effect[positions] for effect in self.effects])
 
     def stiffness(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Forces along one set of displacements per unit of another, shape (positions, c felt, c cause)."""
+        """Forces along one set of displacements per unit of another, shape (positions, c responding, c causing)."""
         count = len(felt.angle)
         slopes, turned = (part.slope.reshape(count, -1, part.slope.shape[-1]) for part in (felt, cause))
         pull = self.pull.reshape(count, -1, 1)
@@ -130,7 +130,7 @@ class GeometricStiffness:
 
 
 def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: Points) -> GeometricStiffness:
-    """Geometric stiffness by the forces of a quasi-static answer."""
+    """Geometric stiffness due to the forces of a quasi-static answer."""
     motion = bent.motion
     pull = along_beams(bent, "N", structure.xi) * structure.weights
     turning = None
@@ -146,7 +146,7 @@ def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: P
 
 @dataclass(frozen=True, eq=False)
 class MotionTerms:
-    """Terms of the equations of motion that depend on the positions only, at the points of a grid.
+    """Terms of the equations of motion that depend only on the positions, at the points of a grid.
 
     Attributes
     ----------
@@ -171,14 +171,14 @@ class MotionTerms:
     viscous_rate: Columns
 
     def accelerations(self, history: tuple[Reals, Reals, Reals]) -> Complexes:
-        """Accelerations of the masses in the grid's time from amplitudes and rates, (points, masses), complex."""
+        """Accelerations of the masses, in the grid's time, from amplitudes and rates, (points, masses), complex."""
         rows, grid = self.kinematics.rows, self.grid
         steady = (rows[1:] @ history[2][..., None])[..., 0]
         return steady + grid.rates_times(rows, (2 * history[1], history[0]))
 
 
 def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
-    """Compute the terms of the equations of motion that depend on the positions only."""
+    """Compute the terms of the equations of motion that depend only on the positions."""
     structure, basis = kinds.structure, kinds.basis
     inertia = np.empty((3, len(kinds.rows) - 1, basis.shape[-1], basis.shape[-1]))
     weights = masses(structure)[:, None]
@@ -220,7 +220,7 @@ class Problem:
     felt
         Geometric stiffness at all nodes.
     speed
-        Speed relative to the grid's time. At higher speed, inertia grows with its square, damping linearly.
+        Speed relative to the grid's time. Inertia grows with the square of the speed, and damping linearly.
     """
 
     terms: MotionTerms
@@ -230,7 +230,7 @@ class Problem:
 
 
 def problem(terms: MotionTerms, bent: Deflection, speed: float = 1.0) -> Problem:
-    """Assemble the equations of motion about the motion of a deflection, passed at `speed` times the grid's time."""
+    """Assemble the equations of motion about the motion of a deflection, run at `speed` times the grid's pace."""
     kinds, faster = terms.kinematics, speed**2
     felt = geometric_stiffness(kinds.structure, bent, kinds.chosen)
     viscous = faster * terms.carried_rate + speed * terms.viscous

@@ -1,4 +1,4 @@
-"""Residual of the exact equations of displaced links, and the correction by linear equations of motion."""
+"""Residual of the exact equations of displaced links, and its correction by linear equations of motion."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinematics import stacked
 
-Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # from a load to its history
+Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # maps a load to its history
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Quasi-static answer at the nodes of a grid, as quantities of a residual.
+    """Quasi-static answer at the nodes of a grid, in the quantities of a residual.
 
     Attributes
     ----------
     force, joints, moments
-        See `Displaced`; the force without couples.
+        See `Displaced`; the force excludes couples.
     strained
         Forces of the strains, see `given_forces`.
     moved
-        Displacements, of one kind.
+        Displacements, as a single kind.
     """
 
     force: Complexes
@@ -66,7 +66,7 @@ def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
 
 @dataclass(frozen=True, eq=False)
 class Unbalanced:
-    """Displaced links and the answer under their loads; both agree in balance.
+    """Displaced links and the answer under their loads; in equilibrium both agree.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Unbalanced:
         return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
 
     def made_by(self, amounts: Reals) -> Reals:
-        """Forces by the strains at given values of the elastic coordinates."""
+        """Forces due to the strains at given values of the elastic coordinates."""
         strains, stiff = self._strains
         forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
         return forces
@@ -127,7 +127,7 @@ def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, s
     Parameters
     ----------
     still
-        Answer to the rigid motion's loads, of which only a `share` acts; None: they act in full.
+        Answer to the rigid motion's loads, of which only a `share` acts; if None, they act in full.
     """
     linear = now.vibration
     grid, plain = linear.problem.terms.grid, linear.quasi_static
@@ -166,7 +166,7 @@ def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: 
 
 
 def shortened(now: Displaced) -> Displaced:
-    """Update the foreshortening to the present rotations, if there is one."""
+    """Update the foreshortening, if any, to the present rotations."""
     if now.shortened is None:
         return now
     return replace(now, amplitudes=now.shortened.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
@@ -216,7 +216,7 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     linear
         Vibration in that discretization.
     turned
-        Coordinates per unit of those of `now`, shape (new r, r).
+        Coordinates per unit coordinate of `now`, shape (new r, r).
     """
     grid = linear.problem.terms.grid
     sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])

@@ -12,34 +12,36 @@ class ExactSettings:
     max_steps, max_steps_with_friction
         Maximum number of steps that are linearized about the rigid motion.
     max_mixed
-        Earlier steps that are mixed into the next one.
+        Number of earlier steps that are mixed into the next one.
     max_growth
-        Growth relative to the smallest step that ends the iteration.
+        Growth, relative to the smallest step, that ends the iteration.
     patience, min_progress
-        After `patience` steps without a reduction to the share `min_progress`, Newton's method takes over.
+        Newton's method takes over after `patience` steps without a reduction to the share `min_progress`.
     max_ratio
-        A step larger than this share of the last one indicates hard friction.
+        A step larger than this share of the previous one indicates hard friction.
     first_creep, creep_ratio
-        Initial creep of hard friction, relative to its own; factor by which each step divides it.
+        Initial creep of hard friction, relative to the friction's own creep, and the factor by which each step divides
+        it.
     max_first_steps, first_step_share, first_rest, first_resolved, first_enough
-        First steps, which estimate the effect of large displacement: number; accepted rest relative to the first step,
-        at most, and at least; size of a first step that suffices.
+        First steps, which estimate the effect of large displacement: their number; upper and lower limit of the
+        accepted remainder, relative to the first step; size of a first step that suffices.
     max_newton_steps
-        Newton steps at one share of the loads.
+        Maximum number of Newton steps at one share of the loads.
     newton_from
-        Newton's method starts from the best other step if its rest is below this share.
+        Newton's method starts from the best of the other steps if its remainder is below this share.
     max_newton_ratio, min_newton_reuse
-        Growth of a Newton step that ends the method; reduction below which the operator is reused.
+        Growth of a Newton step that ends the method, and reduction below which the operator is reused.
     min_fall, filtered_change, max_in_vain
-        Newton's method ends after `max_in_vain` successive steps at the whole load whose residual falls to no less than
-        `min_fall` of the last one while the step is below `filtered_change` of it: the coordinates do not reach the
-        rest.
+        Newton's method ends after `max_in_vain` successive steps at full load that reduce the residual to `min_fall` of
+        the previous one at best, with a step below `filtered_change` of the residual: the coordinates cannot reduce the
+        remainder.
     newton_fastest
-        Frequency limit of inertia beyond the coordinates, relative to that of other steps, which mix more.
+        Frequency limit for inertia beyond the coordinates, relative to the limit of the other steps, which mix more.
     balance, max_balances
-        Tolerance of section forces of turned beams, relative to the largest force; maximum number of iterations.
+        Tolerance of the section forces of rotated beams, relative to the largest force, and maximum number of
+        iterations.
     first_load_share, min_load_step, load_step_growth
-        Load shares: first step, smallest step, growth after fast convergence.
+        Load shares: first step, smallest step, and growth after fast convergence.
     quick_steps
         Number of steps that counts as fast convergence.
     part_tolerance

@@ -1,12 +1,12 @@
-"""Nonlinear elastodynamics by iteration of linear equations: friction, and exact equations of displaced links.
+"""Nonlinear elastodynamics by iteration of linear equations, for friction and the exact equations of displaced links.
 
 The residual is the quasi-static answer under the loads of displaced links, minus their displacements. Linear equations
-of motion in reduced coordinates turn it into a dynamic correction. The first step is the second-order effect of large
-displacement. Steps are mixed after Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM
-12 (1965) 547-560), until both the last change and the residual are below the tolerance. The residual also contains fast
-parts that steps filter out. Friction is hard if steps do not halve the residual. Each step then treats it as viscous,
-with the last step's ratio of force to rate. These secants converge to Coulomb's law, even for sticking joints.
-Derivation: docs/theory.md.
+of motion in reduced coordinates convert it to a dynamic correction. The first step is the second-order effect of large
+displacement. Steps are mixed as proposed by Anderson (Iterative procedures for nonlinear integral equations, Journal of
+the ACM 12 (1965) 547-560), until both the last change and the residual are below the tolerance. The residual also
+contains fast parts that the steps filter out. Friction is hard if steps do not halve the residual. Each step then
+treats friction as viscous, with the ratio of force to rate from the last step. These secants converge to Coulomb's law,
+even for sticking joints. Derivation: docs/theory.md.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ from rigid.kinetostatics import friction_per_rate
 def with_friction(
     linear: Vibration, tolerance: float, fastest: float, sliding: Sliding = ()
 ) -> tuple[Vibration, Settled]:
-    """Vibration of small displacements, with friction in the joints by its own forces and rates.
+    """Vibration with small displacements and joint friction according to its own forces and rates.
 
     Parameters and second result: see `settled_links`.
     """
@@ -43,7 +43,7 @@ def with_friction(
 
 
 def _linear_loads(now: Displaced) -> ExactLoads:
-    """Loads of small displacements, without turned sections."""
+    """Loads for small displacements, without rotated sections."""
     linear = now.vibration
     added = vibration_loads(linear.problem, linear.motion, now.history, now.residual)
     return ExactLoads(added, np.zeros_like(now.force[1:]))
@@ -57,9 +57,9 @@ def settled_links(
     sliding: Sliding = (),
     begun: Displaced | None = None,
 ) -> Settled:
-    """Iterate to links with large displacement; they stay above the tolerance if the iteration fails.
+    """Iterate to links with large displacement; their error exceeds the tolerance if the iteration fails.
 
-    Cheap steps about the rigid motion come first. Newton's method takes over if they stall.
+    Cheap steps about the rigid motion come first; Newton's method takes over if they stall.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ def settled_links(
     loads_of
         Function for the loads of displaced links.
     sliding
-        Joint rates for the friction of the first step, see `AddedLoads`; default: their own.
+        Joint rates for the friction in the first step, see `AddedLoads`; by default, those of the links.
     begun
-        Initial links on the same grid; default: the linear answer.
+        Initial links on the same grid; by default, the linear answer.
     """
     if begun is not None and begun.shortened is not None:
         settled = settled_by_newton(linear, tolerance, fastest, begun)
@@ -127,7 +127,7 @@ def _by_linear_steps(
 
 
 def has_dry_friction(mechanism: Mechanism) -> bool:
-    """True if a joint has Coulomb friction; viscous friction is already in the linear equations."""
+    """True if a joint has Coulomb friction; the linear equations already include viscous friction."""
     return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
 
 
@@ -138,11 +138,11 @@ def _rubbed(loads: ExactLoads, sliding: Sliding, blunt: float) -> ExactLoads:
 
 
 def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
-    """Take steps until they show the effect of large displacement up to a small share.
+    """Take steps until they determine the effect of large displacement except for a small share.
 
     Returns
     -------
-    Links after the last step, with its change; possible change by further steps, see `Settled.open`, or 0 if
+    Links after the last step, with its change, and the possible change by further steps, see `Settled.open`; 0 if
     converged.
     """
     now, enough = begin(linear), 0.0
@@ -174,7 +174,7 @@ def next_step(known: Settled, fastest: float) -> Settled:
 
 
 def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
-    """Response of the linear equations with Coulomb friction replaced by viscous friction of the present ratio."""
+    """Response of the linear equations with Coulomb friction replaced by viscous friction with the present ratio."""
     posed = linear.problem
     kinds, grid = posed.terms.kinematics, posed.terms.grid
     per_rate = friction_per_rate(bent.motion, bent.forces, {number: creep for number, _, creep in sliding})
@@ -197,7 +197,7 @@ def _step(
 ) -> tuple[Displaced, Complexes, Deflection]:
     """Displaced links after a step under given loads.
 
-    Also returns the residual of the beams' displacements, see `Settled`, and the quasi-static answer under these loads.
+    Also return the residual of the beams' displacements, see `Settled`, and the quasi-static answer under these loads.
     """
     found = unbalanced(now, loads)
     return stepped(found, now.vibration, response, fastest), places_of(found.change), found.bent

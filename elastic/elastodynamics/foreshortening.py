@@ -1,9 +1,9 @@
-"""Foreshortening: displacements by rotation of beam pieces without strain, with their rates.
+"""Foreshortening: displacements due to rotation of beam pieces without strain, with their rates.
 
-A piece with rotation phi displaces its end by exp(i phi) - 1 per length; the linear theory has i phi. The difference,
-(cos phi - 1) along the beam and (sin phi - phi) across it, is a free strain. Amplitudes of the elastic coordinates
-follow it at every instant, and rigid-body motion closes the joints. Time derivatives come from those of phi by the
-chain rule: direct differentiation would amplify the unresolved part of every element.
+A piece that rotates by phi displaces its end by exp(i phi) - 1 per length; in linear theory this is i phi. The
+difference, (cos phi - 1) along the beam and (sin phi - phi) normal to it, is a free strain. Amplitudes of the elastic
+coordinates follow it at every instant, and rigid-body motion closes the joints. Time derivatives follow from those of
+phi by the chain rule, because direct differentiation would amplify the unresolved part of every element.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from elastic.elastodynamics.time_grid import Grid
 from rigid.arrays import Complexes, Reals
 
 MIN_SINGULAR_VALUE = 1e-9  # smaller ones are round-off, relative to the largest
-MAX_ROUNDS = 12  # of Newton's method for the amplitudes
+MAX_ROUNDS = 12  # steps of Newton's method for the amplitudes
 ROUND_OFF = 1e-12  # smallest change of amplitudes, relative to the largest
 
 
@@ -33,7 +33,7 @@ class Foreshortening:
     grid
         Time grid.
     unit
-        Displacements per amplitude, of k kinds.
+        Displacements per amplitude, as k kinds.
     rows
         Displacements of all masses per amplitude, shape (nodes, masses, k), complex.
     along, across
@@ -58,7 +58,7 @@ class Foreshortening:
         history
             Amplitudes of the elastic coordinates at the points, shape (points, r).
         besides
-            Displacements beyond these coordinates, of one kind.
+            Displacements beyond these coordinates, as a single kind.
         begun
             Initial amplitudes.
         """
@@ -76,9 +76,9 @@ class Foreshortening:
     def accelerations(
         self, history: tuple[Reals, Reals, Reals], besides: Displacements, amplitudes: Reals
     ) -> Complexes:
-        """Accelerations of all masses by foreshortening at the points, shape (points, masses), complex.
+        """Accelerations of all masses due to foreshortening at the points, shape (points, masses), complex.
 
-        Parameters: see `amplitudes`, with rates and accelerations of the elastic coordinates.
+        For the parameters see `amplitudes`; they include the rates and accelerations of the elastic coordinates.
         """
         x, x1, x2 = history
         grid, turned, parts = self.grid, self.turned[1:], self.own[1:]
@@ -113,7 +113,7 @@ class Foreshortening:
         return -np.sin(phi)[:, None] * self.along + (np.cos(phi) - 1)[:, None] * self.across
 
     def _feedback(self, phi: Reals, own: Reals) -> Reals:
-        """Unit matrix minus the effect of the amplitudes' own rotation, shape (nodes, k, k)."""
+        """Unit matrix minus the effect of the rotation due to the amplitudes themselves, shape (nodes, k, k)."""
         matrix: Reals = np.eye(len(self.along)) - self._per_rotation(phi) @ own
         return matrix
 

@@ -1,4 +1,4 @@
-"""Geometrically exact elastodynamics, starting from the answer of small displacements."""
+"""Geometrically exact elastodynamics, starting from the answer for small displacements."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,8 @@ from elastic.solution import Deflection
 def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
     """Estimate the effect of large displacement at the same positions by a few steps towards the exact answer.
 
-    The difference to the linear answer is its error. Usually one step suffices: the second-order effect.
+    The difference from the linear answer is the error of the latter. One step, the second-order effect, usually
+    suffices.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = Non
     Returns
     -------
     Answer, with the change by the last step in `exact`; possible change by further steps relative to the largest
-    displacement, 0 if converged. Returns the linear answer and 0 if nothing vibrates or no steady state exists.
+    displacement, 0 if converged. If no link vibrates or there is no steady state, the linear answer and 0.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def stepped_on(answer: Elastodynamic) -> Elastodynamic:
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:
-    """Vibration of small displacements with half the element length and twice the modes; None if nothing vibrates."""
+    """Vibration with small displacements, half the element length and twice the modes; None if no link vibrates."""
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
         return None
@@ -79,13 +80,13 @@ def discretized_finer(
 ) -> tuple[Deflection, float]:
     """Deflection at the same positions in a finer discretization, and its remaining error.
 
-    The difference is the discretization error of the answer. Time and coordinates are refined together, because either
-    alone may show little.
+    The difference is the discretization error of the answer. Time and coordinates are refined together, because
+    refining only one may show little.
 
     Parameters
     ----------
     finer
-        See `finer_vibration`; shared by the exact answer and that of small displacements.
+        See `finer_vibration`; shared by the exact answer and the one for small displacements.
     tolerance
         Tolerance of the finer answer.
     begun
@@ -111,7 +112,7 @@ def steps_to_exact(
 ) -> tuple[Settled, float]:
     """Take a few steps from linear vibration towards the exact answer, see `first_steps`.
 
-    Newton's method follows if the change left open exceeds `newton_to`, relative to the largest displacement.
+    Newton's method follows if the remaining change exceeds `newton_to`, relative to the largest displacement.
 
     Raises
     ------
@@ -132,16 +133,17 @@ def geometrically_exact(
 ) -> Elastodynamic:
     """Solve the vibrating mechanism with large displacement: Reissner's beams with shear and rotary inertia.
 
-    Stability is that about the rigid motion. If the iteration does not converge, `reduction_error` is its last change.
+    The stability refers to vibration about the rigid motion. If the iteration does not converge, `reduction_error` is
+    its last change.
 
     Parameters
     ----------
     linear
-        Answer of small displacements, steady or transient.
+        Answer for small displacements, steady or transient.
     tolerance
         Tolerance relative to the largest displacement.
     begun
-        First steps from the linear answer, see `with_large_displacement`, if known.
+        First steps from the linear answer, if known; see `with_large_displacement`.
 
     Raises
     ------
@@ -150,8 +152,8 @@ def geometrically_exact(
 
     Returns
     -------
-    Answer at the same positions. N, V, M are in the axes of the turned section and include damping. The linear answer
-    if nothing vibrates or no steady state exists.
+    Answer at the same positions. N, V, M are in the axes of the rotated section and include damping. It is the linear
+    answer if no link vibrates or there is no steady state.
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
@@ -209,7 +211,8 @@ def _settled(
 def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
     """Transfer displaced links to another discretization.
 
-    None with friction, and of linear steps in other coordinates: what these could follow would stay in the residual.
+    None if there is friction, and for linear steps in other coordinates: the part that these could follow would stay in
+    the residual.
     """
     if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
         return None
@@ -223,7 +226,7 @@ def _off(found: Elastodynamic) -> float:
 
 
 def _bends(linear: Elastodynamic) -> bool:
-    """True if beams vibrate and a steady state exists."""
+    """True if beams vibrate and there is a steady state."""
     vibration = linear.vibration
     return linear.stable and vibration is not None and bool(vibration.problem.terms.kinematics.structure.weights.size)
 

@@ -1,4 +1,4 @@
-"""Natural modes of the whole mechanism at single positions, with held drives: frequencies, damping ratios, shapes."""
+"""Natural modes of the whole mechanism at single positions with drives held: frequencies, damping ratios, shapes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from rigid import Motion
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
-REFINEMENTS = (4, 8, 12)  # polynomials per beam in successive refinements
+REFINEMENTS = (4, 8, 12)  # numbers of polynomials per beam in successive refinements
 SETTLED = 1e-3  # largest relative change of a frequency in the last refinement, and error of a shape
 
 
@@ -30,7 +30,7 @@ class NaturalModes:
     Attributes
     ----------
     omega
-        Natural frequency [rad/s] by `natural_frequencies`, shape (modes, positions): nan at singular positions,
+        Natural frequency [rad/s] from `natural_frequencies`, shape (modes, positions): nan at singular positions,
         infinite beyond the last mode.
     damping
         Damping ratio [1], same shape.
@@ -38,7 +38,7 @@ class NaturalModes:
         Displacement of the beams from their rigid positions in ground axes, complex, shape (modes, beams, positions,
         stations). Stations are evenly spaced from end to end. The largest displacement of each mode is 1.
     shape_error
-        Largest relative difference between a shape's Rayleigh quotient and `omega`. It is about the square of the
+        Largest relative difference between a shape's Rayleigh quotient and `omega`, which is about the square of the
         shape's error. It exceeds `settled` if a block slides on an elastic beam.
     """
 
@@ -57,16 +57,16 @@ def natural_modes(
     settled: float = SETTLED,
     stations: int = STATIONS,
 ) -> NaturalModes:
-    """Return frequencies, damping ratios and shapes of small vibrations about the rigid links, drives held.
+    """Return frequencies, damping ratios and shapes of small vibrations about the rigid links with drives held.
 
     Gravity, axial forces, springs and the accelerations of the motion do not change the stiffness. A damping ratio is
     omega/2 times the mean of beta, weighted by the strain energy of the mode. This is exact if all beta are equal, and
-    otherwise the first order for light damping.
+    a first-order approximation for light damping otherwise.
 
     Parameters
     ----------
     motion
-        Motion at the requested positions, of one design.
+        Motion of one design at the requested positions.
     sections
         One per beam, in the order of `Mechanism.beams`.
     joints
@@ -74,7 +74,7 @@ def natural_modes(
     damping
         Kelvin-Voigt damping. The default is 1 % at the lowest frequency.
     settled
-        Target of the refinement, for the last change of a frequency and for `shape_error`.
+        Target of the refinement, both for the last change of a frequency and for `shape_error`.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def natural_modes(
 
     Examples
     --------
-    A cantilever of 1 m with EI = 1 N m^2 and 1 kg/m: 1.8751^2 rad/s.
+    A 1 m cantilever with EI = 1 N m^2 and 1 kg/m has 1.8751^2 rad/s:
 
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion

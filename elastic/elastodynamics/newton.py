@@ -1,9 +1,9 @@
 """Newton's method for the exact equations of displaced links, with load steps if necessary.
 
-The operator describes small vibrations about the displaced links. Masses move with the foreshortening of turned beams.
-Geometric stiffness is that of the present section forces. Within a step, forces of turned sections are brought into
-balance at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from zero, so that the
-answer is the one connected with the straight links. Derivation: docs/theory.md.
+The operator describes small vibrations about the displaced links. Masses move with the foreshortening of rotated beams.
+The geometric stiffness is due to the present section forces. Within a step, forces of rotated sections are brought into
+equilibrium at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from zero, so that
+the answer is the one that is continuously connected with the straight links. Derivation: docs/theory.md.
 """
 
 from dataclasses import replace
@@ -41,7 +41,7 @@ def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near:
     linear, tolerance, fastest
         See `exact_steps.settled_links`.
     near
-        Initial links. Without them, or if the method diverges, the loads grow from zero.
+        Initial links. If there are none, or if the method diverges, the loads grow from zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest
@@ -94,7 +94,7 @@ def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], sh
 
 
 def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Solve at a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
+    """Solve for a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
     now, last, least, residual, in_vain = begun, np.inf, np.inf, np.inf, 0
     operator: Vibration | None = None
     before: list[Any] = []
@@ -130,7 +130,7 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
 
 
 def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
-    """Residual of links with section forces in balance at their displaced positions."""
+    """Residual of links with section forces in equilibrium at their displaced positions."""
     for _ in range(SETTINGS.max_balances):
         solution = unbalanced(now, exact_loads(now), still, share)
         answer = solution.found
@@ -148,7 +148,7 @@ def newly_shortened(now: Displaced) -> Displaced:
 
 
 def tangent(now: Displaced, bent: Deflection) -> Vibration:
-    """Small vibrations about displaced links, in the coordinates of the linear ones.
+    """Small vibrations about displaced links, in the coordinates of the linear problem.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Forces on displaced points: springs and dampers, forces that turn with their link, levers of rigid parts.
+"""Forces on displaced points: springs and dampers, forces that turn with their link, and lever arms of rigid parts.
 
-Each is a stiffness or damping between two components of displacements: a force along the first per unit of the second.
+Each is a stiffness or damping between two components of displacement: a force along the first per unit of the second.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class PointEffect:
         )
 
     def form(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Stiffness between the kinds of two displacements, shape (positions, c felt, c cause)."""
+        """Stiffness between the kinds of two displacements, shape (positions, c responding, c causing)."""
         return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
 
     def loads(self, amount: Reals) -> Iterator[tuple[int, Columns, Columns]]:
@@ -95,7 +95,7 @@ class PointEffect:
 
 
 def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
-    """Points with lumps, loads, springs or joints that need their displacement, and one of every rigid link."""
+    """Points with lumps, loads, springs or joints that need their displacement, and one point of every rigid link."""
     points = [(at, lump.point) for at, lump in lumps_of(mechanism)]
     for load in mechanism.loads:
         if isinstance(load, Spring):
@@ -112,7 +112,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
 
 
 def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
-    """Points of blocks, of beams under them, of toothed wheels, and of pins with friction."""
+    """Points of blocks, of the beams under them, of toothed wheels, and of pins with friction."""
     rails, rubbing = trees_of(mechanism).rails, {number for number, _ in rubbing_joints(mechanism)}
     for number, joint in enumerate(structure(mechanism).joints):
         pins: list[Joint] = [joint] if number in rubbing and joint.turns else []
@@ -154,7 +154,7 @@ Numbers = Mapping[tuple[int, str], int]
 
 
 def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
-    """Mass with an offset from its point: its force gets a lever when the point rotates."""
+    """Mass with an offset from its point; its force has a lever arm when the point rotates."""
     for at, lump in lumps_of(motion.mechanism):
         if np.any(lump.offset) and motion.mechanism.links[at].beams:
             row = PointRow(shares={numbers[at, lump.point]: 1.0})
@@ -171,7 +171,7 @@ def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
 
 
 def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
-    """Rotation of a link without beams: all its forces along its arms."""
+    """Rotation of a link without beams: all its forces act along its arms."""
     motion = bent.motion
     mechanism = motion.mechanism
     for at, link in enumerate(mechanism.links):
@@ -194,7 +194,7 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
 
 
 def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
-    """Block on a rotating link: the transverse force rotates with the line, and moves with the block."""
+    """Block on a rotating link: the transverse force rotates with the line and moves with the block."""
     motion = bent.motion
     for number, (place, force) in enumerate(zip(motion.places, bent.forces.force, strict=True)):
         joint, owner = place.joint, place.joint.owner
@@ -208,7 +208,7 @@ def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
 
 
 def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int]:
-    """Displacement of a block along the line of a moving link, relative to it, and the link's chosen point."""
+    """Displacement of a block along the line of a moving link, relative to the link, and the link's chosen point."""
     place = motion.places[number]
     joint, owner = place.joint, place.joint.owner
     link = motion.mechanism.links[owner]
@@ -220,7 +220,7 @@ def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int
 
 
 def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
-    """Displacements along the coordinates of joints with friction, child from parent, see `rubbing_joints`."""
+    """Displacements along the coordinates of joints with friction, child from parent; see `rubbing_joints`."""
     numbers = {where: number for number, where in enumerate(chosen)}
     rows = []
     for number, _ in rubbing_joints(motion.mechanism):
@@ -238,7 +238,7 @@ def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
 
 
 def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointEffect]:
-    """Stiffness and damping along a spring; tension over length across it."""
+    """Stiffness and damping along a spring, and tension / length normal to it."""
     index = motion.mechanism.index
     ends = (index[spring.link], spring.point), (index[spring.on], spring.anchor)
     vector = position_of(motion, *ends[0]) - position_of(motion, *ends[1])

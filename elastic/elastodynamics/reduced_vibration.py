@@ -25,7 +25,7 @@ Start = Callable[[Propagation, Problem, Deflection], Any]
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Amplitudes at the points of a grid, rates and accelerations, shape (points, r), with their problem.
+    """Amplitudes, rates and accelerations at the points of a grid, shape (points, r), with the problem that they solve.
 
     Attributes
     ----------
@@ -80,21 +80,21 @@ class Vibration:
         return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
     def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
-        """History under another load alone, shape (points, r); `often` prepares for many loads."""
+        """History under another load only, shape (points, r); `often` prepares for many loads."""
         steps = self.propagation.loaded(load, often)
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
         return steps.history(start)
 
     @cached_property
     def displacements(self) -> Numbers:
-        """Displacements of the beams in beam axes, complex, or amplitudes without beams, shape (points, places)."""
+        """Displacements of the beams in beam axes, complex, or amplitudes if there are none, shape (points, places)."""
         return self.places(self.history[0])
 
     @property
     def unresolved(self) -> Reals:
         """Unresolved part of total and inertial displacements in every element, shape (elements,).
 
-        Axial forces count less: they oscillate faster than links bend, with almost no effect on bending.
+        Axial forces have less weight: they oscillate faster than links bend, with almost no effect on bending.
         """
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
@@ -137,8 +137,8 @@ class Vibration:
 def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
-    Without a `start`, the solution is periodic. The motion is passed at `speed` times the grid's time; the history is
-    in the grid's time.
+    Without a `start`, the solution is periodic. The motion is run at `speed` times the grid's pace; the history is in
+    the grid's time.
     """
     posed = problem(terms, bent, speed)
     steps = propagation(terms.grid, posed.equations)

@@ -1,8 +1,8 @@
 """Reduced basis of the elastic coordinates for vibration.
 
-The lowest modes with the mass averaged over the cycle, and the quasi-static bending by their inertia at single
-positions (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz vectors, Earthquake
-Engineering and Structural Dynamics 10 (1982) 813-821).
+The basis consists of the lowest modes with the mass averaged over the cycle, and the quasi-static bending due to their
+inertia at single positions (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz
+vectors, Earthquake Engineering and Structural Dynamics 10 (1982) 813-821).
 """
 
 from collections.abc import Sequence
@@ -31,11 +31,11 @@ class CycleModes:
     masses
         Mass matrix in coordinates with unit stiffness, shape (positions, n, n).
     omega
-        Lowest natural frequency at every position with held drives [rad/s]; inf if nothing vibrates.
+        Lowest natural frequency at every position with drives held [rad/s]; inf if no link vibrates.
     values, modes
-        Of the mean mass matrix: eigenvalues 1/omega^2, descending, and eigenvectors, shape (n, n).
+        Eigenvalues 1/omega^2 of the mean mass matrix, descending, and eigenvectors, shape (n, n).
     bent
-        Quasi-static bending by loads, shape (n, columns); a column's squared length is twice its energy.
+        Quasi-static bending under loads, shape (n, columns); the squared length of a column is twice its energy.
     """
 
     unstrained: Reals
@@ -62,7 +62,7 @@ def mass_of(kinds: Kinematics) -> Reals:
 
 
 def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
-    """Modes of a structure over positions of its cycle, and its bending by the loads of deflections."""
+    """Modes of a structure over positions of its cycle, and its bending under the loads of deflections."""
     unstrained = unstrained_basis(structure)
     kinds = kinematics(structure, motion, unstrained, chosen_points(structure.mechanism))
     reduced_mass = mass_of(kinds)
@@ -77,12 +77,12 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
 
 
 def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = VIBRATION.load_accuracy) -> Reals:
-    """Basis of modes and of the bending by their inertia, shape (n, r), with unit mean mass.
+    """Basis of modes and of the bending due to their inertia, shape (n, r), with unit mean mass.
 
     Parameters
     ----------
     besides
-        Smallest bending that gets a coordinate, relative to a mode's bending, as a root of energy.
+        Smallest bending that gets a coordinate, relative to a mode's bending, as the root of energy.
     closer
         Accuracy of the shapes of loads, relative to `besides`.
     """
@@ -100,7 +100,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
 
 
 def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
-    """Extend orthonormal columns by directions in which `others` have a part greater than `least`."""
+    """Extend orthonormal columns by directions in which `others` have a component greater than `least`."""
     beyond = others - basis @ (basis.T @ others)
     ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)
     more = ways[:, sizes > least]

@@ -14,8 +14,8 @@ from rigid.arrays import Reals
 def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
     """Field at Gauss points, shape (..., positions, beams, points).
 
-    Under a block a field has a kink or a step, which would jump from point to point. There the values are those of the
-    closest polynomial in the mean, with the same integrals against all shapes of the beam.
+    Under a block a field has a kink or a step, which would jump from point to point. The values there are taken from
+    the polynomial that is closest in the mean, which has the same integrals with all shapes of the beam.
     """
     values = np.moveaxis(sample(bent, field, xi), 0, -2)
     division = bent.division

@@ -1,9 +1,9 @@
 """Second-order effect of large displacement, which the linear equations neglect.
 
 In ground axes, masses are constant and pins transmit displacements linearly. The only quadratic term is the axial
-strain du/dx + s^2/2 of a piece with rotation s. The linear equations contain the force of the rigid motion times s^2/2.
-Two loads remain: the force of vibration across turned pieces, and the inertia of the shortening of turned pieces.
-Derivation: docs/elastodynamics.md.
+strain du/dx + s^2/2 of a piece that rotates by s. The linear equations include the force of the rigid motion times
+s^2/2. Two loads remain: the force of vibration normal to rotated pieces, and the inertia due to the shortening of
+rotated pieces. Derivation: docs/elastodynamics.md.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from rigid.kinetostatics import beam_directions
 
 
 def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
-    """Chord deflection of linear vibration at the points of its grid, and its second-order increment.
+    """Chord deflection of linear vibration at the points of the grid, and its second-order increment.
 
     Rotations of rigid links are neglected, except for the forces on them.
 
@@ -43,7 +43,7 @@ def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
 
 
 def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
-    """Load by the forces that vibration adds to those of the rigid motion, shape (points, r)."""
+    """Load due to the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = vibration.problem.terms.kinematics, vibration.problem
     moved = kinds.unit @ x[..., None]
     whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
@@ -51,7 +51,7 @@ def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
 
 
 def _nearer(vibration: Vibration, x: Reals) -> Reals:
-    """Load by the inertia of shortened turned pieces, shape (points, r)."""
+    """Load due to the inertia of shortened, rotated pieces, shape (points, r)."""
     terms, motion = vibration.problem.terms, vibration.motion
     kinds = terms.kinematics
     structure = kinds.structure

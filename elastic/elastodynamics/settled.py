@@ -28,8 +28,9 @@ class Settled:
     displaced
         Displaced links.
     change, residual
-        Of the beams' displacements [m], complex, shape (points, beams, Gauss points): change by one more step; residual
-        of the exact equations. Without beams: rotations of the links [rad], shape (points, links, 1), and shifts.
+        For the beams' displacements [m], complex, shape (points, beams, Gauss points): change by one more step, and
+        residual of the exact equations. Without beams: rotations of the links [rad], shape (points, links, 1), and
+        shifts.
     steps
         Number of steps, including the one for `change`.
     sliding
@@ -44,7 +45,7 @@ class Settled:
 
     @property
     def share(self) -> float:
-        """Change or residual, the larger, relative to the largest displacement."""
+        """The larger of change and residual, relative to the largest displacement."""
         return max(self.change_share, self.residual_share)
 
     @cached_property
@@ -63,7 +64,7 @@ class Settled:
 
     @cached_property
     def worst(self) -> float:
-        """Change or residual of the chord deflection, relative to the member's largest, for the worst beam."""
+        """Larger of change and residual of the chord deflection, relative to the member's, for the worst beam."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
         if not self.displaced.moved.beams.size:
             return 0.0
@@ -74,12 +75,12 @@ class Settled:
 
     @property
     def open(self) -> float:
-        """Measure of convergence; a beam with little bending may have a larger error."""
+        """Measure of convergence; a beam that bends little may have a larger error."""
         return max(self.share, self.worst / BEAMS)
 
 
 def places_of(moved: Displacements) -> Complexes:
-    """Displacements of one kind at the points, see `Settled.change`."""
+    """Displacements at the points as a single kind, see `Settled.change`."""
     places: Complexes = moved.beams
     if not places.size:
         places = np.concatenate((moved.angle, moved.moves), axis=1)[:, :, None].astype(complex)

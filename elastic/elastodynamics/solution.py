@@ -51,20 +51,20 @@ class Elastodynamic:
     damping
         Damping used.
     lowest
-        Lowest natural frequency over the cycle with held drives [rad/s]; inf if nothing vibrates.
+        Lowest natural frequency over the cycle with drives held [rad/s]; inf if no link vibrates.
     multipliers
         Floquet multipliers, complex, shape (2 coordinates,): growth of free vibrations per cycle; empty for a
         transient.
     coordinates, elements
         Number of amplitudes, and of time elements.
     time_error, reduction_error
-        Errors by time elements and by coordinates, relative to the largest displacement.
+        Errors due to time elements and due to coordinates, relative to the largest displacement.
     vibration
-        Vibration in reduced coordinates; None if nothing vibrates.
+        Vibration in reduced coordinates; None if no link vibrates.
     discretization
-        Discretization used; None if nothing vibrates.
+        Discretization used; None if no link vibrates.
     exact
-        Links with large displacement, if the deflection is theirs; None for small displacements.
+        Links with large displacement, if the deflection belongs to them; None for small displacements.
     """
 
     deflection: Deflection
@@ -85,14 +85,14 @@ class Elastodynamic:
 
     @property
     def edges(self) -> Reals:
-        """Edges of the time elements [s]; empty if nothing vibrates."""
+        """Edges of the time elements [s]; empty if no link vibrates."""
         return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
     @cached_property
     def force_error(self) -> float:
-        """Error of section and joint forces by the time elements, relative to the largest force of each kind.
+        """Error of section and joint forces due to time elements, relative to the largest force of each kind.
 
-        Forces depend on accelerations, so they are resolved worse than displacements.
+        Forces depend on accelerations, so they are less well resolved than displacements.
         """
         if self.vibration is None:
             return 0.0
@@ -101,13 +101,13 @@ class Elastodynamic:
 
     @property
     def bound(self) -> float:
-        """Bound of the discretization error; infinite for a transient: axial ringing may exceed the stated errors."""
+        """Bound on the discretization error; infinite for a transient, in which axial ringing may exceed it."""
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
 
     def resolved_to(self, tolerance: float) -> Elastodynamic:
-        """Return this answer; answers continued from it resolve time elements at least to this tolerance."""
+        """Return this answer; answers that continue from it resolve time elements at least to this tolerance."""
         known = self.discretization
         return replace(self, discretization=replace(known, resolved=min(known.resolved, tolerance))) if known else self
 
@@ -118,14 +118,14 @@ class Elastodynamic:
 
     @property
     def stable(self) -> bool:
-        """True if all free vibrations decay, so that a steady state exists."""
+        """True if all free vibrations decay, so that there is a steady state."""
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
     """Refine time elements, then coordinates, until the answer at the positions of a motion has converged.
 
-    Without a `start`, computes the steady state of a cycle as long as the grid.
+    Without a `start`, the result is the steady state of a cycle as long as the grid.
     """
     plain = deflection(checked(motion), model.sections, model.joints)
     if model.cycle is None:
@@ -190,7 +190,7 @@ def resolved_in_time(
     least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
-        resolved = None  # frees memory for the finer one
+        resolved = None  # free the memory for the finer one
         resolved = vibration_in(discretization, grid)
         if rubs:
             resolved, rubbed = with_friction(resolved, loose, discretization.fastest_inertia, sliding)
@@ -222,7 +222,7 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
 
 
 def bounded(answer: Vibration) -> Vibration:
-    """Return a vibration if it is finite.
+    """Return the vibration if it is finite.
 
     Raises
     ------
@@ -243,9 +243,9 @@ def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
 
 
 def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
-    """Error by the time elements, relative to the largest displacement; a finer grid if it exceeds the tolerance.
+    """Error due to time elements, relative to the largest displacement; a finer grid if it exceeds the tolerance.
 
-    The shortest elements do not count: a step of the loads stays a step in any element.
+    The shortest elements are ignored, because a step of the loads remains a step in any element.
     """
     grid = resolved.problem.terms.grid
     error = np.where(_counted(grid), VIBRATION.time_error_ratio * resolved.unresolved, 0.0)
@@ -257,9 +257,9 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
 
 
 def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None = None) -> float:
-    """Error of section and joint forces by the time elements, relative to the largest force of each kind.
+    """Error of section and joint forces due to time elements, relative to the largest force of each kind.
 
-    `forces` at the nodes, shape (nodes, ...); default: those of the vibration.
+    `forces` at the nodes, shape (nodes, ...); by default those of the vibration.
     """
     grid = vibration.problem.terms.grid
     if forces is None:
@@ -279,9 +279,10 @@ def _counted(grid: Grid) -> Flags:
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:
-    """Increase the parts of elements that follow a much shorter divided element.
+    """Increase the number of parts of elements that follow a much shorter divided element.
 
-    Otherwise vibration excited in the short element would be damped in a coarse next one, and be discovered late.
+    Otherwise vibration that is excited in the short element would be damped in a coarse next one and be discovered
+    late.
     """
     graded, longest = parts.copy(), math.inf
     for number, step in enumerate(steps):
@@ -291,7 +292,7 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
 
 
 def unanswered(answer: Elastodynamic) -> Elastodynamic:
-    """Replace the fields of an answer without steady state by nan."""
+    """Replace the fields of an answer without a steady state by nan."""
     nothing = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(answer))
     own = answer.quasi_static
     return replace(answer, deflection=deflection(own.motion, own.sections, own.joints, nothing))

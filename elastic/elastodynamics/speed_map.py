@@ -46,14 +46,14 @@ TOLERANCE = 2e-3
 
 Measure = Callable[[Deflection], Any]
 Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
-"""Errors of the measures of an answer, from: the answer, the same in a finer discretization, the same with large
-displacement (None if unknown), bounds of the convergence errors of displacements and forces, and the remaining effect
+"""Errors of the measures of an answer, from the answer, the same in a finer discretization, the same with large
+displacement (None if unknown), bounds on the convergence errors of displacements and forces, and the remaining effect
 of large displacement."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap:
-    """Answers at several speeds, relative to that of the given motion.
+    """Answers at several speeds, relative to the speed of the given motion.
 
     Attributes
     ----------
@@ -67,12 +67,12 @@ class SpeedMap:
         Convergence errors, see `Elastodynamic`, shape (speeds,); `reduction_error` is nan if the steady state is
         unstable.
     errors
-        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. With many
-        speeds, relative errors are computed at every third or fewer and interpolated.
+        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. If there are
+        many speeds, relative errors are computed at every third speed at most and interpolated.
     damping
         Damping used.
     omega
-        Lowest natural frequency with held drives at some positions of the cycle [rad/s], shape (positions,).
+        Lowest natural frequency with drives held at some positions of the cycle [rad/s], shape (positions,).
     """
 
     ratio: Reals
@@ -106,26 +106,26 @@ def speed_map(
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
 ) -> SpeedMap:
-    """Compute steady states at many drive speeds; terms that depend on positions only are shared.
+    """Compute steady states at many drive speeds; terms that depend only on positions are shared.
 
     Grids and coordinates are shared and refined if any speed requires it.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
-        See `elastodynamic`, at relative speed 1; the cycle begins at time 0.
+        See `elastodynamic`; these are for relative speed 1. The cycle begins at time 0.
     ratios
         Relative speeds, positive.
     measure
-        Function of a deflection at positions over the cycle, in order, ending at the cycle's start. Columns of the
-        deflection are (speeds, positions); it returns shape (..., speeds), reduced over the positions.
+        Function of a deflection at positions over the cycle, in order and ending at the cycle's start. Columns of the
+        deflection are (speeds, positions). It returns shape (..., speeds), reduced over the positions.
     tolerance
         Tolerance relative to the largest displacement.
 
     Raises
     ------
     MechanismError, ValueError
-        See `elastodynamic`; also if nothing vibrates, or a speed is not positive.
+        See `elastodynamic`; also raised if no link vibrates or a speed is not positive.
     """
     answers = SpeedAnswers(motion_at, period, sections, measure, joints, damping, tolerance)
     answers.find(ratios)
@@ -135,10 +135,10 @@ def speed_map(
 class SpeedAnswers:
     """Steady states at speeds requested one after the other; see `speed_map`.
 
-    `still`: measure without vibration, default `measure`. `errors`: errors of the measures. `on_speed`: progress
-    callback with the number of finished and of all speeds. `least_damping`: smallest damping ratio of a natural mode,
-    half the relative width of its peaks. `resolved`: bound of the convergence error below which no finer discretization
-    measures it.
+    `still`: measure without vibration, `measure` by default. `errors`: errors of the measures. `on_speed`: progress
+    callback with the number of finished speeds and the total. `least_damping`: smallest damping ratio of a natural
+    mode, half the relative width of its peaks. `resolved`: bound on the convergence error below which it is not
+    measured by a finer discretization.
     """
 
     def __init__(
@@ -197,7 +197,7 @@ class SpeedAnswers:
             self._course = _Course(finer, course.grids)
 
     def sharpen(self, ratio: float) -> bool:
-        """Compute the errors at a known speed by Newton's method if large displacement was left open.
+        """Compute the errors at a known speed by Newton's method if the effect of large displacement was left open.
 
         Return True if the errors are new.
         """
@@ -245,7 +245,8 @@ def stable_below(
 ) -> float:
     """Speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
 
-    Checks the speeds in steps of 1 % down to 30 %, see `SpeedSettings`, then bisects. Narrower ranges may be missed.
+    Speeds are checked in steps of 1 % down to 30 %, see `SpeedSettings`, followed by bisection. Narrower ranges may be
+    missed.
 
     Parameters
     ----------
@@ -254,7 +255,7 @@ def stable_below(
 
     Returns
     -------
-    Relative speed, to 1/16 of a step; nan if the slowest is also unstable.
+    Relative speed, to 1/16 of a step; nan if even the lowest speed is unstable.
     """
     answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
     answers.find([1.0])
@@ -298,7 +299,7 @@ def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """Entry of a map for one speed; `open` is the share that steps towards large displacement left open."""
+    """Entry of a map for one speed; `open` is the remaining share after the steps towards large displacement."""
 
     values: Reals
     quasi_static: Reals
@@ -371,7 +372,7 @@ class _Steady:
 
 @dataclass(frozen=True, eq=False)
 class _ErrorTask:
-    """Function for the errors at a speed; bound that needs no finer discretization; True for Newton's method."""
+    """Function for the errors at a speed; error bound that needs no finer discretization; True for Newton's method."""
 
     of: Errors
     resolved: float
@@ -405,7 +406,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
 
 
 def _passing(course: _Course, ratio: float) -> _Course:
-    """Terms of one speed in its own time, on the present grid."""
+    """Terms for one speed in its own time, on the present grid."""
     model = course.model
     passing = replace(model, motion_at=lambda times: _passed(model.motion_at(times * ratio), ratio))
     grid = Grid(course.grids[course.level].edges / ratio)
@@ -413,7 +414,7 @@ def _passing(course: _Course, ratio: float) -> _Course:
 
 
 def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask) -> tuple[Reals, float]:
-    """Return errors by discretization and large displacement at the points of the grid, and the share left open."""
+    """Return errors due to discretization and large displacement at the points of the grid, and the remaining share."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
         answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
@@ -439,7 +440,7 @@ def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
-    """Pass a cycle at another speed, or several (speeds, 1): rates scale with it, accelerations with its square."""
+    """Run a cycle at another speed, or several (speeds, 1): rates scale with it, accelerations with its square."""
     columns = np.broadcast_shapes(np.shape(ratio), base.columns)
     still = base if columns == base.columns else repeated(base, columns)
     drive = {name: getattr(base, name) for name in ("drive", "drive_rate", "drive_acceleration")}
@@ -461,7 +462,7 @@ def _passed(base: Motion, ratio: Any) -> Motion:
 def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, still: Measure) -> dict[float, _Row]:
     """Measures with and without vibration; nan if the steady state is unstable.
 
-    Uses evenly spaced positions, as many as the finest grid has points.
+    The positions are evenly spaced and as many as the finest grid has points.
     """
     count = max(len(each.grid.nodes) - 1 for each in steady)
     times = course.grids[0].edges[-1] * np.arange(1, count + 1) / count

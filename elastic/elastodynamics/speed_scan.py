@@ -1,8 +1,9 @@
 """Fast scan of many speeds in few coordinates, to find peaks and unstable ranges.
 
-Vibrating coordinates are the mean modes of a cycle; the other coordinates follow the modes' inertia at every position
-(inverse iteration), and otherwise the loads, quasi-statically. The scan costs a tenth of an answer. Its largest values
-are accurate to about 1 %, its frequencies to 0.1 %: it guides the search and is not reported.
+The vibrating coordinates are the mean modes of a cycle. The other coordinates follow the modes' inertia at every
+position (inverse iteration), and otherwise the loads, quasi-statically. The scan takes a tenth of the time of an
+answer. Its largest values are accurate to about 1 %, and its frequencies to 0.1 %. It guides the search and is not
+reported.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ class Scan:
     growth
         Growth of the least stable free vibration per cycle, shape (speeds,).
     nearness
-        1 over the distance of the nearest Floquet multiplier from 1, shape (speeds,); largest if a harmonic coincides
-        with a mode.
+        1 / distance of the nearest Floquet multiplier from 1, shape (speeds,); it peaks if a harmonic coincides with a
+        mode.
     """
 
     ratio: Reals
@@ -47,7 +48,7 @@ class Scan:
     nearness: Reals
 
     def with_more(self, other: Scan) -> Scan:
-        """Merge two scans by ascending speed."""
+        """Merge two scans in order of ascending speed."""
         ratio, first = np.unique(np.concatenate((self.ratio, other.ratio)), return_index=True)
         pairs = zip([*vars(self).values()][1:], [*vars(other).values()][1:], strict=True)
         return Scan(ratio, *(np.concatenate(pair, axis=-1)[..., first] for pair in pairs))
@@ -77,12 +78,12 @@ class Resonance:
 
 @dataclass(frozen=True, eq=False)
 class SpeedScan:
-    """Equations of few coordinates (q) at the P points of the grid, in powers of the speed.
+    """Equations for a few coordinates (q) at the P points of the grid, in powers of the speed.
 
     Attributes
     ----------
     problem
-        Equations of motion from which they derive.
+        Equations of motion from which they are derived.
     equations
         Mass, damping, stiffness (3, P, q, q) and load (3, P, q).
     static
@@ -100,7 +101,7 @@ class SpeedScan:
     looked_at: tuple[Reals, ...]
 
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
-        """Scan some speeds; `on_speed` receives the number of finished and of all speeds."""
+        """Scan some speeds; `on_speed` receives the number of finished speeds and the total."""
         speeds, parts = np.unique(ratios), []
         together = max(1, min(SPEEDS.speeds_at_once, SPEEDS.max_points // len(self.basis)))
         for first in range(0, len(speeds), together):
@@ -134,11 +135,11 @@ class SpeedScan:
 
     @cached_property
     def modes(self) -> tuple[Reals, Reals, tuple[int, ...]]:
-        """Natural modes at every point with held drives.
+        """Natural modes at every point with drives held.
 
         Returns
         -------
-        Angular frequencies [rad/s], ascending, shape (P, q); coordinates per mode, shape (P, q, q), of unit mass;
+        Angular frequencies [rad/s], ascending, shape (P, q); coordinates per mode, with unit mass, shape (P, q, q);
         indices of the beams with the largest strain energy.
         """
         terms, across = self.problem.terms, self.basis.swapaxes(-1, -2)
@@ -185,7 +186,7 @@ def mean_frequencies(problem: Problem) -> Reals:
 
 
 def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> SpeedScan:
-    """Set up the equations of few coordinates in powers of the speed.
+    """Set up the equations for a few coordinates in powers of the speed.
 
     Parameters
     ----------
@@ -207,7 +208,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
     basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
     for _ in range(SPEEDS.inverse_iterations):
         bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
-        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes stay, the others follow
+        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes remain, the others follow
     rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
     across = basis.swapaxes(-1, -2)
     equations = Equations(
@@ -224,7 +225,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
 
 
 def _vibrating(omega: Reals, reach: float) -> int:
-    """Number of vibrating modes: up to a frequency, and close neighbours of the last."""
+    """Number of vibrating modes: those up to a frequency, and close neighbours of the last one."""
     count = max(int((omega <= reach).sum()), min(SPEEDS.min_modes, len(omega)))
     while count < len(omega) and omega[count] < SPEEDS.min_mode_ratio * omega[count - 1]:
         count += 1

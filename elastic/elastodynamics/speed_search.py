@@ -1,6 +1,6 @@
-"""Search for speeds of interest: peaks, borders of unstable ranges, first speed that exceeds a bound.
+"""Search for speeds of interest: peaks, limits of unstable ranges, and the first speed that exceeds a bound.
 
-A `SpeedScan` guides the search, with steps of the damping's width and smaller ones about local maxima. Answers computed
+A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. Answers computed
 there correct the scan by a factor, which is interpolated linearly between known answers.
 """
 
@@ -27,9 +27,9 @@ class Bounded:
     Attributes
     ----------
     used
-        Function from a map to values over bounds, shape (rows, speeds): above 1 a bound is exceeded, nan is unknown.
+        Function from a map to values / bounds, shape (rows, speeds): above 1 a bound is exceeded, nan is unknown.
     field, beam
-        Field and beam of `Scan.largest` for interpolation between speeds; beam -1: largest of all beams.
+        Field and beam of `Scan.largest` for interpolation between speeds; beam -1 means the largest of all beams.
     """
 
     used: Callable[[SpeedMap], Reals]
@@ -38,16 +38,16 @@ class Bounded:
 
 
 class SpeedSearch:
-    """Answers at more and more speeds between the smallest and the largest known one.
+    """Answers at an increasing number of speeds between the smallest and the largest known one.
 
     Parameters
     ----------
     answers
-        Answers at two speeds or more.
+        Answers at two or more speeds.
     curves
         Function from a map to largest values in the form of `Scan.largest`, in any unit, shape (3, beams, speeds).
     on_speed
-        Progress callback with the number of scanned and of all speeds.
+        Progress callback with the number of scanned speeds and the total.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class SpeedSearch:
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Compute answers at all peaks above the line between known speeds that rise from valleys."""
+        """Compute answers at all peaks that rise above the line between known speeds and from valleys."""
         for _ in range(SPEEDS.max_refinements):
             chosen = self._apart(self._peaks())
             if not chosen:
@@ -81,7 +81,7 @@ class SpeedSearch:
     def between(self) -> tuple[Reals, Reals]:
         """Curves at all scanned speeds: speeds, and values of shape (3, beams, speeds).
 
-        Values are known answers, or the corrected scan between them; nan without a steady state.
+        Values are known answers, or the corrected scan between them; nan if there is no steady state.
         """
         known = self.answers.map()
         values = self._predicted(known, self.curves(known), self.scan.largest)
@@ -153,7 +153,7 @@ class SpeedSearch:
         return sorted(set(chosen) - set(self.answers.map().ratio.tolist()))
 
     def find_borders(self) -> list[tuple[float, float]]:
-        """Find speed ranges without steady state, with answers next to their borders."""
+        """Find speed ranges without a steady state, and compute answers next to their limits."""
         self._refine_growth()
         unstable = self.scan.growth > 1.0
         changes = np.flatnonzero(unstable[1:] != unstable[:-1])
@@ -173,7 +173,7 @@ class SpeedSearch:
             self.look(sorted(more))
 
     def _border(self, at: int, low_is_unstable: bool) -> tuple[float, float]:
-        """Two close speeds on both sides of a border of stability."""
+        """Two close speeds on both sides of a stability limit."""
         ratio = self.scan.ratio
         low, high = float(ratio[at]), float(ratio[at + 1])
         widen = 1.0 + (high / low - 1.0)
@@ -191,7 +191,7 @@ class SpeedSearch:
         return min(max(low, first), last), min(max(high, first), last)
 
     def find_limit(self, bounded: Bounded) -> tuple[float, float] | None:
-        """Largest speed up to which all bounds are kept, and the next known one above; None if no bound is exceeded.
+        """Largest speed up to which all bounds are met, and the next known one above; None if no bound is exceeded.
 
         The first is 0 if a bound is exceeded at the smallest speed.
         """
@@ -240,7 +240,7 @@ class SpeedSearch:
 
 
 def _beside(crossing: float | None, low: float, high: float) -> list[float]:
-    """Two speeds in a bracket, on both sides of the expected crossing, or its middle."""
+    """Two speeds in a bracket, on both sides of the expected crossing, or its midpoint."""
     middle = math.sqrt(low * high)
     if crossing is None or not low < crossing < high:
         return [middle]
@@ -249,20 +249,20 @@ def _beside(crossing: float | None, low: float, high: float) -> list[float]:
 
 
 def _filled(known: Reals, step: float) -> Iterator[Reals]:
-    """Speeds between known ones, so that no step is longer than `step`."""
+    """Speeds between known ones, so that no step exceeds `step`."""
     for low, high in pairwise(known):
         count = math.ceil(math.log(high / low) / step)
         yield np.geomspace(low, high, count + 1)[1:-1]
 
 
 def _line(ratio: Reals, known: Reals, values: Reals) -> Reals:
-    """Interpolate known values linearly, without nan."""
+    """Interpolate known values linearly, ignoring nan."""
     good = np.isfinite(values)
     return np.interp(ratio, known[good], values[good]) if good.any() else np.zeros(len(ratio))
 
 
 def prominences(values: Any) -> Iterator[tuple[int, float]]:
-    """Inner local maxima, with their rise above the higher neighbouring valley, relative to the maximum.
+    """Yield inner local maxima and their rise above the higher neighbouring valley, relative to the maximum.
 
     A valley extends to the next higher value; nan ends it.
 

@@ -22,13 +22,13 @@ def elastodynamic(
 ) -> Elastodynamic:
     """Compute the steady state of vibrating links over a cycle, at the positions of a motion.
 
-    Displacements from the rigid positions have their own inertia and damping, and feel the axial forces of the rigid
+    Displacements from the rigid positions have inertia and damping and are affected by the axial forces of the rigid
     motion. Drives follow their laws.
 
     Parameters
     ----------
     motion
-        Motion at the requested positions, of one design, with their times.
+        Motion of one design at the requested positions, with their times.
     motion_at
         Function for the motion at any instants [s], shape (positions,).
     period
@@ -36,8 +36,8 @@ def elastodynamic(
     sections, joints
         See `deflection`.
     damping
-        Kelvin-Voigt beta [s] of all beams and soft joints, or a `Damping`. Default: damping ratio 0.01 at the lowest
-        natural frequency over the cycle.
+        Kelvin-Voigt beta [s] of all beams and soft joints, or a `Damping`. By default, the damping ratio is 0.01 at the
+        lowest natural frequency over the cycle.
     tolerance
         Tolerance relative to the largest displacement.
     breaks

@@ -32,7 +32,7 @@ class Damping:
     joints
         beta of all soft joints.
     ratio
-        Damping ratio of the lowest natural frequency over the cycle, for unknown (nan) beta.
+        Damping ratio at the lowest natural frequency over the cycle, used if beta is unknown (nan).
     """
 
     beams: Reals
@@ -40,7 +40,7 @@ class Damping:
     ratio: float = RATIO
 
     def settled(self, lowest: float) -> Damping:
-        """Replace nan by the beta of the damping ratio at a lowest natural frequency [rad/s]."""
+        """Replace nan by the beta that gives the damping ratio at a lowest natural frequency [rad/s]."""
         if not np.isnan(self.beams).any() and not math.isnan(self.joints):
             return self
         own = 2 * self.ratio / lowest

@@ -1,4 +1,4 @@
-"""Error of the quasi-static answer by vibration, and of linear theory by large displacement."""
+"""Error of the quasi-static answer due to vibration, and error of linear theory due to large displacement."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
-STRAIGHT = 1e-6  # smaller deflections are round-off, relative to the largest elongation
+STRAIGHT = 1e-6  # smaller deflections, relative to the largest elongation, are round-off
 TINY = float(np.finfo(float).tiny)
 
 
@@ -25,7 +25,7 @@ class TheoryError:
     Attributes
     ----------
     history
-        Largest error of the quasi-static answer at any instant and place.
+        Largest error of the quasi-static answer at any instant and station.
     peak
         Error of its largest value over the positions.
     large_displacement
@@ -38,7 +38,7 @@ class TheoryError:
 
 
 def theory_error(answer: Elastodynamic) -> TheoryError:
-    """Error of the quasi-static answer by vibration: difference of both answers."""
+    """Error of the quasi-static answer due to vibration: the difference between both answers."""
     plain, vibrating = (_chord(bent) for bent in (answer.quasi_static, answer.deflection))
     members = members_of(answer.deflection.motion.mechanism)
     vibrating_peak = members.greatest(np.abs(vibrating).max(axis=(1, 2)))
@@ -50,10 +50,10 @@ def theory_error(answer: Elastodynamic) -> TheoryError:
 
 
 def large_displacement_error(answer: Elastodynamic) -> float:
-    """Error of linear theory by large displacement, relative to the deflection of the worst beam.
+    """Error of linear theory due to large displacement, relative to the deflection of the worst beam.
 
-    For an exact answer, the change by its last step. Otherwise the second-order effect, plus the square of the largest
-    rotation for the third order. If links bend without vibration, only the latter remains.
+    For an exact answer, this is the change by its last step. Otherwise it is the second-order effect, plus the square
+    of the largest rotation for the third order. If links bend without vibration, only the latter remains.
     """
     if answer.vibration is None or not answer.stable:
         return 0.0 if answer.vibration is None else math.nan

@@ -1,4 +1,4 @@
-"""Linear second-order differential equations with time-dependent coefficients, by elements of time.
+"""Linear second-order differential equations with time-dependent coefficients, solved by time elements.
 
 Within an element the acceleration is a polynomial through Radau points: collocation method Radau IIA with STAGES stages
 and order 2 STAGES - 1, which damps unresolved oscillation (Hairer and Wanner, Solving Ordinary Differential Equations
@@ -19,8 +19,8 @@ from elastic.elastodynamics.time_grid import Grid, scheme
 from rigid.arrays import Flags, Numbers, Reals
 
 RESOLVED = 2.0  # largest exponent of growth in an element that the method follows
-KEPT = 256  # elements of a grid whose matrices are kept
-TOGETHER = 500_000  # numbers of the matrices of elements that are solved at once, to limit memory
+KEPT = 256  # maximum number of elements with stored matrices
+TOGETHER = 500_000  # matrix entries of elements that are solved at once, to limit memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,9 @@ class Propagation:
     Attributes
     ----------
     states
-        Matrix from the state at an element's start, and 1, to the state at its end, shape (elements, 2 r, 2 r + 1).
+        Matrix from the state at an element's start (extended by 1) to the state at its end, (elements, 2 r, 2 r + 1).
     accelerations
-        Matrix from the same to x'' at its points, shape (elements, s, r, 2 r + 1).
+        Matrix from the same vector to x'' at the element's points, shape (elements, s, r, 2 r + 1).
     matrix
         Matrix of the accelerations at all points of an element, shape (elements, s r, s r); None for large grids.
     """
@@ -74,14 +74,14 @@ class Propagation:
     def multipliers(self) -> Numbers:
         """Floquet multipliers: growth of free vibrations over the grid, complex, shape (2 r,).
 
-        Infinite if growth is too fast for an element: the method would damp it, see `outgrown`.
+        They are infinite if growth is too fast for an element, because the method would damp it, see `outgrown`.
         """
         found = np.linalg.eigvals(self.whole[0])
         return np.full_like(found, np.inf) if outgrown(self.grid.steps, self.equations).any() else found
 
     @cached_property
     def inverse(self) -> Reals | None:
-        """Inverse of `matrix`; it costs as much as four loads, and makes each load ten times faster."""
+        """Inverse of `matrix`. It costs as much as four loads, and makes each load ten times faster."""
         return None if self.matrix is None else np.asarray(np.linalg.inv(self.matrix), float)
 
     def loaded(self, load: Reals, often: bool = False) -> Propagation:
@@ -173,7 +173,7 @@ def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Real
 def outgrown(steps: Reals, equations: Equations) -> Flags:
     """True if free vibrations grow by an exponent above `RESOLVED` in an element, shape (elements,).
 
-    Judged by the equations at each point. Only an indefinite stiffness permits such growth.
+    This is judged from the equations at each point. Only an indefinite stiffness permits such growth.
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
@@ -182,7 +182,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
     rate = np.zeros(len(stiffness))
     if soft.any():
         mass, part = equations.mass[soft], np.zeros((np.count_nonzero(soft), 2 * r, 2 * r))
-        scale = 1e-12 * np.trace(mass, axis1=-2, axis2=-1)[:, None, None] / r  # regularises massless coordinates
+        scale = 1e-12 * np.trace(mass, axis1=-2, axis2=-1)[:, None, None] / r  # regularise massless coordinates
         inverse = np.linalg.inv(mass + scale * np.eye(r))
         part[:, :r, r:] = np.eye(r)
         part[:, r:, :r], part[:, r:, r:] = -inverse @ stiffness[soft], -inverse @ equations.damping[soft]
@@ -217,7 +217,7 @@ def _matrix(steps: Reals, equations: Equations) -> Reals:
 
 
 def _elements(matrix: Reals, steps: Reals, equations: Equations) -> tuple[Reals, Reals]:
-    """States at the ends of elements, and accelerations at their points, per initial state and 1."""
+    """States at the ends of elements, and accelerations at their points, per initial state (extended by 1)."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
     radau = scheme(s)

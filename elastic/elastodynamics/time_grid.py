@@ -13,11 +13,11 @@ from numpy.polynomial import legendre
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
-CACHED = 200_000  # numbers processed at once
-JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller ones are left to short elements
-LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that remains after so many halvings if it is a jump
+CACHED = 200_000  # amount of numbers processed at once
+JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller jumps are left to short elements
+LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that remains after this many halvings if it is a jump
 SAME_TIME = 1e-12  # difference of equal instants, relative to the duration
-HALVED = 24  # halvings, to about 1e-9 of the duration
+HALVED = 24  # number of halvings, to about 1e-9 of the duration
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +59,13 @@ def scheme(stages: int = STAGES) -> Scheme:
 
 
 def _values(places: Any, series: Reals) -> Reals:
-    """Legendre series on [0, 1], one per row, at some places, shape (places, series)."""
+    """Legendre series on [0, 1], one per row, at some abscissas, shape (places, series)."""
     return legendre.legvander(2 * np.asarray(places) - 1, series.shape[-1] - 1) @ series.T
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Period of time in elements.
+    """Time interval divided into elements.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ class Grid:
         for part, (nodes, points) in self.parts(values[0].size):
             first_node = np.arange(len(part.steps))[:, None] * self.stages
             elements = values[nodes].swapaxes(1, 2)[first_node + np.arange(self.stages + 1)]
-            weights: Any = 0.0  # of every node and kind in the sum at every point
+            weights: Any = 0.0  # weights of every node and kind in the sum at every point
             for order, (matrix, each) in enumerate(zip((method.first, method.second), amplitudes, strict=True), 1):
                 there = each[points].reshape(len(part.steps), self.stages, 1, -1)
                 weights = weights + matrix[:, :, None] * there / part.steps[:, None, None, None] ** order
@@ -150,7 +150,7 @@ class Grid:
         return total
 
     def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:
-        """Yield runs of elements, with their nodes and points, so that `size` numbers per node fit the cache."""
+        """Yield runs of elements, with their nodes and points, such that `size` numbers per node fit into the cache."""
         count = max(1, CACHED // (size * self.stages))
         for first in range(0, len(self.steps), count):
             edges = self.edges[first : first + count + 1]
@@ -160,7 +160,7 @@ class Grid:
     def derivative(self, values: Numbers, order: int) -> Numbers:
         """Time derivative of values at all points except the start, shape (points, ...), element by element.
 
-        Not across edges: short elements would amplify the unresolved part of longer neighbours.
+        Differences do not cross edges, because short elements would amplify the unresolved part of longer neighbours.
         """
         own = values.reshape(len(self.steps), self.stages, -1)
         found = (_derivative(self.stages, order) @ own) / self.steps[:, None, None] ** order
@@ -169,7 +169,7 @@ class Grid:
     def sampler(self, times: Reals) -> Callable[[Any], Any]:
         """Return the interpolation at given instants, from values at all points except the start (points, ...).
 
-        At an edge, the element that ends there counts: its end is a point, its start is extrapolated.
+        At an edge, the element that ends there is used: its end is a point, whereas its start is extrapolated.
         """
         near = times - SAME_TIME * np.ptp(self.edges)
         element = np.clip(np.searchsorted(self.edges, near) - 1, 0, len(self.steps) - 1)
@@ -191,8 +191,8 @@ class Grid:
     def tail(self, values: Numbers, greatest: float) -> Reals:
         """Estimate the unresolved part of values in every element, shape (elements,), relative to `greatest`.
 
-        The last two orders of the Legendre series, times their ratio to the two orders before: an extrapolation to the
-        next two orders.
+        The estimate is the last two orders of the Legendre series times their ratio to the two orders before, an
+        extrapolation to the next two orders.
         """
         elements = values.reshape(len(self.steps), self.stages, -1)
         if not greatest:
@@ -205,7 +205,7 @@ class Grid:
         return share
 
     def smoothed(self, values: Numbers, fastest: float) -> Numbers:
-        """Remove the orders of every element's Legendre series that change too fast.
+        """Remove those orders of every element's Legendre series that change too fast.
 
         Parameters
         ----------

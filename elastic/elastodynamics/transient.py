@@ -1,4 +1,4 @@
-"""Vibration of the mechanism through a motion that does not repeat."""
+"""Vibration of the mechanism during a motion that does not repeat."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -16,7 +16,7 @@ from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
-REST = 1e-6  # smaller drive rates are round-off of a law that starts at rest, relative to the largest
+REST = 1e-6  # smaller drive rates, relative to the largest, are round-off of a law that starts at rest
 
 
 def transient(
@@ -31,18 +31,18 @@ def transient(
 ) -> Elastodynamic:
     """Compute the vibration of the links from the first position of a motion to its last.
 
-    If the drives start at rest, the links start at rest with the static deflection under present loads and weight; an
-    initial acceleration then meets links without inertial deflection. If the drives are already moving, the links start
-    with the deflection and rate of the quasi-static answer.
+    If the drives start at rest, the links start at rest with the static deflection under the present loads and weight;
+    an initial acceleration then acts on links without inertial deflection. If the drives are already moving, the links
+    start with the deflection and rate of the quasi-static answer.
 
     Parameters
     ----------
     motion
-        Motion at the requested positions, of one design, in the order of time.
+        Motion of one design at the requested positions, in order of time.
     motion_at, sections, joints, damping, tolerance, breaks
         See `elastodynamic`.
     undeformed
-        True to start with straight links that move as rigid ones.
+        True to start with straight links that move like rigid ones.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection)
 
 
 def _amplitudes(posed: Problem, forces: Reals) -> Reals:
-    """Amplitudes at the start for the strains of given forces, shape (r,)."""
+    """Initial amplitudes for the strains due to given forces, shape (r,)."""
     structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
     strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
     stiffness: Any = (strains.T * rigidities(structure)) @ strains

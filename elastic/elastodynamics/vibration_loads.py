@@ -1,6 +1,6 @@
 """Loads of vibration in addition to the rigid motion: along beams, at points and in soft joints.
 
-The quasi-static answer under these loads is that of the vibrating mechanism. Displacements beyond the reduced
+The quasi-static answer under these loads is the answer of the vibrating mechanism. Displacements beyond the reduced
 coordinates follow statically, and forces and fields agree to round-off.
 """
 
@@ -47,7 +47,7 @@ class ResidualResponse:
     Attributes
     ----------
     moved
-        Displacements of one kind.
+        Displacements, as a single kind.
     forces
         Forces of their strains, see `given_forces`, shape (nodes, rows); 0 for soft joints.
     """
@@ -62,7 +62,7 @@ class ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
     def smoothed(self, grid: Grid, fastest: float) -> ResidualResponse:
-        """Remove changes in time faster than an angular frequency, see `Grid.smoothed`."""
+        """Remove changes in time that are faster than an angular frequency, see `Grid.smoothed`."""
 
         def slow(values: Numbers) -> Numbers:
             return grid.at_nodes(grid.smoothed(values[1:], fastest))
@@ -77,7 +77,7 @@ class ResidualResponse:
 
 
 class GatheredLoads:
-    """Collects loads for `AddedLoads`, in arrays with the positions first."""
+    """Collects loads for `AddedLoads`, in arrays with positions first."""
 
     def __init__(self, structure: ElasticStructure, count: int) -> None:
         self.structure = structure
@@ -156,7 +156,7 @@ def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Re
 
 
 def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
-    """Rates of the strains' forces, times beta, shape (positions, rows)."""
+    """Rates of the forces of the strains, times beta, shape (positions, rows)."""
     terms, structure = problem.terms, problem.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
     if np.ndim(terms.strain_rate):
@@ -222,7 +222,7 @@ def _of_effects(
 def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
     """Rates that vibration adds to joints with friction, see `AddedLoads.sliding`.
 
-    Of the coordinates only: the residual response is smooth only between stick-slip events.
+    They include only the coordinates, because the residual response is smooth only between stick-slip events.
     """
     grid, kinds = problem.terms.grid, problem.terms.kinematics
     rates = []
@@ -237,7 +237,7 @@ def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tupl
 def openings(
     gathered: GatheredLoads, motion: Motion, viscous: Reals
 ) -> tuple[tuple[Columns, ...], tuple[Columns, ...]]:
-    """Openings of soft joints that dampers hold back, per joint."""
+    """Openings of soft joints that dampers resist, per joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
     gaps: list[Columns] = [0.0] * len(joints)

@@ -9,28 +9,28 @@ class VibrationSettings:
 
     # time elements and coordinates
     first_elements: int = 12  # initial number of time elements
-    inner: int = 4  # polynomials of a beam in the first discretization
-    mode_positions: int = 16  # positions at which modes are computed
-    # most mass displacements per coordinate at these positions; more coordinates are not added
+    inner: int = 4  # number of polynomials per beam in the first discretization
+    mode_positions: int = 16  # number of positions at which modes are computed
+    # maximum number of mass displacements per coordinate at these positions; no coordinates are added beyond this
     max_mode_numbers: int = 40_000_000
-    max_elements: int = 2048  # most time elements
-    max_halved: int = 256  # most time elements that are halved for an error; above, series estimate it
-    order: int = 5  # lowest order of convergence in time, for the length of the next elements
+    max_elements: int = 2048  # maximum number of time elements
+    max_halved: int = 256  # maximum number of elements to halve for an error; above, series estimate it
+    order: int = 5  # lowest assumed order of convergence in time, for the length of the next elements
     refined_error: float = 0.2  # error that a refinement aims for, relative to the tolerance
     min_step: float = 1e-4  # shortest time element, relative to the duration
     min_break_distance: float = 1e-8  # a break this close to the end counts as the end, relative to the duration
-    max_parts: int = 4  # most parts into which an element is divided at once
+    max_parts: int = 4  # maximum number of parts into which an element is divided at once
     max_step_ratio: float = 2.0  # largest ratio of an element's length to that of a shorter element before it
-    max_refinements: int = 6  # most refinements of the coordinates
-    max_refinements_with_friction: int = 2  # the same with friction, which seldom gains from more coordinates
-    max_numbers: int = 16_000_000  # most mass accelerations per amplitude: half a GB with all derived arrays
-    finer_time: float = 20.0  # divisor of the time tolerance if time limits the gain by finer coordinates
-    # frequency limit of residual inertia, relative to the first mode left out; mixing permits more than 1
+    max_refinements: int = 6  # maximum number of refinements of the coordinates
+    max_refinements_with_friction: int = 2  # same with friction, which rarely benefits from more coordinates
+    max_numbers: int = 16_000_000  # maximum mass accelerations per amplitude: half a GB with all derived arrays
+    finer_time: float = 20.0  # divisor of the time tolerance if time limits the gain from finer coordinates
+    # frequency limit for residual inertia, relative to the first omitted mode; mixing permits more than 1
     max_frequency_ratio: float = 2.0
-    max_residual_ratio: float = 10.0  # largest residual that finer time elements can settle, relative to its tolerance
-    first_friction_tolerance: float = 1e-2  # first tolerance of friction, while time elements are coarse
+    max_residual_ratio: float = 10.0  # largest residual / its tolerance that finer time elements can reduce
+    first_friction_tolerance: float = 1e-2  # initial tolerance of friction, while time elements are coarse
     max_round_off: float = 1e-6  # smaller time errors may be round-off
-    patience: int = 6  # refinements without halving such an error before round-off is assumed
+    patience: int = 6  # number of refinements that do not halve such an error before round-off is assumed
     friction_share: float = 0.1  # tolerance of friction on a grid that will be refined, relative to the time error
     time_error_ratio: float = 4.0  # largest ratio of the true time error to the estimate from series
     max_neutral_growth: float = 1e-6  # largest growth per cycle that round-off and discretization explain
@@ -43,22 +43,22 @@ class VibrationSettings:
     # large displacement
     residual_time_ratio: float = 4.0  # largest time error of the residual response, relative to that of the coordinates
     max_residual_fall: float = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
-    max_complete: int = 60  # most coordinates of which all are used if a part of them does not converge
+    max_complete: int = 60  # maximum number of coordinates up to which all are used if a part of them does not converge
     # a grid that was refined once is refined again if its time error exceeds this multiple of the tolerance
     min_refined_ratio: float = 10.0
-    max_open_residual: float = 0.1  # larger residuals do not converge on finer grids, relative to the displacements
+    max_open_residual: float = 0.1  # larger residuals, relative to the displacements, do not converge on finer grids
 
     # modes and shapes
-    near_frequencies: float = 8.0  # modes up to this multiple of the lowest frequency have their own coordinates
+    near_frequencies: float = 8.0  # modes up to this multiple of the lowest frequency get a coordinate
     min_modes: int = 3  # fewest modes
     load_accuracy: float = 3.0  # accuracy of the shapes of loads, relative to that of modes
-    # the same in finer discretizations: axial shapes of slender beams are small next to bending
+    # same in finer discretizations, because axial shapes of slender beams are small compared with bending
     finer_load_accuracy: float = 90.0
-    massless: float = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
+    massless: float = 1e-13  # modes with less mass per stiffness, relative to the largest, count as massless
 
     # axial forces
     axial_weight: float = 0.005  # weight of unresolved axial forces, relative to displacements
-    # smallest reference of axial forces, relative to the largest moment over the largest length
+    # smallest reference of axial forces, relative to largest moment / largest length
     min_axial_reference: float = 0.01
 
 

@@ -48,9 +48,9 @@ class AddedLoads:
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
-    """Combine loads at equal places by a function of the values; positions are the last axis.
+    """Combine loads at the same locations by a function of their values; positions are the last axis.
 
-    Except for `q`, a value equal at all positions may be a scalar.
+    Except for `q`, a value that is equal at all positions may be a scalar.
     """
 
     def each(lists: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""Beams of each link as a tree, to sum loads and pass on displacements; cuts of its rings."""
+"""Beams of each link as a tree, to sum loads and pass on displacements, and cuts of its rings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ MAX_OFFSET = 1e-9  # largest offset of a beam from a slider's line, relative to 
 
 @dataclass(frozen=True)
 class TreeBeam:
-    """Beam in the tree of its link: index `number` of all beams, ends `near` and `far` as seen from the root."""
+    """Beam in the tree of its link: index `number` among all beams, ends `near` and `far` as seen from the root."""
 
     number: int
     near: str
@@ -39,11 +39,11 @@ class BeamTrees:
     Attributes
     ----------
     trees
-        Beams of each link with beams, from the root outwards.
+        Beams of each link that has beams, from the root outwards.
     cuts
         One per ring.
     tips
-        End nodes of the branches, i.e. all nodes but the roots; beams do not carry loads at roots.
+        End nodes of the branches, i.e. all nodes except the roots; beams carry no loads at roots.
     points
         Position of each node in link axes [m].
     rails

@@ -1,4 +1,4 @@
-"""Section forces and displacements of links under load, each clamped at the root of its beams."""
+"""Section forces and displacements of links under load, each link clamped at the root of its beams."""
 
 from dataclasses import dataclass, replace
 
@@ -22,9 +22,9 @@ class LinkResponse:
     Attributes
     ----------
     amplitudes
-        Of the fields, each beam clamped at its start.
+        Coefficients of the fields, with each beam clamped at its start.
     nodes
-        Displacements of the nodes, each link clamped at its root.
+        Displacements of the nodes, with each link clamped at its root.
     blocks
         Loads of sliding blocks.
     """
@@ -86,7 +86,7 @@ def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, ph
 def add_rigid_motion(configuration: Configuration, response: LinkResponse, shift: Complexes, angle: Reals) -> None:
     """Add the displacement of each beam's start to its amplitudes, in place.
 
-    The displacement is the sum of the rigid motion and of the bending of the beams before it.
+    The displacement is the sum of the rigid motion and the bending of the beams before it.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Compatibility: gaps of bent links at the joints, and statically indeterminate joint forces.
+"""Compatibility: gaps that bent links leave at the joints, and statically indeterminate joint forces.
 
-Utenov et al., equations (8) to (16): (8) to (11) carry the displacement of a joint from one link to the next, (12) to
-(15) close the loop under the conditions (16) at its end. Here each link bends alone, clamped at the root of its beams.
-Rigid-body motion of the links then closes the joints, see `rigid.closures.displacements`.
+Utenov et al., equations (8) to (16): (8) to (11) pass the displacement of a joint from one link to the next, and (12)
+to (15) close the loop under the conditions (16) at its end. Here each link bends by itself, clamped at the root of its
+beams. Rigid-body motion of the links then closes the joints, see `rigid.closures.displacements`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +35,8 @@ class JointGaps:
     Attributes
     ----------
     displacement, rotation
-        Per joint, correction that closes it: displacement of the child's point from the parent's [m], complex; rotation
-        [rad].
+        For each joint, the correction that closes it: displacement of the child's point from the parent's [m], complex,
+        and rotation [rad].
     """
 
     displacement: list[Columns]
@@ -65,7 +65,7 @@ def problem_of(
 
 
 def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
-    """Bend the links, each clamped at its root, under loads and joint forces; return also the gaps at the joints."""
+    """Bend the links, each clamped at its root, under loads and joint forces; also return the gaps at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
@@ -105,7 +105,7 @@ def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequen
 
 
 def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Complexes, Reals]:
-    """Displacement in ground axes, and rotation, of one beam under a block, its link clamped at its root."""
+    """Displacement in ground axes, and rotation, of one beam under a block, with its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
@@ -134,7 +134,7 @@ def compatible_forces(
     Parameters
     ----------
     forces, gaps
-        Any joint forces in balance with the loads, and their gaps.
+        Any joint forces in equilibrium with the loads, and their gaps.
     states
         The self-stresses.
     """
@@ -166,7 +166,7 @@ def _scaled_part(amount: Reals, part: Columns) -> Numbers:
 
 
 def _work(state: JointForces, gaps: JointGaps) -> Columns:
-    """Work of a self-stress on the gaps of the joints."""
+    """Work of a self-stress on the joint gaps."""
     total: Columns = 0.0
     for force, moment, gap, turn in zip(state.force, state.moment, gaps.displacement, gaps.rotation, strict=True):
         total = total + dot(force, gap) + moment * turn

@@ -1,4 +1,4 @@
-"""Positions and loads of the links, as input to their statics."""
+"""Positions and loads of the links: the input to their statics."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Configuration:
 
     @property
     def in_link_axes(self) -> Configuration:
-        """The configuration in link axes, equal at all positions."""
+        """The configuration in link axes, which is the same at all positions."""
         still = (*self.columns[:-1], 1)
         return replace(self, link=np.ones((len(self.link), *still)), beam=self.unit, columns=still)
 
@@ -134,7 +134,7 @@ class ElasticProblem:
 
     @property
     def unloaded(self) -> ElasticProblem:
-        """The problem under joint forces alone: without loads, free strains and clearances."""
+        """The problem under joint forces only, without loads, free strains and clearances."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
         loads = LinkLoads({}, nothing)

@@ -1,4 +1,4 @@
-"""Free bodies: load on each beam's end, by balance of the tree beyond it. Loads and displacements of gears."""
+"""Free bodies: load on each beam's end, from equilibrium of the tree beyond it. Loads and displacements of gears."""
 
 from collections.abc import Iterable, Iterator
 
@@ -19,7 +19,7 @@ NO_DISPLACEMENT = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Yield the loads of gears at the points of driving joints and followers, without the joint forces.
+    """Yield the loads from gears at the points of driving joints and followers, without the joint forces.
 
     Yields
     ------

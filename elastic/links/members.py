@@ -1,7 +1,7 @@
-"""Members: straight runs of collinear beams of one link, which are judged as one beam.
+"""Members: straight runs of collinear beams of a link, which are assessed as a single beam.
 
-A load, a mass, a joint or a new section ends a beam, not a member. So does a corner within drawing accuracy. A member
-can buckle between its joints.
+A load, a mass, a joint, a new section, or a corner within drawing accuracy ends a beam but not a member. A member can
+buckle between its joints.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from elastic.links.beam_trees import in_line
 from rigid import Beam, Mechanism, structure
 from rigid.arrays import Columns, Integers, Reals
 
-MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of one member: drawings have few digits
+MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of a member, because drawings have few digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,8 @@ class BeamRun:
     turned
         For each beam, True if it points against the run.
     start, width
-        For each beam, start and length in xi of the run, length negative if `turned`; floats or shape (designs, 1).
+        For each beam, its start and length in xi of the run, with negative length if `turned`; floats or shape
+        (designs, 1).
     """
 
     beams: tuple[int, ...]
@@ -39,12 +40,12 @@ class BeamRun:
     width: tuple[Columns, ...]
 
     def line(self, at: int, first: Columns, last: Columns) -> tuple[Columns, Columns]:
-        """Line through the ends of the run, as value at a beam's start and rise along this beam.
+        """Line through the ends of the run, as its value at a beam's start and its rise along this beam.
 
         Parameters
         ----------
         first, last
-            Transverse deflections at the ends of the run, each in the axes of the beam there.
+            Transverse deflections at the ends of the run, each in the axes of the beam at that end.
         """
         begin, end = (-w if turned else w for w, turned in ((first, self.turned[0]), (last, self.turned[-1])))
         sign = -1.0 if self.turned[at] else 1.0
@@ -59,7 +60,7 @@ class BeamRuns:
 
     @cached_property
     def whole(self) -> bool:
-        """True if every run is one beam."""
+        """True if every run is a single beam."""
         return all(len(run.beams) == 1 for run in self.runs)
 
     @cached_property
@@ -134,7 +135,7 @@ def _length(mechanism: Mechanism, number: int) -> Columns:
 
 
 def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
-    """Beams of each member in order, with True if turned; members in the order of their first beams."""
+    """Beams of each member in order, with True if reversed; members in the order of their first beams."""
     left = dict(enumerate(mechanism.beams))
     for first in range(len(mechanism.beams)):
         if first not in left:
@@ -160,7 +161,7 @@ def _collinear_neighbour(
         if owner == at and end in (other.start, other.end):
             turned = other.end == end
             far = other.start if turned else other.end
-            # only the first design counts, so that a design's result does not depend on other designs
+            # only the first design decides, so that a design's result does not depend on other designs
             here, there = (np.ravel(way)[0] for way in (points[end] - points[begin], points[far] - points[end]))
             if in_line(here, there, MAX_MEMBER_ANGLE):
                 del left[number]

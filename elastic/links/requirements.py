@@ -20,7 +20,7 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
-    """Raise MechanismError if a slider moves on a tapered beam: the fields beyond its block have no closed form."""
+    """Raise MechanismError if a slider moves on a tapered beam, as fields beyond its block have no closed form."""
     if all(section.taper is None for section in sections):
         return
     for number, places in zip(trees.rails, block_places(motion, trees), strict=True):

@@ -1,4 +1,4 @@
-"""Rings of beams, cut open and closed again by redundants (force method)."""
+"""Rings of beams, cut open and closed by redundants (force method)."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ CLOSING_PASSES = 2  # the second pass removes round-off between beams of very di
 
 
 def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
-    """Section forces and displacements of the links under load, clamped at their roots, rings closed."""
+    """Section forces and displacements of the links under load, clamped at their roots, with rings closed."""
     if configuration.trees.cuts:
         loads = _with_redundants(configuration, compliance, loads)
     return clamped_response(configuration, compliance, loads)
@@ -43,7 +43,7 @@ def _flexibility(
 ) -> tuple[Matrices, Reals]:
     """Flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale (..., n).
 
-    Computed in link axes, so that it does not depend on the position.
+    It is computed in link axes, so that it does not depend on the position.
     """
     local = configuration.in_link_axes
     nothing = np.zeros((len(q), len(local.length), *local.columns), complex)

@@ -1,4 +1,4 @@
-"""Positions of sliding blocks on beams, and the joint forces there as loads on the beams."""
+"""Positions of sliding blocks on beams, and their joint forces as loads on the beams."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
-END_TOLERANCE = 1e-12  # largest distance of a block beyond a beam's end by round-off, relative to the length
+END_TOLERANCE = 1e-12  # largest distance of a block beyond a beam's end due to round-off, relative to the length
 UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
 class OnBeam:
-    """Block on a beam along its line: beam index; `xi` and `here` as in `Block`."""
+    """Block on a beam along its line: beam index, and `xi` and `here` as in `Block`."""
 
     beam: int
     xi: Reals
@@ -31,7 +31,7 @@ class OnBeam:
 
 
 def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED) -> list[tuple[OnBeam, ...]]:
-    """Find the beams that the block of each slider visits, and its positions on them.
+    """Find the beams on which the block of each slider moves, and its positions on them.
 
     At every position the block is on one of these beams. If it is off all of them, xi of the first is nan.
 

@@ -19,8 +19,8 @@ from rigid import Beam
 from rigid.arrays import Integers, Reals
 
 END_COORDINATES = 6  # end coordinates of a beam: u, w, phi at both ends
-EXTRA_POINTS = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
-MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # short beams of links with more beams have so many polynomials less
+EXTRA_POINTS = 20  # number of integration points in addition to `inner`, for end shapes and tapers of high degree
+MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # short beams of links with several beams have this many fewer polynomials
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class VibratingBeam:
     rigid
         End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6).
     level
-        Number of inner polynomials from which each coordinate is used, 0 for end coordinates, shape (n,).
+        Smallest number of inner polynomials for which each coordinate is used, 0 for end coordinates, shape (n,).
     """
 
     stiffness: Matrices
@@ -124,7 +124,7 @@ def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
 def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> VibratingBeam:
     """Matrices of a beam with `inner` polynomials per direction, for one design.
 
-    Timoshenko's beam if kGA is finite, else Euler-Bernoulli's; both with the rotary inertia of `beam`.
+    A Timoshenko beam if kGA is finite, or else an Euler-Bernoulli beam; both have the rotary inertia of `beam`.
     """
     shapes = beam_shapes(length, section, inner, inner + EXTRA_POINTS)
     mass_there, rotary = masses_along(beam, shapes.xi)
@@ -137,10 +137,10 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
 
 def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
-    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER_POLYNOMIALS` less for short beams of many.
+    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER_POLYNOMIALS` less if short and not alone.
 
-    A beam shorter than 1/16 of its link bends almost as by its static end shapes. In a four-bar of 63 beams, zero
-    instead of four inner polynomials change the figures by 1e-6.
+    A beam shorter than 1/16 of its link bends almost in its static end shapes. In a four-bar with 63 beams, using zero
+    instead of four inner polynomials changes the figures by 1e-6.
     """
     whole = sum(lengths)
     short = [len(lengths) > MANY_BEAMS and MANY_BEAMS * length < whole for length in lengths]
@@ -148,7 +148,7 @@ def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
 
 
 def _levels(section: Section, inner: int) -> Integers:
-    """Number of inner polynomials from which each coordinate of `_polynomials` is used, shape (n,)."""
+    """Smallest number of inner polynomials for which each coordinate of `_polynomials` is used, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
     levels = [np.zeros(END_COORDINATES, int), steps[: inner if stretches else 0]]
@@ -204,7 +204,7 @@ def _polynomials(
 
 @lru_cache(maxsize=64)
 def _bulges(count: int, order: int) -> tuple[Polynomial, ...]:
-    """Polynomials with zeros of an order at both ends: Legendre's times (4 xi (1 - xi))^order."""
+    """Polynomials with zeros of a given order at both ends: Legendre polynomials times (4 xi (1 - xi))^order."""
     bump = Polynomial([0.0, 4.0, -4.0]) ** order
     series = [np.polynomial.Legendre.basis(k, domain=[0.0, 1.0]) for k in range(count)]
     return tuple(bump * one.convert(kind=Polynomial, domain=[-1.0, 1.0]) for one in series)

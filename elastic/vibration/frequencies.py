@@ -1,4 +1,4 @@
-"""Natural frequencies of a mechanism at each position, with held drives."""
+"""Natural frequencies of a mechanism at each position, with drives held."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
-TOLERANCE = 1e-3  # relative error of a frequency
-LEFT = 0.1  # a refinement leaves less than this part of its change as error: at most 0.05 for 50 mechanisms
-REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials per beam and direction in successive refinements
-ASSEMBLED = (5, 7, 12)  # sizes for which matrices are assembled; coarser ones are their submatrices
+TOLERANCE = 1e-3  # accepted relative error of a frequency
+LEFT = 0.1  # error after a refinement / change by it, at most; 0.05 or less for 50 mechanisms
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # numbers of inner polynomials per beam and direction in successive refinements
+ASSEMBLED = (5, 7, 12)  # sizes for which matrices are assembled; matrices of coarser sizes are submatrices of these
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,8 @@ class Frequencies:
     Attributes
     ----------
     omega
-        Ascending [rad/s], shape (modes, ..., positions); nan at singular positions, inf if nothing can vibrate.
+        Frequencies, ascending [rad/s], shape (modes, ..., positions); nan at singular positions, inf if there are no
+        more modes.
     position
         Indices of the positions.
     change
@@ -56,8 +57,8 @@ def natural_frequencies(
 ) -> Frequencies:
     """Compute the lowest natural frequencies of small vibrations about the moving rigid links.
 
-    Refines each beam until the error of the frequencies is less than `settled`. Drives are held. Gravity, axial forces,
-    springs and accelerations of the motion have no effect on the stiffness.
+    Each beam is refined until the error of the frequencies is less than `settled`. Drives are held. Gravity, axial
+    forces, springs and accelerations of the motion have no effect on the stiffness.
 
     Parameters
     ----------
@@ -66,17 +67,17 @@ def natural_frequencies(
     modes
         Number of frequencies.
     positions
-        Number of positions, picked evenly from the motion.
+        Number of positions, selected evenly from the motion.
     joints
         Compliant joints by name.
     settled
         Relative error of the frequencies, estimated from their change in the last refinement.
     designs
-        Number of designs to compute, from the first; default: all.
+        Number of designs to compute, from the first; all by default.
 
     Examples
     --------
-    A cantilever of 1 m, EI = 1 N m^2, 1 kg/m: 1.8751^2 rad/s.
+    A 1 m cantilever with EI = 1 N m^2 and 1 kg/m has 1.8751^2 rad/s:
 
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion

@@ -1,6 +1,6 @@
 """Lowest natural frequencies of mechanisms with many links, from sparse matrices.
 
-Time with dense matrices grows with the cube of the number of links: 2 s for 30 links, 90 s for 100.
+With dense matrices, the time grows with the cube of the number of links: 2 s for 30 links, 90 s for 100.
 """
 
 import numpy as np
@@ -8,23 +8,24 @@ import numpy as np
 from elastic.arrays import Matrices
 from rigid.arrays import Reals
 
-EXTRA_VECTORS = 6  # vectors in addition to the requested modes
+EXTRA_VECTORS = 6  # number of vectors in addition to the requested modes
 TOLERANCE = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
-MAX_ROUNDS = 300  # of subspace iteration
-CONSTRAINT_FLEXIBILITY = 1e-12  # of constraints, relative to the links: redundant ones leave the matrix regular
+MAX_ROUNDS = 300  # maximum number of subspace iterations
+CONSTRAINT_FLEXIBILITY = 1e-12  # compliance of constraints, relative to links; redundant ones leave the matrix regular
 
 
 def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, modes: int) -> Reals:
     """Compute the lowest frequencies of one structure [rad/s], ascending, shape (modes,); inf for massless modes.
 
-    Subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue problem.
+    The method is subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue
+    problem.
 
     Parameters
     ----------
     stiffness, mass
         Shape (n, n); the mass matrix is semidefinite.
     constraints
-        Combinations of coordinates that are zero, shape (rows, n); rows may be redundant.
+        Combinations of coordinates that must be zero, shape (rows, n); rows may be redundant.
 
     References
     ----------

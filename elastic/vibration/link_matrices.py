@@ -1,4 +1,4 @@
-"""Stiffness and mass matrices of one link in link axes, equal at all positions."""
+"""Stiffness and mass matrices of one link in link axes, the same at all positions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from elastic.vibration.beam_matrices import END_COORDINATES, polynomials_along, 
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
-RANK_TOLERANCE = 1e-9  # smaller singular values count as zero, relative to the largest
+RANK_TOLERANCE = 1e-9  # smaller singular values, relative to the largest, count as zero
 ORIGIN = ""  # name of the origin in a link without beams
 
 
@@ -25,12 +25,12 @@ class VibratingLink:
     Attributes
     ----------
     stiffness, mass
-        Of the n coordinates, shape (n, n).
+        Matrices of the n coordinates, shape (n, n).
     places
-        Displacement x, y and rotation per coordinate in link axes, shape (3, n), of each point with a beam, or of the
-        origin of a link without beams.
+        Displacement x, y and rotation per coordinate in link axes, shape (3, n), of each point that a beam reaches, or
+        of the origin of a link without beams.
     level
-        Number of inner polynomials of the beams from which each coordinate is used, shape (n,).
+        Smallest number of inner polynomials of the beams for which each coordinate is used, shape (n,).
     """
 
     stiffness: Matrices
@@ -57,9 +57,9 @@ class LinkCoordinates:
     Attributes
     ----------
     names
-        Points with a beam, or the origin of a link without beams.
+        Points that a beam reaches, or the origin of a link without beams.
     beams
-        For each beam, matrix from link coordinates to its coordinates, shape (n of the beam, n).
+        For each beam, the matrix from link coordinates to beam coordinates, shape (n of the beam, n).
     free
         Basis of the motions that rigid beams permit, orthonormal columns, shape (n, n free).
     """
@@ -96,7 +96,7 @@ def elastic_coordinates(link: Link, inner: int) -> int:
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
-    """Assemble a link of one design, lengths in the common unit, with one section per beam."""
+    """Assemble a link of one design, with lengths in the common unit and one section per beam."""
     lengths = [abs(complex(link.points[beam.end] - link.points[beam.start])) for beam in link.beams]
     counts = polynomials_along(lengths, inner)
     parts = [vibrating_beam(*each) for each in zip(lengths, sections, link.beams, counts, strict=True)]
@@ -118,7 +118,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
 def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Matrices, Matrices]:
     """Transform stiffness and mass to Craig-Bampton coordinates: static end shapes and orthonormal inner shapes.
 
-    Each inner shape combines only coordinates of lower levels and its own, so each level spans the same space. Shapes
+    Each inner shape combines only coordinates of its own and lower levels, so each level spans the same space. Shapes
     (..., n, n).
 
     References
@@ -168,7 +168,7 @@ def _add_lumps(link: Link, names: list[str], mass: Matrices) -> None:
 def of_design(link: Link, sections: Sequence[Section], scale: float, design: int) -> tuple[Link, list[Section]]:
     """Select one design of a link and its sections, with lengths in units of `scale` [m].
 
-    Rotations in this unit are displacements, so all coordinates have similar magnitudes.
+    In this unit rotations count as displacements, so all coordinates have similar magnitudes.
     """
     points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
     beams = tuple(
@@ -202,7 +202,7 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
 def divided(
     link: Link, sections: Sequence[Section], marks: Mapping[int, Sequence[tuple[float, str]]]
 ) -> tuple[Link, list[Section]]:
-    """Divide beams of a link at more points; `marks`: xi and names of the new points by beam index, in any order."""
+    """Divide beams of a link at more points; `marks`: xi and name of each new point by beam index, in any order."""
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
         start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
@@ -218,7 +218,7 @@ def divided(
 
 
 def _section_part(section: Section, taper: Taper, low: float, high: float) -> Section:
-    """Cut a tapered section out, from one station to another."""
+    """Cut out a tapered section from one station to another."""
     EA, EI, kGA = (_polynomial_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
     return replace(
         section,
@@ -244,7 +244,7 @@ def one_of(value: Any, design: int) -> Any:
 
 
 def _unconstrained_basis(rows: Matrices) -> Matrices:
-    """Null space as in `null_space`, but coordinates without constraints stay unit vectors."""
+    """Null space as in `null_space`, but unconstrained coordinates remain unit vectors."""
     touched = rows.any(axis=0)
     basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
     first = basis.shape[1]

@@ -26,22 +26,24 @@ from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.kinetostatics import balancing_forces
 
-MIN_MODAL_MASS = 1e-13  # modes with less mass per stiffness have no mass, relative to the largest
-LARGE = 400  # number of coordinates from which sparse matrices are faster
+MIN_MODAL_MASS = 1e-13  # modes with less mass per stiffness, relative to the largest, count as massless
+LARGE = 400  # number of coordinates above which sparse matrices are faster
 MIN_END_DISTANCE = 1e-3  # smallest distance of a block from a beam's end, relative to its length
 
 
 class VibratingStructure:
-    """Matrices of a mechanism of one design at some positions, with held drives.
+    """Matrices of a mechanism of one design at some positions, with drives held.
 
     Attributes
     ----------
     stiffness, mass
-        Of all links' coordinates, shape (positions, n, n); inner coordinates have unit stiffness and no coupling.
+        Matrices of all links' coordinates, shape (positions, n, n); inner coordinates have unit stiffness and no
+        coupling.
     constraints
-        Constraints of the joints: combinations of coordinates that are zero, shape (rows, positions, n).
+        Joint constraints: combinations of coordinates that must be zero, shape (rows, positions, n).
     level
-        Number of inner polynomials from which each coordinate is used, shape (n,); constraints involve only level 0.
+        Smallest number of inner polynomials for which each coordinate is used, shape (n,); constraints involve only
+        level 0.
     """
 
     def __init__(
@@ -94,7 +96,7 @@ class VibratingStructure:
     def _unconstrained(self) -> list[tuple[Integers, Matrices, Integers]]:
         """Mass per stiffness of the unconstrained coordinates, grouped by rank: positions, matrices, levels.
 
-        Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and stay unchanged.
+        Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and remain unchanged.
         """
         at_ends = self.level == 0
         rows = (
@@ -212,7 +214,7 @@ class VibratingStructure:
             self._add_constraint([followed - self._gear_input(number, place)], compliance)
 
     def _gear_input(self, number: int, place: JointPlace) -> Reals:
-        """Motion that a gear gives its follower, per coordinate; teeth touch on the loaded flank."""
+        """Motion that a gear imposes on its follower, per coordinate; teeth touch on the loaded flank."""
         flank = None
         teeth = place.teeth
         hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
@@ -246,7 +248,7 @@ class VibratingStructure:
 
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
-    """Beam of a link on which a point lies, and its xi, kept off the beam's ends."""
+    """Beam of a link on which a point lies, and the point's xi, kept away from the beam's ends."""
     candidates: list[tuple[float, int, float]] = []
     for beam in beams:
         start, end = (

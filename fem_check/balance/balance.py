@@ -32,7 +32,7 @@ class MomentumBalance:
     opening
         Largest gap of a joint, relative to the mechanism's size.
     velocity
-        Largest difference between velocities of masses and rates of their positions.
+        Largest difference between the velocities of the masses and the rates of their positions.
     force, moment
         Largest difference between the rate of momentum and the acting forces including the ground force; the same for
         moments about the centre of the links.
@@ -78,15 +78,15 @@ def balance(
     motion_near
         Rigid motion at some times [s] near a given posture, for the finite differences.
     span
-        Time interval with a known motion [s].
+        Time interval over which the motion is known [s].
     cycle
-        Period [s] of vibrating links. Their displacement adds momentum, differentiated over equally spaced positions of
-        the whole cycle; if these are too few, no position is compared. None for a quasi-static answer, without that
-        momentum.
+        Period of the vibration of the links [s]. Their displacement adds momentum, which is differentiated over equally
+        spaced positions of the whole cycle. If there are too few positions, none is compared. None for a quasi-static
+        answer, which has no such momentum.
     granted
         Largest accepted residual; for vibrating links, the error of the answer in time and in its coordinates.
     exact
-        Whether the answer includes displacements of any size; otherwise their products are omitted, as in linear
+        Whether the answer holds for large displacements. If not, products of displacements are omitted, as in linear
         elastodynamics.
     transient
         Vibrating links without a periodic state: their momentum is also differentiated in time, at positions far enough
@@ -132,11 +132,11 @@ def _centre(motion: Motion) -> complex:
 
 
 def _largest(values: Any, known: Any) -> float:
-    """Largest magnitude at the known positions, the last axis."""
+    """Largest magnitude over the known positions (last axis)."""
     return float(np.abs(values)[..., known].max(initial=0.0))
 
 
 def _share(difference: Any, scale: float, known: Any) -> float:
-    """Largest difference relative to a scale; zero without a difference."""
+    """Largest difference relative to a scale; zero if there is no difference."""
     apart = _largest(difference, known)
     return apart / scale if apart else 0.0

@@ -15,9 +15,9 @@ from rigid.plane import cross
 
 SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
 SECOND_SIXTH = (3 / 2, -3 / 20, 1 / 90, 0.0)
-"""Central differences of second derivatives, orders eight and six, without the middle's weight."""
+"""Central differences for second derivatives, of orders eight and six, without the weight of the middle point."""
 STEP_SHARE = 0.025
-"""Step of the differences of a vibration, relative to its time element, a polynomial."""
+"""Difference step for a vibration, relative to the time element, in which it is a polynomial."""
 
 Transient = tuple[Callable[[Motion], Deflection], Reals]
 """Deflection of vibrating links at any positions; boundaries of its smooth intervals [s], (edges,)."""

@@ -15,7 +15,7 @@ from rigid.plane import cross
 
 
 def openings(motion: Motion) -> Reals:
-    """Gaps of joints [m], (joints, positions): pins, welds, and blocks off their lines or rotated."""
+    """Joint gaps [m], (joints, positions), of pins, welds, and blocks that left their line or rotated."""
     mechanism = motion.mechanism
     names = sorted({name for link in mechanism.links for name in link.points})
     rows = [np.zeros(motion.columns)]
@@ -79,7 +79,7 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
 
 
 def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
-    """Additional moment of gravity and forces because their points are displaced [N m]."""
+    """Additional moment of gravity and forces due to the displacement of their points [N m]."""
     motion = deflection.motion
     pushed: Reals = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:

@@ -72,7 +72,7 @@ def _pace(motion: Motion) -> float:
 
 
 def size_of(motion: Motion, known: Any) -> float:
-    """Larger of width and height of the area that the links' points reach [m]."""
+    """Larger of the width and height of the area that the points of the links sweep [m]."""
     points = [motion.origin[at] + motion.direction[at] * point
               for at, link in enumerate(motion.mechanism.links) for point in link.points.values()]  # fmt: skip
     reached = np.array(points)[:, known]

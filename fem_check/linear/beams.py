@@ -77,7 +77,7 @@ class LoadedBeams:
         )
 
     def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Flexibility of a beam at a place, scaled from the unit beam.
+        """Flexibility of a beam at one of its points, scaled from the unit beam.
 
         Parameters
         ----------

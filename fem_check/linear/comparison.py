@@ -13,7 +13,7 @@ from rigid.arrays import Columns
 TOLERANCE = 1e-8
 """Tolerance for beams without taper: their nodal values are exact except for round-off."""
 MAX_TOLERANCE = 1e-3
-"""Largest tolerance for tapered beams, with nodal values of fourth order."""
+"""Largest tolerance for tapered beams; their nodal values converge with order four."""
 TAPER_DIVISOR = 250.0
 """Divisor of the fourth power of the rigidity change per element; errors were 1/7 to 1/2 of this."""
 MIN_REFERENCE = 1e-6
@@ -54,8 +54,8 @@ class Comparison:
         The same relative to the field's largest magnitude on that beam, a stricter measure for stiff beams.
     compared
         Number of positions with an answer on both sides (all positions if there are no beams). If only one side has an
-        answer, the difference is infinite. Excluded are positions with a slider's block beyond its beam, and
-        N, V, M at a node under a block.
+        answer, the difference is infinite. Positions with a slider's block beyond its beam are excluded, and so are N,
+        V and M at a node under a block.
     tolerance
         Largest accepted value of `relative`.
     """
@@ -88,7 +88,7 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     Raises
     ------
     ValueError
-        Numbers of beams or positions differ.
+        The numbers of beams or positions differ.
     """
     expected = (len(deflection.sections), *deflection.motion.columns)
     if expected != solution.w.shape[:-1]:
@@ -162,7 +162,7 @@ def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns)
 
 
 def _ratio(difference: Reals, scale: Reals) -> Reals:
-    """Difference divided by scale; zero without a difference."""
+    """Difference divided by scale; zero if there is no difference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Reals = np.where(difference == 0.0, 0.0, difference / scale)
     return ratio

@@ -32,7 +32,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     follower, follows = _body(frame, gear.follower, carrier)
     driver, led = _body(frame, gear.driver, carrier)
     hubs = _point(frame, gear.driver, driver), _point(frame, gear.follower, follower)
-    # relative to the carrier: rate of the follower per motion of the driver
+    # motion of the follower per unit motion of the driver, relative to the carrier
     geometry = _pitch_point(frame, gear, gear.ratio * follows * led, *hubs)
     if geometry is None:
         return None

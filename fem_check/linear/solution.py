@@ -25,7 +25,7 @@ MIN_EFFORT = 1e-10  # effort that loads no flank, relative to the largest force 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TieForce:
-    """Force and moment of a weld, joint or drive on its child.
+    """Force and moment that a weld, joint or drive exerts on its child.
 
     `force` [N], complex, and `moment` about their common point [N m], shape (..., positions).
     """
@@ -160,7 +160,7 @@ class SolvedFrame:
 def solved_frame(
     motion: Motion, sections: Sequence[Section], elements: int, joints: Mapping[str, JointCompliance]
 ) -> SolvedFrame:
-    """Iterate the loaded flanks of gear teeth and the friction; nan where the friction does not converge."""
+    """Iterate the loaded tooth flanks and the friction; nan if the friction does not converge."""
     frame = Frame(motion)
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)

@@ -144,7 +144,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
 def _softened(
     mechanism: Mechanism, compliance: JointCompliance | None, name: str, ends: tuple[int, int], rows: tuple[Row, ...]
 ) -> tuple[Row, ...]:
-    """Apply the compliance and misfit of a joint, with a parent and child of the rows, to its rows."""
+    """Apply the compliance and misfit of a joint to its rows."""
     if compliance is None:
         return rows
     found = (joint for joint in structure(mechanism).joints if joint.name == name)

@@ -1,4 +1,4 @@
-"""Cantilever of unit length and unit rigidities at its start, by scikit-fem."""
+"""Cantilever with unit length and unit rigidities at its start, solved by scikit-fem."""
 
 from dataclasses import dataclass
 from functools import lru_cache

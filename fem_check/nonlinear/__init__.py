@@ -1,6 +1,6 @@
 """Independent nonlinear analysis in absolute coordinates: large displacements, inertia of the deformed links.
 
-It shares no computation with `rigid` and `elastic`, only the definitions of mechanism and sections.
+It shares no computation with `rigid` and `elastic`, only the definitions of the mechanism and its sections.
 """
 
 from fem_check.nonlinear.nodes import NotCheckedError

@@ -19,7 +19,7 @@ from rigid.arrays import Complexes, Integers
 
 GAUSS = np.polynomial.legendre.leggauss(8)
 ENDS = np.array([[-1, 0, 0, 1, 0, 0], [0, -1, 0, 0, 1, 0], [0, 0, 0.5, 0, 0, 0.5], [0, 0, -1, 0, 0, 1]], float)
-"""From x, y, rotation of both nodes to difference of position, mean and relative rotation."""
+"""Matrix from x, y and rotation of both nodes to their distance in x and y, mean rotation and relative rotation."""
 
 Powers = np.polynomial.polynomial.polyval
 
@@ -39,7 +39,7 @@ class Elements:
     free
         Unloaded stretch [m].
     stiffness
-        From stretch, shear and relative rotation to N, Q and M, (elements, 3, 3); Q = -V.
+        Stiffness: from stretch, shear and relative rotation to N, Q and M, (elements, 3, 3); Q = -V.
     damping
         beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s].
     """
@@ -86,11 +86,13 @@ class ElementState:
     force
         Internal force on x, y and rotation of both nodes, shape (instants, elements, 6).
     stiffness, damping
-        Derivatives of the force by position and by velocity, shape (instants, elements, 6, 6); empty without tangent.
+        Derivatives of the force with respect to position and velocity, shape (instants, elements, 6, 6); empty without
+        tangent.
     power
         Dissipated power [W]; `energy`: stored energy [J], shape (instants, elements).
     slope
-        Derivatives of stretch, shear and relative rotation by the node coordinates, shape (instants, elements, 3, 6).
+        Derivatives of stretch, shear and relative rotation with respect to the node coordinates, shape (instants,
+        elements, 3, 6).
     """
 
     resultants: Reals
@@ -166,7 +168,7 @@ def _differences(elements: Elements, values: Reals) -> Reals:
 def _tangents(
     elements: Elements, back: Complexes, chord: Complexes, B: Reals, held: Reals, rate: Reals
 ) -> tuple[Reals, Reals]:
-    """Derivatives of the forces by position and by velocity."""
+    """Derivatives of the forces with respect to position and velocity."""
     H = np.zeros((*chord.shape, 3, 4, 4))
     H[..., 0, 0, 2] = H[..., 0, 2, 0] = back.imag
     H[..., 0, 1, 2] = H[..., 0, 2, 1] = back.real

@@ -57,7 +57,7 @@ class InstantEquilibrium:
         self.pulls = np.zeros((1, len(system.gap)))
 
     def started(self, time: float, step: float, begin: Start) -> tuple[Reals, Reals, Reals]:
-        """Positions, and rates and accelerations from the positions of the next instants, (1, coordinates)."""
+        """Positions, and the rates and accelerations that follow from the next instants, (1, coordinates)."""
         slope = slopes(step / 2)
         times = time + step / 2 * np.arange(POINTS, dtype=float)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))

@@ -32,7 +32,7 @@ class Loads:
     turning
         Whether the force turns with the node.
     law
-        Number of the law that multiplies the load, or -1.
+        Number of the law that multiplies the load; -1 if there is none.
     laws
         The load laws.
     """
@@ -95,7 +95,7 @@ def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> lis
 
 
 def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
-    """Convert a custom load to unit loads with laws of the rigid motion."""
+    """Convert a custom load to unit loads that follow laws from the rigid motion."""
     rows: list[tuple[Any, ...]] = []
     for number, (link, point) in enumerate(load.points):
         at = mechanism.index[link]

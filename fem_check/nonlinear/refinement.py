@@ -1,4 +1,4 @@
-"""Deflection to a tolerance, by halving time steps and elements until convergence.
+"""Compute the deflection to a tolerance by halving time steps and elements until convergence.
 
 Each solution starts from the previous one. If Newton's method fails for all steps at once, the motion is integrated a
 few steps at a time: from its start, or for a cycle until the initial vibration has decayed.
@@ -28,7 +28,7 @@ MAX_STRIDE = 0.3
 MIN_STEPS, MAX_STEPS = 16, 1600
 """Smallest and maximum number of steps."""
 MESH_ORDER = 3
-"""Order of convergence of the mesh, which also holds for nodes absent from the coarser mesh."""
+"""Order of convergence of the mesh, also at nodes that the coarser mesh does not have."""
 MIN_RATIO, MAX_RATIO = 4.0, 8.0
 """Range of the ratio of successive changes in which it is used to estimate the error."""
 START_STEP, MAX_REST_RATE = 1e-5, 1e-6
@@ -93,7 +93,7 @@ def refined_deflection(
     damping: float | Sequence[float] | Reals = 0.0,
     progress: Progress | None = None,
 ) -> RefinedDeflection:
-    """Deflection of the moving mechanism with large displacements, to a tolerance.
+    """Compute the deflection of the moving mechanism, with large displacements, to a tolerance.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def refined_deflection(
     end
         End of the period or of the run [s].
     closed
-        Whether the motion is periodic. Otherwise it starts at rest in static equilibrium if the drives rest, and else
-        quasi-statically deformed by the loads and the inertia of the rigid motion.
+        Whether the motion is periodic. If it is not, it starts in static equilibrium if the drives are at rest. If they
+        move, it starts with the quasi-static deformation under the loads and the inertia of the rigid motion.
     tolerance
         Relative to the largest deflection of the worst beam. If the limits on steps and elements prevent it, `mesh` and
         `step` report the achieved error.
@@ -121,7 +121,7 @@ def refined_deflection(
     Raises
     ------
     NotCheckedError
-        The check does not support part of the mechanism; the message names it.
+        The check does not support some part of the mechanism, which the message names.
     DoesNotCloseError
         Joints do not close, the motion is not periodic, or no motion is found.
     """
@@ -131,7 +131,7 @@ def refined_deflection(
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Motion for some elements and steps, with displacements at the requested times."""
+    """Motion computed with given elements and steps, with displacements at the requested times."""
 
     system: System
     course: CollocatedMotion
@@ -263,7 +263,7 @@ class _Problem:
         return _Solved(system, course, *self._displacements(system, course))
 
     def _start(self, system: System) -> Beginning:
-        """Start of a run: static if at rest, else quasi-static; of a cycle: rigid."""
+        """Initial state: of a run, static if at rest, else quasi-static; of a cycle, rigid."""
         step = (self.end - float(self.times[0])) / 1000
         if self.closed:
             return start_of(system, step, "rigid")

@@ -37,7 +37,7 @@ def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
 
 
 def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
-    """x, y and angle of each drawn link, (links, 3), completed from joints and drives."""
+    """x, y and angle of each link as drawn, (links, 3), completed from the joints and drives."""
     places: dict[int, tuple[complex, complex]] = {0: (0.0, 1.0)}
     drawing = {name: complex(place) for name, place in mechanism.drawing.items()}
     drawing |= {name: complex(place) for name, place in mechanism.links[0].points.items()}
@@ -183,7 +183,7 @@ class RigidPlaces:
         return places
 
     def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """Constraint gaps, (instants, rows), and their scaled derivatives by position."""
+        """Constraint gaps, (instants, rows), and their scaled derivatives with respect to position."""
         ties, link, count = self.ties, self.nodes.link, places.shape[1]
         state = coupling_state(tuple(ties.couplings), places[:, link])
         gaps: list[Any] = []

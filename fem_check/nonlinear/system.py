@@ -218,7 +218,7 @@ class System:
         return value @ self.parts.T - wanted
 
     def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coupling forces with derivatives by values and rates; the latter (1, couplings)."""
+        """Coupling forces and their derivatives by values and, shape (1, couplings), by rates."""
         pull = pulls @ self.parts
         give, loss = np.zeros((2, 1, pull.shape[1]))
         for spring in self.ties.gives:
@@ -265,7 +265,7 @@ class System:
         return np.ascontiguousarray(total.T).reshape(count, size, size)
 
     def _rows(self, gradient: Reals) -> Reals:
-        """Derivatives of the constraints by free coordinates, (instants, constraints, free)."""
+        """Derivatives of the constraints with respect to the free coordinates, (instants, constraints, free)."""
         number, (_, pairs, _, _) = self._spots
         table = np.zeros((len(gradient), len(self.ties.conditions), len(self.free) + 1))
         for row, condition in enumerate(self.ties.conditions):
@@ -292,7 +292,7 @@ def system_of(
     ValueError
         The sections do not match the beams, the laws do not match the drives, or there is no element.
     NotCheckedError
-        The check does not support part of the mechanism, or the arrays hold several designs.
+        The check does not support some part of the mechanism, or the arrays contain several designs.
     """
     several = [value for own in sections for value in vars(own).values() if np.ndim(value) and np.size(value) > 1]
     if mechanism.designs or several:

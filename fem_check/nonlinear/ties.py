@@ -330,7 +330,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
 
 
 def _sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
-    """-1 if parent and child are swapped in the mechanism's joint tree, which signs gaps."""
+    """Sign of gaps: -1 if parent and child are swapped in the mechanism's joint tree."""
     found = (joint for joint in structure(mechanism).joints if joint.name == name)
     return next(
         1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}

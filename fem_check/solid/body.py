@@ -25,7 +25,7 @@ class SolidLink:
     poisson
         Poisson's ratio.
     across
-        Elements over the depth, an even number.
+        Number of elements across the depth; must be even.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class SolidLink:
 
     @cached_property
     def spread(self) -> Reals:
-        """Beam length per area at quadrature points [1/m], for loads per length to area."""
+        """Beam length per area at the quadrature points [1/m]; it converts loads per length to loads per area."""
         area = self.basis.dx.sum(axis=1)
         return np.broadcast_to((self.grid.share / area)[:, None], self.xi.shape)
 

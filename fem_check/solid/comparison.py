@@ -10,7 +10,7 @@ from fem_check.solid.solution import ACROSS, POISSON, SolidSolution, solve_solid
 from rigid import Reals
 
 STATIONS = 33  # points along a beam without a body, to find its largest deflection
-MIN_DEFLECTION = 1e-6  # deflection of an undeflected link, relative to the mechanism's largest
+MIN_DEFLECTION = 1e-6  # deflection below which a link counts as undeflected, relative to the mechanism's largest
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,10 +29,10 @@ class SolidComparison:
     by_link
         By link name, the largest difference on its beams, relative to their largest deflection.
     left_out
-        By link name, the reason for the missing plane body.
+        By link name, the reason why a link has no plane body.
     refinement
-        Largest change from elements of twice the size, relative to the largest deflection; at least three quarters of
-        it are the error of the coarser elements.
+        Largest change compared with elements of twice the size, relative to the largest deflection; at least three
+        quarters of it are the error of the coarser elements.
     compared
         Number of positions with an answer on both sides.
     """
@@ -47,7 +47,7 @@ class SolidComparison:
 
     @property
     def relative(self) -> float:
-        """Largest difference relative to the largest deflection; nan without comparison."""
+        """Largest difference relative to the largest deflection; nan if nothing was compared."""
         known = np.isfinite(self.difference)
         if not known.any() or not self.largest[known].max() > 0:
             return float("nan")
@@ -62,14 +62,14 @@ def compare_solid(
 ) -> SolidComparison:
     """Compare the deflections of beam theory and plane-stress bodies.
 
-    Compared are deflections of the axis from the chord through the mean positions of the pins at the beam's ends.
+    The deflection is that of the axis from the chord through the mean positions of the pins at the beam's ends.
 
     Parameters
     ----------
     poisson
         Poisson's ratio, common or per beam.
     across
-        Elements over the depth, a multiple of 4; the change from half as many is reported.
+        Number of elements across the depth, a multiple of 4; the change compared with half as many is reported.
 
     Raises
     ------

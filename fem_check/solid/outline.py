@@ -1,7 +1,7 @@
 """Outlines of links as plane bodies, and their quadrilateral meshes.
 
 Each beam is a strip along its axis with the depth of the rectangle of the same EA and EI. Strips of a link meet in
-mitres; a beam that ends alone extends beyond its pin by half its depth.
+mitres; a beam that meets no other at its end extends beyond the pin by half its depth.
 """
 
 from collections.abc import Iterator
@@ -82,8 +82,8 @@ class QuadGrid:
     points, cells
         Positions [m], complex, and the four corners of each element, counter-clockwise, shape (elements, 4).
     strip, share
-        Strip of each element, and its share of the beam length [m]: they add up to the strip's length, with zero for
-        the overhangs.
+        Strip of each element, and its share of the beam length [m]. The shares add up to the strip's length and are
+        zero for the overhangs.
     axis, xi
         Points on the axis of each strip, from end to end, and their xi.
     """

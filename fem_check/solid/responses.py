@@ -42,7 +42,7 @@ class Responses:
         return self.values[:, x] + 1j * self.values[:, y]
 
     def on_axis(self, strip: int) -> Complexes:
-        """Displacements along a strip's axis, with the pins' at its ends, (loads, stations)."""
+        """Displacements along a strip's axis, with the pins' own displacements at its ends, (loads, stations)."""
         own = self.body.outline.strips[strip]
         found = self.nodes[:, self.body.grid.axis[strip]]
         found[:, 0], found[:, -1] = self.points[:, own.start], self.points[:, own.end]
@@ -63,7 +63,7 @@ def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, 
     poisson
         Poisson's ratio.
     across
-        Elements over the depth.
+        Number of elements across the depth.
     """
     body = SolidLink(outline, poisson, across)
     pins = [body.pin(point) for point in range(len(outline.points))]

@@ -1,4 +1,4 @@
-"""All links as plane-stress bodies at all positions, by superposition of unit responses."""
+"""All links modelled as plane-stress bodies at all positions, by superposition of unit responses."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ class SolidSolution:
     Attributes
     ----------
     motion, across
-        Input of the problem; `across` elements over the depth of each beam.
+        Input of the problem; `across`: number of elements across the depth of each beam.
     bodies, loads
         By link number: unit responses, and load factors, shape (loads, positions).
     left_out
-        By link name, the reason for the missing body: a beam is rigid or thin-walled, a slider's block moves along it,
-        or its beams have no valid outline.
+        By link name, the reason why a link has no body: a beam is rigid or thin-walled, a slider's block moves along
+        it, or its beams have no valid outline.
     xi, chord
         Per beam, places on its axis and their displacement from the line through the mean positions of its pins [m],
         shape (positions, stations); empty for beams of links without a body.
@@ -86,7 +86,7 @@ def solve_solid(
     poisson
         Poisson's ratio, common or per beam; a link uses that of its first beam.
     across
-        Elements over the depth, an even number.
+        Number of elements across the depth; must be even.
     joints
         Compliance and misfit of joints, by name.
 
@@ -97,7 +97,7 @@ def solve_solid(
 
     Examples
     --------
-    A beam of 10 x 1 cm and 1 m under a uniform load sags by 5 q l^4/(384 EI) and some more by shear:
+    A beam of 10 x 1 cm and 1 m under a uniform load sags by 5 q l^4/(384 EI), and a little more due to shear:
 
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
     >>> links = Link("ground", {"A": 0}), Link("beam", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})

@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneWork:
-    """Work on a scene in any process: report, structure, sweep, or a design of the sweep."""
+    """Job for one scene, in any process: report, structure, sweep, or a design of the sweep."""
 
     request: Request
     batch: Batch
 
     def __call__(self, task: Task, progress: Progress | None = None) -> Outcome:
-        """Return the outcome. Without a listener to the progress, only sentences are printed."""
+        """Run the job and return its outcome. Without a progress listener, only sentences are printed."""
         with _uncollected():
             do = self._chosen()
         return do(task, progress or (SILENT if self.batch.quiet else Sentences()))
@@ -64,7 +64,7 @@ class SceneWork:
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Switch garbage collection off during imports, which saves a seventh of a short run.
+    """Turn off garbage collection during imports, which saves a seventh of the time of a short run.
 
     The imported objects are also excluded from later collections.
     """
@@ -78,12 +78,12 @@ def _uncollected() -> Iterator[None]:
             gc.enable()
 
 
-NEW_OBJECTS = 20_000  # container objects, most of which live as long as the results of a scene
+NEW_OBJECTS = 20_000  # number of container objects; most live as long as the results of a scene
 
 
 @cache
 def _freeze_imports() -> None:
-    """Exclude loaded modules from garbage collection, once per process, and let more objects pile up before one."""
+    """Exclude loaded modules from garbage collection and make collections rarer, once per process."""
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
 
@@ -96,9 +96,9 @@ def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> It
 
 
 def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Progress) -> Iterator[Outcome]:
-    """Yield the outcomes of scenes in their order, computed in parallel, by all cores if `jobs` is 0.
+    """Yield the outcomes of scenes in order, computed in parallel on `jobs` cores, or on all if 0.
 
-    If a process dies, its scene fails and the others continue. No process and no unfinished folder remains.
+    If a process dies, its scene fails and the others continue. All processes and unfinished folders are removed.
     """
     from kinelast.outputs.outbox import recovered
     from kinelast.tasks.processes import Lost, cores, map_surviving
@@ -127,7 +127,7 @@ def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Pr
 
 
 def _lost(task: Task, end: Lost) -> Outcome:
-    """Return the outcome of a scene after the death of its process."""
+    """Return the outcome of a scene if its process died."""
     from kinelast.outputs.outbox import recovered
 
     recovered(task.folder)
@@ -137,7 +137,7 @@ def _lost(task: Task, end: Lost) -> Outcome:
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
-"""Scene of --new, which is that of docs/scenes.md."""
+"""Scene that --new writes; it is the example of docs/scenes.md."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -150,15 +150,15 @@ def main(argv: Sequence[str]) -> int:
 
     Returns
     -------
-    The exit status: 0 fine, 1 a check, limit or accuracy failed, 2 bad input, 3 an error of the program itself,
-    130 interrupted, 128 and the number of the signal that ended the run.
+    Exit status: 0 if all is well, 1 if a check, limit or accuracy failed, 2 for bad input, 3 for an internal error, 130
+    if interrupted, 128 plus the signal number if a signal ended the run.
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # before numpy is loaded, so that last digits do not depend on --jobs
+        os.environ.setdefault(name, "1")  # set before numpy is loaded, so that results do not depend on --jobs
     try:
         with stoppable():
-            with signals_held_back():  # argparse fails if interrupted
+            with signals_held_back():  # argparse fails if it is interrupted
                 requested = parsed(argv)
             return _answer(*requested)
     except SystemExit as stop:
@@ -186,7 +186,7 @@ def _answer(request: Request, batch: Batch) -> int:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
         Path.cwd()
-    except OSError:  # some libraries cannot be imported then
+    except OSError:  # some libraries cannot be imported in that case
         return _refuse("the working folder no longer exists: change to another folder")
     return _run(request, batch)
 
@@ -213,7 +213,7 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Report an error outside of a scene and return the exit status."""
+    """Report an error that concerns no scene and return the exit status."""
     if isinstance(error, RequestError):
         return _refuse(str(error))
     if isinstance(error, OSError):
@@ -249,7 +249,7 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes, or the library's sections or materials that contain all words."""
+    """List the shipped scenes, or the library's sections or materials whose names contain all words."""
     if kind in ("sections", "materials"):
         from kinelast.scene.library import library_entries
 
@@ -278,7 +278,7 @@ def _list(kind: str = "", *words: str) -> int:
 
 
 def _begin(batch: Batch) -> int:
-    """Write a new scene into the working folder and return the exit status. Existing files are not replaced."""
+    """Write a new scene to the working folder and return the exit status. Existing files are not overwritten."""
     from kinelast.scene.text import scene_to_begin_with
     from kinelast.tasks.task import shipped_scenes
 
@@ -319,7 +319,7 @@ def _begin(batch: Batch) -> int:
 
 
 def _export(path: Path, *scenes: str) -> int:
-    """Write the mechanism of a scene for another program and return the exit status."""
+    """Export the mechanism of a scene to another program's format and return the exit status."""
     from exchange import ExchangeError, written
     from kinelast.outputs.exported import exchanged
     from kinelast.scene.document import document_from_bytes
@@ -347,7 +347,7 @@ def _export(path: Path, *scenes: str) -> int:
 
 
 def _run(request: Request, batch: Batch) -> int:
-    """Run all scenes, report each and then all of them, and return the exit status."""
+    """Run all scenes, report on each and then on all, and return the exit status."""
     from kinelast.tasks.task import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)
@@ -372,7 +372,7 @@ def _run(request: Request, batch: Batch) -> int:
     try:
         with listener(batch.quiet) as progress:
             work, jobs = SceneWork(request, batch), batch.jobs
-            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep computes its designs in parallel
+            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep already computes its designs in parallel
             coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
             for task, outcome in zip(tasks, coming, strict=True):
                 outcomes.append((task, outcome))
@@ -397,7 +397,7 @@ def _close(
     begin: float,
     others: Sequence[str],
 ) -> None:
-    """Print the outcome of several reports, and write their table also in the formats `others`."""
+    """Print the outcome of several reports, and write their table, also in the formats `others`."""
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
@@ -420,7 +420,7 @@ def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
 
 
 def _named_once(line: str, task: Task) -> str:
-    """Return an error message without a repeated scene name."""
+    """Return an error message without repeating the scene name."""
     head = f"{task.name}: "
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 

@@ -1,4 +1,4 @@
-"""Completion scripts of shells: options, their words, shipped scenes, files."""
+"""Shell completion scripts for options, their values, shipped scenes and files."""
 
 from collections.abc import Sequence
 from shlex import quote

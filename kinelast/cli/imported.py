@@ -1,4 +1,4 @@
-"""First run of an imported mechanism. Drives that cannot turn fully swing between their limits."""
+"""First run of an imported mechanism. Drives that cannot make full turns swing between their limits."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from rigid import MechanismError, motion, reachable
 if TYPE_CHECKING:
     from rigid import Mechanism
 
-MARGIN = 0.01  # distance of a law from a limit of the mechanism / range between the limits
-MIN_RANGE = 1e-6  # range of a drive / a turn, or size of the drawing, below which it cannot move
-STEPS, ROUNDS = 360, 2  # positions in the search for a limit, and number of refinements
-DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # a second, in a unit of speed
+MARGIN = 0.01  # distance kept from a limit of the mechanism / range between the limits
+MIN_RANGE = 1e-6  # a drive cannot move if its range / a turn (or size of the drawing) is smaller
+STEPS, ROUNDS = 360, 2  # number of positions in the search for a limit, and of refinements
+DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # degrees per second in a unit of speed
 MAX_REASON = 300  # characters
 VERDICT = """For a verdict:
   1. replace the values marked "assumed" by yours{bend}
@@ -35,7 +35,7 @@ TO_BEND = """, and delete the lines
 
 @dataclass(frozen=True)
 class Imported:
-    """Text of a scene and its first run: `reason` is empty if it moves, `rigid` names the links without beams."""
+    """Text of a scene and result of its first run. `reason` is empty if it moves; `rigid` names links without beams."""
 
     text: str
     notes: tuple[str, ...]
@@ -51,7 +51,7 @@ class Imported:
         return f"it moves, {self.cycle:.4g} s a cycle"
 
     def advice(self, path: str) -> str:
-        """Steps from the scene at `path` to a verdict; empty if it does not move."""
+        """Advice on how to get from the scene at `path` to a verdict; empty if it does not move."""
         bend = TO_BEND.format(links=", ".join(self.rigid)) if self.rigid else ""
         return "" if self.reason else VERDICT.format(bend=bend, path=path)
 
@@ -62,7 +62,7 @@ def imported(drawing: ForeignMechanism) -> Imported:
     Raises
     ------
     ExchangeError
-        It is no mechanism.
+        It is not a mechanism.
     """
     resting = replace(drawing, drives=tuple(map(_resting, drawing.drives)))
     try:
@@ -83,7 +83,7 @@ def imported(drawing: ForeignMechanism) -> Imported:
 
 
 def _resting(drive: Drive) -> Drive:
-    """Return a drive that hardly moves, for building the mechanism."""
+    """Return a drive that barely moves, used to build the mechanism."""
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
@@ -127,7 +127,7 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return how far a drive can go towards `target` while the others rest, or None if it arrives."""
+    """Return how far a drive can go towards `target` while the others rest, or None if it reaches the target."""
     passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
         shifts = np.append(start_shifts, np.linspace(passed, missed, STEPS)[1:])

@@ -1,4 +1,4 @@
-"""The command at its terminal: arguments as a request, printed lines, and a progress bar."""
+"""Terminal interface of the command: parsed arguments, printed lines and a progress bar."""
 
 import argparse
 import os
@@ -29,12 +29,12 @@ examples:
 
 
 def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
-    """Return the request and the batch of arguments.
+    """Convert arguments to a request and a batch.
 
     Raises
     ------
     SystemExit
-        Help or an error message was printed.
+        After printing help or an error message.
     """
     known = options_of(Batch, Request)
     parser = _parser(known)
@@ -130,11 +130,11 @@ def _require_fitting(parser: argparse.ArgumentParser, given: dict[str, Any], kno
 
 
 BAR_DELAY, SELDOM = 1.0, 10.0  # [s] until the bar appears, and between lines without a terminal
-MAX_COUNTED_PARTS = 100  # of a stage; more are printed in per cent
+MAX_COUNTED_PARTS = 100  # steps of a stage; more than this are printed as a percentage
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines with escaped control characters, and question marks for letters that the terminal lacks.
+    """Print lines. Control characters are escaped, and characters that the terminal lacks become question marks.
 
     Output to a closed pipe or a full disk stops without an error.
     """
@@ -169,7 +169,7 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Yield the listener to the progress: a bar on a terminal, otherwise a line every `SELDOM` seconds."""
+    """Yield a progress listener: a bar on a terminal, otherwise a line every `SELDOM` seconds."""
     if quiet:
         yield SILENT
         return
@@ -188,7 +188,7 @@ def listener(quiet: bool) -> Iterator[Progress]:
 
 
 class Sentences(Progress):
-    """Listener that prints sentences only."""
+    """Progress listener that only prints sentences."""
 
     def tell(self, sentence: str) -> None:
         """Print a sentence."""
@@ -196,7 +196,7 @@ class Sentences(Progress):
 
 
 class _Lines(Sentences):
-    """Listener that prints a line every `SELDOM` seconds."""
+    """Progress listener that prints a line every `SELDOM` seconds."""
 
     def __init__(self) -> None:
         self._start = self._last = time.monotonic()
@@ -217,7 +217,7 @@ class _Lines(Sentences):
 
 
 class _Bar(Sentences):
-    """Listener that shows a bar once `show` is called."""
+    """Progress listener that shows a bar once `show` is called."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -236,7 +236,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # do not redirect output that goes to a file
+        both = sys.stdout is not None and sys.stdout.isatty()  # leave output to a file alone
         with self._lock:
             if self._over:
                 return

@@ -1,4 +1,4 @@
-"""Many designs of a scene at once: numbers by their paths in, figures out."""
+"""Evaluation of many designs of a scene at once: from numbers, given by path, to figures."""
 
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.scene.variables import Variable

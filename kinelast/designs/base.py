@@ -1,4 +1,4 @@
-"""Base of a scene's designs: the numbers that differ, which of them can be arrays, and the figures."""
+"""Base of a scene's designs: the numbers that vary, which of them can be arrays, and the figures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FLOATS = ("poisson", "strain")  # dimensionless numbers that can be arrays
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Document of a scene, and the numbers in which its designs differ.
+    """Document of a scene, and the numbers that differ between its designs.
 
     "Nominal" below means the scene as written.
 
@@ -40,13 +40,14 @@ class Base:
     document
         Nominal document.
     places
-        Places of the numbers that differ.
+        Locations in the document of the numbers that differ.
     on_axis
         For each number, True if it can be an array; designs that differ in another number are computed separately.
     measures
         Requested figures.
     by_position
-        True if a figure has data for each position, such as points of a path: then there are no instants between them.
+        True if a figure has data for each position, such as points of a path. No instants are then added between
+        positions.
     """
 
     document: Document
@@ -67,7 +68,7 @@ class Base:
 
     @cached_property
     def pressed_at(self) -> Integers:
-        """Positions at which designs are checked for buckling: even ones, and the worst of the nominal scene."""
+        """Positions to check designs for buckling: evenly spaced ones, and the worst one of the nominal scene."""
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
@@ -76,7 +77,7 @@ class Base:
     def instants(self, scene: Scene) -> Reals:
         """Return the instants at which designs are computed: positions, and both sides of each break of the laws.
 
-        With designs on an axis, the breaks are those of the nominal mechanism under the laws of these designs.
+        If there is an axis of designs, the breaks are those of the nominal mechanism with the laws of these designs.
         """
         course, times = scene.course, scene.course.times()
         if times.ndim > 1 or self.by_position:
@@ -103,7 +104,7 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     keys = {measure.figure.key for measure in known.values()}
     requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not requested | bounded <= keys:  # figures of an output: guess the output
+    if scene.output is None and not requested | bounded <= keys:  # a figure of the output is needed: guess the output
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
@@ -126,9 +127,10 @@ def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> fr
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
-    """True if a number can be an array: it affects neither the parts nor the assembly branch.
+    """True if a number can be an array, i.e. affects neither the parts nor the assembly branch.
 
-    With friction no number can: its iteration ends when all columns converge, so designs would affect each other.
+    With friction no number can be an array: the iteration ends when all columns converge, so designs would affect each
+    other.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
@@ -181,7 +183,7 @@ def _is_tapered(section: Any) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class DesignRows:
-    """Some of the designs: row indices and values, shape (designs, paths)."""
+    """Subset of the designs: row indices, and values of shape (designs, paths)."""
 
     rows: Integers
     values: Reals
@@ -199,7 +201,7 @@ class DesignRows:
 def table_with(base: Base, group: DesignRows) -> SceneTable:
     """Tables of designs with equal values of all numbers that cannot be arrays; the first row is the nominal scene.
 
-    If no number is an array, all designs are one, and the tables are those of a single scene.
+    If no number is an array, all designs are equal, and the tables describe a single scene.
 
     Raises
     ------
@@ -216,7 +218,7 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _array_content(place: variables.Place, each: Any) -> Any:
-    """Content of a place for many designs."""
+    """Values at a location in the document for many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, quantities.Sizes):
         both = quantities.Size.many(each, bare_unit)
@@ -230,7 +232,7 @@ def _array_content(place: variables.Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Rows of designs with a number out of its bounds, and the message for each."""
+    """Rows of designs with a number out of bounds, and the message for each."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

@@ -24,9 +24,9 @@ from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
 BLOCK = 4096  # designs built at once
-MIN_POSITIONS = 64  # lower bound of the positions per design, for the batch size
-BUCKLING_MARGIN = 2.0  # largest load between positions, relative to the load at some of them
-BATCH_FACTOR = 2  # batch size relative to that of a motion: the maximum search uses small arrays
+MIN_POSITIONS = 64  # lower bound on the positions per design, for the batch size
+BUCKLING_MARGIN = 2.0  # largest load over all positions, relative to the load at the sampled ones
+BATCH_FACTOR = 2  # batch size relative to that of the motion, because the maximum search uses small arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,10 @@ class Designs:
     units
         Their SI units.
     reason
-        Why a design has no figures, shape (designs,); empty if it has.
+        Reason why a design has no figures, shape (designs,); empty if it has figures.
     place
-        Where a figure is largest, by name: an integer that identifies beam or joint and position.
+        By name, the location of a figure's largest value: an integer that identifies the beam or joint and the
+        position.
     """
 
     columns: Mapping[str, Reals]
@@ -57,7 +58,7 @@ class Designs:
 def evaluate(
     scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
-    """Compute quasi-static figures of many designs, which differ in some numbers of a scene.
+    """Compute quasi-static figures of many designs that differ in some numbers of a scene.
 
     The result of a design does not depend on the other designs.
 
@@ -70,12 +71,13 @@ def evaluate(
     values
         Values in SI units, shape (designs, paths).
     figures
-        Names or `Figure` objects; default: those of a design's summary. Only these are computed.
+        Names or `Figure` objects, by default those of a design's summary. Only these are computed.
 
     Raises
     ------
     SceneError
-        If the tables are invalid, or there is no such number or figure. Errors of a single design are its `reason`.
+        If the tables are invalid, or a number or figure does not exist. The error of a single design goes to its
+        `reason`.
 
     Examples
     --------
@@ -170,7 +172,7 @@ def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
 
 
 def _with_design_axis(base: Base, scene: Scene, count: int) -> Scene:
-    """Make the sections of a scene arrays, so that all figures have an axis of designs."""
+    """Turn the sections of a scene into arrays, so that all figures have an axis of designs."""
     if not scene.sections or not any(base.on_axis):
         return scene
     first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
@@ -189,10 +191,10 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 
 
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
-    """Compute a batch: the nominal scene, which selects the branch, the designs, and copies of the nominal as padding.
+    """Compute a batch: the nominal scene, which selects the branch, then the designs, then nominal copies as padding.
 
-    All batches have one size, because round-off of numpy's products depends on the array size. So a design's result
-    does not depend on the others.
+    All batches have the same size, because the round-off of numpy's products depends on the array size. The result of a
+    design therefore does not depend on the others.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
@@ -223,7 +225,7 @@ def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part
 
 
 def _reasons(cycle: Cycle) -> Words:
-    """Why designs have no figures, shape (designs,); empty if they have."""
+    """Reasons why designs have no figures, shape (designs,); empty if they have figures."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
     reason = np.full(known, "", object)
@@ -259,7 +261,7 @@ def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
 
 
 def _buckling_reason(base: Base, values: Reals) -> str:
-    """Describe how a design buckles, empty if it does not; for designs near the critical load."""
+    """Describe how a design near its critical load buckles; empty if it does not."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
     words = at_breaks(Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))).buckles
@@ -283,7 +285,7 @@ def _opening_joint(cycle: Cycle) -> Words:
 class Evaluation:
     """Evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
 
-    A row contains the varied numbers by path and the figures by name.
+    Each row contains the varied numbers by path and the figures by name.
     """
 
     document: Document
@@ -291,7 +293,7 @@ class Evaluation:
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:
-        """Pickle document, plan and figures; the base is built again."""
+        """Pickle the document, plan and figures; the base is rebuilt."""
         return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
@@ -306,7 +308,7 @@ class Evaluation:
         return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Columns of designs first to last - 1, and why some have no figures."""
+        """Columns for designs first to last - 1, and the reasons why some have no figures."""
         values = self.plan.values(first, last)
         found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))

@@ -10,13 +10,13 @@ from scipy.interpolate import RBFInterpolator
 from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
-SAMPLE_SIZES = 8, 16, 32  # machines with a full answer, until the surfaces are accurate
-MAX_SURFACE_ERROR = 0.002  # of a surface that needs no more machines, relative to its figure
+SAMPLE_SIZES = 8, 16, 32  # numbers of machines with a full answer, increased until the surfaces are accurate
+MAX_SURFACE_ERROR = 0.002  # error of a surface that needs no more machines, relative to its figure
 
 
 @dataclass(frozen=True)
 class FullColumn:
-    """Figure of sampled machines from full answers.
+    """Figure of all sampled machines, derived from full answers.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ def full_columns(
 ) -> dict[str, FullColumn]:
     """Extend full answers of some machines to all sampled machines.
 
-    A response surface interpolates the ratio of full to quasi-static figure.
+    A response surface interpolates the ratio of the full to the quasi-static figure.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 
 
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
-    """Interpolate by cubic radial functions plus a linear one, or by linear radial functions if points are few."""
+    """Interpolate by cubic radial functions plus a linear one, or by linear ones if there are few points."""
     linear = len(places) > places.shape[1] + 1
     return RBFInterpolator(places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0)
 
@@ -88,9 +88,9 @@ def kept_by(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], s
     Parameters
     ----------
     limits
-        For each limit: test of values, True for a lower bound, and the figure.
+        For each limit: a test of values, True for a lower bound, and the figure.
     side
-        Number of surface errors added towards the bound.
+        Multiple of the surface error that is added towards the bound.
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

@@ -1,4 +1,4 @@
-"""Best design of a problem, with a certificate: active limits, their cost, neighbouring designs."""
+"""Best design of a problem, with a certificate: active limits, what they cost, and neighbouring designs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
 ACTIVE = 1e-4  # margin of an active limit, and distance to an active bound relative to the variable's range
-RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, relative to the ranges
+RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # distances of neighbours, relative to the ranges
 NEIGHBOURS_PER_RADIUS = 64
 MIN_GAIN = 1e-6  # smallest gain that counts, relative to the cost
 
@@ -27,9 +27,10 @@ class Neighbours:
     Attributes
     ----------
     tried, feasible, better
-        For each radius: number of designs tried, of feasible ones, and of better feasible ones.
+        For each radius: the number of designs tried, the number that are feasible, and the number that are feasible and
+        better.
     best
-        Shares of the best better design, or None.
+        Shares of the best of the better designs, or None.
     """
 
     tried: tuple[int, ...]
@@ -40,16 +41,16 @@ class Neighbours:
 
 @dataclass(frozen=True)
 class Certificate:
-    """First-order optimality conditions (Karush, Kuhn, Tucker), and neighbours.
+    """First-order optimality conditions (Karush, Kuhn, Tucker), and a search of the neighbourhood.
 
     Attributes
     ----------
     margin
         Relative margin to each limit, shape (limits,).
     multiplier
-        Reduction of the cost in per cent if a limit gives way by one per cent, shape (limits,); 0 if inactive.
+        Reduction of the cost in per cent if a limit is relaxed by one per cent, shape (limits,); 0 if inactive.
     low, high
-        Reduction of the cost in per cent if a variable's bound gives way by one per cent of its range, shape
+        Reduction of the cost in per cent if a variable's bound is relaxed by one per cent of its range, shape
         (variables,); 0 if inactive.
     residual
         Stationarity residual: part of the cost's gradient that non-negative multipliers do not balance. Relative to the
@@ -93,7 +94,7 @@ def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Ce
 def _gradients(
     problem: DesignProblem, shares: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cost, its slopes, margins, their slopes, and kinks, as accurate as differences permit."""
+    """Cost and margins, their slopes, and kinks, as accurately as finite differences allow."""
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
@@ -130,7 +131,7 @@ def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[
     ) else 0.0
 
 
-MAX_RESTARTS = 4  # local searches from a better neighbour
+MAX_RESTARTS = 4  # number of local searches restarted from a better neighbour
 
 
 @dataclass(frozen=True)
@@ -140,9 +141,9 @@ class Optimum:
     Attributes
     ----------
     shares, values
-        Of the variables: shares of their ranges, and values in their units, shape (variables,).
+        Variables as shares of their ranges, and as values in their units, shape (variables,).
     feasible
-        True if all limits are kept.
+        True if all limits are met.
     searches
         Ends of the local searches, best first.
     certificate
@@ -179,7 +180,7 @@ def optimum(
     Raises
     ------
     ValueError
-        If no design that was tried has all figures.
+        If no tried design has all figures.
     """
     return _certified(
         problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress
@@ -218,20 +219,20 @@ def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: i
 
 @dataclass(frozen=True, eq=False)
 class OptimumResult:
-    """Optimization task and best design found.
+    """Optimization task, and the best design found.
 
     Attributes
     ----------
     before, after
         Figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds used in the quasi-static search: the limits less a reserve for vibration and errors.
+        Bounds used in the quasi-static search: the limits minus a reserve for vibration and errors.
     judgements
         Limits with the figures of the full answer; empty without limits, or if no design is feasible.
     quasi_static
         True if the scene's theory is quasi-static, as in the search.
     answer
-        Full answer of the best design, including the figure of the goal; None if no design is feasible.
+        Full answer for the best design, including the figure of the goal; None if no design is feasible.
     """
 
     task: OptimizationTask

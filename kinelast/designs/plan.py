@@ -20,13 +20,13 @@ from kinelast.scene.text import COLUMNS, beside
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
-MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # the first is drawn as a whole, the second has 30 bits
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # the first is drawn at once, the second has 30 bits
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
 @dataclass(frozen=True, eq=False)
 class ListedValues:
-    """Explicit values, shape (count, numbers), of a list or table."""
+    """Explicit values from a list or table, shape (count, numbers)."""
 
     rows: Reals
 
@@ -102,7 +102,7 @@ class Sample:
 
 
 Factor = ListedValues | EvenValues | Sample
-"""Values of one number, or of several together; a sweep contains all combinations of its factors."""
+"""Values of one number, or joint values of several; a sweep contains all combinations of its factors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,12 +143,12 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     scene
         Document, or tables of a file.
     folder
-        Folder of the file, which also contains its table of designs.
+        Folder of the file and of its table of designs.
 
     Raises
     ------
     SceneError
-        If there is no sweep, a path or unit or range is invalid, keys exclude one another, or a table cannot be read.
+        If there is no sweep, if a path, unit or range is invalid, if keys conflict, or if a table cannot be read.
 
     Examples
     --------
@@ -195,7 +195,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
 
 
 def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
-    """Sample all ranges without count together."""
+    """Sample all ranges without a count together."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
@@ -213,7 +213,7 @@ def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, flo
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
-    """Places and values of a CSV file; column headings are paths, with the unit in brackets."""
+    """Locations and values from a CSV file; column headings are paths, with the unit in brackets."""
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:
@@ -235,7 +235,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Plac
 
 
 def _cell(text: str, unit: str) -> float | str:
-    """Number in the unit of its column, or text with its own unit."""
+    """Number in the unit of its column, or text with a unit."""
     try:
         bare = float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Tasks posed by a scene's tables: sensitivities, tolerances, and optimization within limits."""
+"""Tasks defined in a scene's tables: sensitivities, tolerances, and optimization within limits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def tolerance_task(document: Document) -> ToleranceTask:
     Raises
     ------
     SceneError
-        No tolerances, or one that is not a positive number with a suitable unit.
+        There are no tolerances, or one is not a positive number with a suitable unit.
     """
     entries = document.table.tolerances
     if not entries:
@@ -53,7 +53,7 @@ class SensitivityStep:
     Attributes
     ----------
     size
-        In the SI unit of the number; 0 if unknown.
+        Change in the SI unit of the number; 0 if unknown.
     kind
         `TOLERANCE`, `ABSOLUTE` or `PER_CENT`.
     """
@@ -63,14 +63,15 @@ class SensitivityStep:
 
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
-MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by the file's unit of length; default 1 mm
+MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by the file's unit of length; 1 mm by default
 MIN_STEPS = 10  # smallest ratio of a length to its step
 
 
 def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
-    """Changes of numbers in workshop terms: the tolerance, else 1 mm or 1 degree, else 1 %.
+    """Changes of numbers in workshop terms: the tolerance if any, else 1 mm or 1 degree, else 1 %.
 
-    Lengths below ten steps change by 0.1 mm, 0.01 mm ...; for a coordinate, the extent of the drawing counts.
+    Lengths below ten steps change by 0.1 mm, 0.01 mm and so on. For a coordinate, the extent of the drawing is used
+    instead of the length.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
@@ -117,7 +118,7 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
     Raises
     ------
     SceneError
-        If the table is missing, names unknown items, or has bounds the wrong way round.
+        If the table is missing, names unknown items, or has reversed bounds.
     """
     goal = document.table.optimize
     if not goal.variables and goal.minimize is None and goal.maximize is None:
@@ -170,19 +171,19 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
 
 GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to a variable's range
 MIN_RATIO = 10.0  # with a larger ratio of its bounds, a variable is scaled logarithmically
-RESERVE = 1e-7  # smallest margin to a limit, so that recomputation also finds it kept
+RESERVE = 1e-7  # smallest margin to a limit, so that a recomputation also meets it
 
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """Figure to be minimised over variables scaled from 0 to 1 between their bounds ("shares").
+    """Figure to be minimised over variables that are scaled to 0...1 between their bounds ("shares").
 
     The scale is logarithmic if the bounds are positive and far apart.
 
     Attributes
     ----------
     figures_of
-        Function from values of the variables, shape (designs, variables), to figures.
+        Function that maps values of the variables, shape (designs, variables), to figures.
     low, high
         Bounds of the variables, shape (variables,).
     figure
@@ -190,7 +191,7 @@ class DesignProblem:
     limits
         Limits of other figures.
     parts
-        If the goal is a sum of squares: names of the figures that are squared.
+        Names of the squared figures if the goal is a sum of squares.
     """
 
     figures_of: FiguresOf
@@ -229,7 +230,7 @@ class DesignProblem:
 
     @property
     def span(self) -> np.ndarray:
-        """Differences of the bounds, shape (variables,)."""
+        """Differences between the bounds, shape (variables,)."""
         return np.asarray(self.high - self.low)
 
     @property
@@ -238,7 +239,7 @@ class DesignProblem:
         return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
     def held_to(self, bounds: Sequence[float]) -> DesignProblem:
-        """Return the problem with other bounds of its limits."""
+        """Return the problem with other bounds for its limits."""
         moved = zip(self.limits, bounds, strict=True)
         return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
@@ -288,7 +289,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Linear:
-    """A design with gradients of cost, margins and parts; slopes of shape (..., variables) per share."""
+    """A design with the gradients of its cost, margins and parts; slopes per share, shape (..., variables)."""
 
     shares: Reals
     cost: float
@@ -305,13 +306,13 @@ class Linear:
 
 
 def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """Sum of relative limit violations; less than half of `RESERVE` does not count."""
+    """Sum of relative limit violations; violations below half of `RESERVE` are ignored."""
     whole = np.where(margin < -RESERVE / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
-    """Linearise several designs with one evaluation: four differences per variable, of fourth order."""
+    """Linearise several designs in one evaluation, by fourth-order differences with four offsets per variable."""
     pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in pairs]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
@@ -330,7 +331,7 @@ def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits: int) -> Linear:
-    """Linearise a design from cost, margins and parts of it and of displaced ones, (1 + ..., designs)."""
+    """Linearise a design from the cost, margins and parts of the design and of displaced ones, (1 + ..., designs)."""
     change = (values[:, 1:] - values[:, :1]).reshape(-1, *offsets.shape)
     own, slope = values[:, 0], (_weights(offsets) * change).sum(axis=1)
     end = 1 + limits
@@ -338,7 +339,7 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 
 
 def _offsets(shares: np.ndarray) -> np.ndarray:
-    """Offsets of the variables, to both sides or inwards, shape (4, variables)."""
+    """Offsets of the variables, to both sides or into the range, shape (4, variables)."""
     middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
     inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP
     free = (shares >= GRADIENT_STEP) & (shares <= 1 - GRADIENT_STEP)

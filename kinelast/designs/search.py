@@ -23,11 +23,11 @@ Result = TypeVar("Result")
 def batched(
     jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]], answers: Callable[[list[Question]], list[Answer]]
 ) -> list[Result]:
-    """Run jobs side by side and answer their questions in batches.
+    """Run jobs in parallel and answer their questions in batches.
 
-    A job calls its argument to ask a question. When every running job has asked one, one call of `answers` answers all,
-    in the caller's thread and in the order of the jobs. So timing does not affect the result. An exception of a job or
-    of `answers` ends all jobs.
+    A job calls its argument to ask a question. Once every running job has asked a question, one call of `answers`
+    answers them all, in the caller's thread and in the order of the jobs. Timing therefore does not affect the result.
+    An exception in a job or in `answers` ends all jobs.
     """
     if not jobs:
         return []
@@ -52,7 +52,7 @@ def batched(
         try:
             _serve(questions, replies, answers)
         except BaseException:
-            for reply in replies:  # for jobs that wait or ask again
+            for reply in replies:  # for jobs that are waiting or will ask again
                 reply.put(_Stop())
             raise
         return [each.result() for each in running]
@@ -63,7 +63,7 @@ class _Stop:
 
 
 class _StoppedError(Exception):
-    """Raised in a job that must end."""
+    """Raised in a job to end it."""
 
 
 _DONE = object()
@@ -90,13 +90,13 @@ def _serve(
             waiting.clear()
 
 
-SAMPLES_PER_VARIABLE = 64  # designs from which starts are selected
+SAMPLES_PER_VARIABLE = 64  # number of designs from which starts are selected
 MAX_SAMPLES = 1024
 STARTS = 8
-MIN_START_DISTANCE = 0.1  # relative to the diagonal of the unit cube
-MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of each local search; of the best one if not converged
+MIN_START_DISTANCE = 0.1  # smallest distance between starts, relative to the diagonal of the unit cube
+MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # iterations of a local search; of the best, unconverged one
 PRECISION = 1e-13  # relative change of the cost at which a local search ends
-POPULATION, GENERATIONS = 15, 400  # population per variable; maximum number of generations
+POPULATION, GENERATIONS = 15, 400  # population size per variable; maximum number of generations
 ITERATION_LIMIT_STATUS = 9  # scipy's status of a search that ran out of iterations
 PENALTY = 1e3  # cost of a design without figures, relative to the start
 INFEASIBLE = 1e50  # offset that ranks infeasible designs after all others
@@ -144,7 +144,7 @@ def from_many_starts(
 
 
 def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
-    """Good designs at a distance from one another."""
+    """Good designs that are not too close to one another."""
     variables = len(problem.low)
     cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
     shares = cube.random(min(SAMPLES_PER_VARIABLE * variables, MAX_SAMPLES))

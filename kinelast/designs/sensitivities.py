@@ -8,11 +8,11 @@ import numpy as np
 from kinelast.designs.evaluate import Designs
 from rigid.arrays import Flags, Reals
 
-RATIO = 2.0  # of successive steps
+RATIO = 2.0  # ratio of successive steps
 FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of a number's scale
-DEPTH = 6  # extrapolations; the truncation error contains the squares of as many steps
-NOISE_DEPTH = 3  # after as many extrapolations, small steps differ by round-off only
-NOISE_FACTOR = 4.0  # on the observed noise, because few differences show it
+DEPTH = 6  # number of extrapolations; the truncation error contains the squares of as many steps
+NOISE_DEPTH = 3  # after this many extrapolations, small steps differ only by round-off
+NOISE_FACTOR = 4.0  # safety factor on the observed noise, which few differences show
 
 
 @dataclass(frozen=True)
@@ -51,15 +51,16 @@ def steps(scale: np.ndarray) -> np.ndarray:
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
     """Extrapolate difference quotients with steps that shrink by `RATIO` (Richardson).
 
-    Selects the extrapolation with the smallest estimated error. Truncation: difference from its predecessors (Ridders).
-    Round-off: noise of the values, or differences of neighbours at small steps, whichever is larger.
+    The extrapolation with the smallest estimated error is selected. Its truncation error is the difference from its
+    predecessors (Ridders). Its round-off error is the noise of the values or the differences between neighbours at
+    small steps, whichever is larger.
 
     Parameters
     ----------
     quotients
         Shape (levels, ...), largest step first; nan for unusable steps.
     noise
-        Error of each quotient by round-off of the values, shape (levels, ...).
+        Error of each quotient due to round-off of the values, shape (levels, ...).
     order
         Order of the powers of the step in the error: 2 for central differences, 1 for one-sided ones.
 
@@ -90,7 +91,7 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
 def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
     """Actual over assumed round-off of the values, at least 1, shape (...).
 
-    Seen in differences of neighbours at small steps, at which truncation is negligible.
+    It is estimated from differences between neighbours at small steps, at which truncation is negligible.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
@@ -122,15 +123,15 @@ class Sensitivities:
     figure
         Values of the figures, shape (figures,).
     slope, error
-        Derivative and its estimated error. At a kink, mean of both sides; at the end of a range, the one-sided
-        derivative; nan if unknown.
+        Derivative and its estimated error. At a kink it is the mean of both sides, and at the end of a range the
+        one-sided derivative; nan if unknown.
     below, above
         One-sided derivatives.
     kink
-        True if one-sided slopes differ: the largest value is attained twice, or a magnitude is zero.
+        True if one-sided slopes differ, because the largest value occurs twice or a magnitude is zero.
     still
-        Largest tried relative change of the variable, both ways, that leaves the location of the largest value
-        unchanged; 0 at a kink. Beyond it the figure may switch to another link or position.
+        Largest relative change of the variable, in both directions, for which the location of the largest value was
+        found unchanged; 0 at a kink. Beyond it, the figure may switch to another link or position.
     """
 
     figures: tuple[str, ...]
@@ -145,7 +146,7 @@ class Sensitivities:
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Per cent of the figure per one per cent of the variable, shape (figures, variables)."""
+        """Change of the figure in per cent per one per cent of the variable, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.slope * self.at / self.figure[:, None])
 
@@ -156,7 +157,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     Parameters
     ----------
     figures_of
-        Function from values of the variables, shape (designs, variables), to figures; called once.
+        Function that maps values of the variables, shape (designs, variables), to figures; called once.
     at
         Values of the variables, shape (variables,).
     scale
@@ -178,7 +179,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     shape = (len(names), *moved.shape[:3])
     values = np.stack([np.asarray(computed.columns[name], float) for name in names])
     places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
-    move = np.diagonal(moved - at, axis1=2, axis2=3)  # the rounded step, so that its round-off has no effect
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # use the rounded step, so that its round-off has no effect
     found_at = _DisplacedDesigns(
         values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
     )
@@ -214,12 +215,12 @@ class _DisplacedDesigns:
 
     @property
     def unmoved(self) -> np.ndarray:
-        """True if the location is equal at the smallest displacement and undisplaced, (figures, sides, variables)."""
+        """True if the smallest displacement leaves the location unchanged, (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
-    """Largest tried relative change, both ways, that leaves a figure's location, (figures, variables)."""
+    """Largest relative change, in both directions, that keeps a figure's location, (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
@@ -238,8 +239,8 @@ def _sensitivities_from(
 ) -> Sensitivities:
     """Compute derivatives from the figures of displaced designs.
 
-    If two locations are always equally large, as in a cycle that runs forth and back, round-off picks one at random.
-    Differences across locations are then used if they are more accurate.
+    If two locations always have equal values, as in a cycle that runs back and forth, round-off picks one at random. In
+    that case, differences across locations are used if they are more accurate.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
@@ -258,7 +259,7 @@ def _sensitivities_from(
 
 
 def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _Slopes:
-    """Derivatives from values, nan if unusable; `both`: central differences are valid."""
+    """Derivatives from values, nan if unusable; `both`: whether central differences are valid."""
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
     figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # inf has no derivative
     left, right = tried.move[:, :, None, :]
@@ -271,6 +272,6 @@ def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _
 
 
 def _better(one: Extrapolation, other: Extrapolation) -> Extrapolation:
-    """Return the limit with the smaller error."""
+    """Return the extrapolated limit with the smaller error."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
     return Extrapolation(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

@@ -1,4 +1,4 @@
-"""Studies of a scene: sensitivities, tolerances, optimum."""
+"""Studies of a scene: sensitivities, tolerances and optimum."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,12 +32,12 @@ from rigid.arrays import Integers
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables without machine data
 NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # figures without meaningful derivatives
-MAX_ROUNDS = 6  # rounds in which the bounds of an optimum are tightened
+MAX_ROUNDS = 6  # number of rounds in which the bounds of an optimum are tightened
 GROWTH = 16.0  # factor on the spare reserve per round, after the third
-MAX_SPARE = 0.01  # larger margins of active limits are used up in another round, relative to the limit
+MAX_SPARE = 0.01  # largest margin of an active limit, relative to it, that needs no further round
 SCREENED_DESIGNS = 16  # designs that show which limits the variables affect
-MAX_STILL_CHANGE = 1e-9  # figures that change by less do not depend on the variables, relative
-BATCH, SMALL_BATCH = 512, 64  # designs between progress reports; the same if some are computed one by one
+MAX_STILL_CHANGE = 1e-9  # relative change below which a figure does not depend on the variables
+BATCH, SMALL_BATCH = 512, 64  # number of designs between progress reports; the same if some are computed one by one
 
 
 def _figures_of(
@@ -47,7 +47,7 @@ def _figures_of(
     progress: Progress = SILENT,
     stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
-    """Return a function from values of some numbers to figures, evaluated in batches."""
+    """Return a function that maps values of some numbers to figures, evaluated in batches."""
     base = base_of(document, paths, figures)
     part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
 
@@ -80,7 +80,7 @@ def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None)
     Raises
     ------
     SceneError
-        If it has none.
+        If it has no figures.
     """
     found = evaluate(document, [], np.zeros((1, 0)), figures)
     if found.reason[0]:
@@ -96,7 +96,7 @@ def sensitivity_study(
     Parameters
     ----------
     requested
-        Paths of the numbers; default: those of [sensitivities], else all that describe the machine.
+        Paths of the numbers; by default those in [sensitivities], or else all that describe the machine.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def _machine(table: SceneTable) -> list[str]:
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """Scales of variables: magnitudes; at least the drawing's extent for a coordinate, 1 for zero."""
+    """Scales of variables: their magnitudes, at least the drawing's extent for a coordinate, and 1 for zero."""
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
     return np.array(
         [
@@ -136,7 +136,8 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
 def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
     """Scatter of a scene's figures under its [tolerances].
 
-    If the scene names its output, also the output's error by geometry and by geometry plus deflection.
+    If the scene names its output, the study includes the output's error due to geometry, and due to geometry plus
+    deflection.
 
     Parameters
     ----------
@@ -196,7 +197,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
 
 @dataclass(frozen=True, eq=False)
 class PosedProblem:
-    """A scene's [optimize] as a problem, nominal figures, units, and True for a quasi-static scene."""
+    """Problem from a scene's [optimize], nominal figures, units, and True for a quasi-static scene."""
 
     task: OptimizationTask
     problem: DesignProblem
@@ -206,7 +207,7 @@ class PosedProblem:
 
 
 def problem_of(given: Document | Tables) -> PosedProblem:
-    """Pose the problem of a scene's [optimize].
+    """Build the problem from a scene's [optimize].
 
     Raises
     ------
@@ -230,7 +231,7 @@ def problem_of(given: Document | Tables) -> PosedProblem:
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
-    """Find the best design by a scene's [optimize].
+    """Find the best design according to a scene's [optimize].
 
     Raises
     ------
@@ -255,7 +256,7 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
 
 
 def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
-    """Raise SceneError if a violated limit depends on no variable, judged by a few designs before the search."""
+    """Raise SceneError if a violated limit depends on no variable, judging by a few designs before the search."""
     task, problem = posed.task, posed.problem
     cube = qmc.Sobol(len(first), rng=np.random.default_rng(task.seed)).random(SCREENED_DESIGNS)
     with np.errstate(all="ignore"):
@@ -283,12 +284,12 @@ class _FullyJudged:
 
     @property
     def judgements(self) -> tuple[Judgement, ...]:
-        """Limits with their values; empty without a full answer."""
+        """Limits with their values; empty if there is no full answer."""
         return self.answer.judgements if self.answer else ()
 
     @property
     def settled(self) -> bool:
-        """True if no limit is within its error, and active limits leave no margin: tightening bounds gains nothing."""
+        """True if all limits are decided and active ones leave no margin: tightening bounds gains nothing."""
         if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
@@ -297,13 +298,13 @@ class _FullyJudged:
 
 
 def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
-    """Find the best design that keeps all limits by its full answer, including errors; else return the last one tried.
+    """Find the best design that meets all limits by its full answer, including errors, or return the last one tried.
 
-    A quasi-static search leaves no reserve for vibration and errors. So the best design gets a full answer, the bounds
-    are moved accordingly, and the search continues. Without limits, only the goal gets a full answer.
+    A quasi-static search leaves no reserve for vibration and errors. Therefore the best design gets a full answer, the
+    bounds are adjusted accordingly, and the search continues. Without limits, only the goal gets a full answer.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
-    worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on theory
+    worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on the theory
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
     for left in reversed(range(MAX_ROUNDS)):
@@ -321,7 +322,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors differ between designs
+        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors vary between designs
         problem = now.problem.held_to([judge.room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
         now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, task.seed, progress))
@@ -329,7 +330,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
-    """All figures that a limit or goal may name; expensive ones only if named."""
+    """All figures that a limit or goal can name; expensive ones only if it does."""
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()

@@ -1,4 +1,4 @@
-"""Scatter of figures from tolerances of a design's numbers; error of its output."""
+"""Scatter of figures due to the tolerances of a design's numbers, and error of its output."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,11 +22,11 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # independently scrambled sets of points
-DESIGNS = 2048  # default number of samples, in all sets together
+REPEATS = 8  # number of independently scrambled sets of points
+DESIGNS = 2048  # default number of samples in all sets together
 QUANTILES = (0.025, 0.5, 0.975)
 NORMAL_DEVIATIONS = 3.0  # tolerance of a normal distribution, in standard deviations
-INDEX_SAMPLE = 256  # designs for Sobol's indices, per (variables + 2)
+INDEX_SAMPLE = 256  # number of designs for Sobol indices, per (variables + 2)
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Tolerance:
     half
         Tolerance: half the width of the range, in the number's unit.
     normal
-        True for a normal distribution with standard deviation `half` / 3; else uniform.
+        True for a normal distribution with standard deviation `half` / 3, False for a uniform one.
     """
 
     half: float
@@ -63,7 +63,7 @@ class FirstOrder:
     deviation
         Standard deviation, shape (figures,).
     worst
-        Largest deviation if every number is at the end of its tolerance, shape (figures,).
+        Largest deviation if every number is at a limit of its tolerance, shape (figures,).
     share
         Share of each number in the variance, shape (figures, variables); nan without scatter.
     """
@@ -74,7 +74,7 @@ class FirstOrder:
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """First-order scatter of figures for independent numbers; the steeper side counts at a kink."""
+    """First-order scatter of figures for independent numbers; at a kink the steeper side is used."""
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
@@ -96,7 +96,7 @@ class Scatter:
     error
         Standard errors of mean, deviation, low, median and high, from repeated samples, shape (5,).
     known
-        Share of designs that have the figure; others are left out.
+        Share of designs that have the figure; the others are left out.
     """
 
     mean: float
@@ -113,7 +113,7 @@ class Scatter:
 def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
     """Sample designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
 
-    At least `designs`: the number of points in a set is a power of two.
+    There are at least `designs` points, because the number of points in a set is a power of two.
     """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
@@ -165,19 +165,19 @@ def _moments(values: np.ndarray) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class KeptShare:
-    """Share of machines that keep all limits.
+    """Share of machines that meet all limits.
 
     Attributes
     ----------
     plain
-        By quasi-static figures, without errors.
+        Share by quasi-static figures, without errors.
     in_full
-        By full answers, with errors; nan if a limit cannot be judged.
+        Share by full answers, with errors; nan if a limit cannot be judged.
     low, high
         95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surface.
     beyond
-        Share of machines whose total output error, by geometry and deflection, exceeds the limit of the output's
-        deflection; nan without such a limit.
+        Share of machines with a total output error, due to geometry and deflection, above the limit on the output's
+        deflection; nan if there is no such limit.
     """
 
     plain: float
@@ -190,7 +190,7 @@ class KeptShare:
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Estimate the share of machines that keep all limits; a machine of which a link yields keeps none.
+    """Estimate the share of machines that meet all limits; a machine with a yielding link meets none.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def kept_share(
     judgements
         Limits with the full answer of the nominal machine.
     full
-        Figures by full answers of the machines.
+        Figures of the machines, from full answers.
     output
         Name of the column with the total output error.
     """
@@ -221,10 +221,10 @@ def kept_share(
 def variance_shares(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-    """Sobol indices: share of each number in the variance, alone and including interactions.
+    """Sobol indices: the share of each number in the variance, alone and including interactions.
 
-    Unlike `first_order` not limited to small tolerances. Shapes (variables,); nan for a figure without scatter, or
-    unknown for some design.
+    Unlike `first_order`, they are not limited to small tolerances. Shapes (variables,); nan for a figure that does not
+    scatter or is unknown for some design.
     """
     names: list[str] = []
 
@@ -263,7 +263,7 @@ class ToleranceResult:
     answer
         Full answer of the nominal scene.
     kept
-        Share of machines that keep all limits; None without limits.
+        Share of machines that meet all limits; None if there are no limits.
     """
 
     variables: tuple[Variable, ...]
@@ -280,13 +280,14 @@ class ToleranceResult:
 
 GEOMETRIC, WHOLE = "geometric_error", "whole_error"
 FARTHEST, SQUARES = "path_error", "path_squares"
-PART = "path["  # begins the keys of the components that are summed in SQUARES
+PART = "path["  # prefix of the keys of the components that are summed in SQUARES
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
     """Largest output error over the cycle, relative to the nominal mechanism with rigid links.
 
-    Two figures: by geometry alone, and by geometry plus deflection. See `output_error` for deflection alone.
+    There are two figures: due to geometry alone, and due to geometry plus deflection. See `output_error` for deflection
+    alone.
 
     Parameters
     ----------
@@ -318,7 +319,7 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
-    """Distance of a point from given places, one per position, with rigid links.
+    """Distance of a point from given target points, one per position, with rigid links.
 
     Figures: largest distance, sum of squares, and the components whose squares are summed.
     """

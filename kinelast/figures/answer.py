@@ -16,13 +16,13 @@ from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
 from rigid.arrays import Reals
 
-SURELY = 0.8  # stated error of a course that surely reaches the accuracy, relative to it; its own error is about 20 %
-BESIDES = 0.1  # a possible gain below this share of the accuracy or of the remaining error needs no better theory
+SURELY = 0.8  # stated error of a time history / accuracy that it surely reaches; the statement is within about 20 %
+BESIDES = 0.1  # no better theory is needed for a gain below this share of the accuracy or of the remaining error
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Deflection by the chosen theory, with errors.
+    """Deflection according to the chosen theory, with errors.
 
     Attributes
     ----------
@@ -33,18 +33,18 @@ class Answer:
     quasi_static
         Deflection without vibration.
     vibrating
-        Vibrating mechanism; None if not computed.
+        Solution with vibration; None if not computed.
     figures, off
         Figures with errors, and the data for these errors.
     graded
-        Main figures, which grade the answer.
+        Main figures; their errors grade the answer.
     accuracy
-        Requested accuracy; None without a request.
+        Requested accuracy; None if none was requested.
     missed
-        Relative change of the most affected graded figure by vibration and large displacement, or its bound if
-        vibration was not solved; nan if unknown.
+        Relative change that vibration and large displacement cause in the most affected graded figure, or a bound on it
+        if vibration was not solved; nan if unknown.
     finer
-        True if a finer theory can answer.
+        True if a more accurate theory is available.
     """
 
     theory: str
@@ -92,7 +92,7 @@ class Answer:
 
     @property
     def worst_course(self) -> tuple[str, float]:
-        """Name and relative error of the worst course; empty and nan if unknown."""
+        """Name and relative error of the worst time history; empty and nan if unknown."""
         return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
 
     @property
@@ -105,9 +105,9 @@ class Answer:
 
     @property
     def enough(self) -> bool:
-        """True if a better theory would not help: accuracy reached, or little error left to remove.
+        """True if a better theory would not help, because the accuracy is reached or it could remove little error.
 
-        A requested accuracy must also be reached by the courses of all fields and joint forces.
+        The time histories of all fields and joint forces must also reach a requested accuracy.
         """
         if self.unknown:
             return False
@@ -120,7 +120,7 @@ class Answer:
 
     @property
     def off_by_motion(self) -> float:
-        """Largest relative error by the theory of motion; infinite if unknown."""
+        """Largest relative error due to the theory of motion; infinite if unknown."""
         if self.unknown:
             return math.inf
         return max((*map(_share_by_motion, self.graded), *self.courses.values()), default=0.0)
@@ -132,15 +132,15 @@ class Answer:
 
     @property
     def wanted(self) -> float:
-        """The accuracy to reach: the requested one, or `ACCURACY`."""
+        """Accuracy to reach: the requested one, or `ACCURACY`."""
         return ACCURACY if self.accuracy is None else self.accuracy
 
     @property
     def missed_peaks(self) -> Reals:
-        """Instants [s] at and next to the peaks of graded figures with an error `BETWEEN` positions above the accuracy.
+        """Instants [s] around the peaks of graded figures if their error `BETWEEN` positions exceeds the accuracy.
 
-        Empty with dry friction: a second answer would take as long as the first. Its joints would stick at
-        other instants.
+        Empty with dry friction: a second answer would take as long as the first, and its joints would stick at other
+        instants.
         """
         if has_dry_friction(self.cycle.scene.mechanism):
             return np.zeros(0)
@@ -155,7 +155,7 @@ class Answer:
         return np.unique(np.concatenate(instants))
 
     def reaches(self, error: float) -> bool | None:
-        """Return True if an error and the courses are within the accuracy; None if none was requested."""
+        """Return True if an error and the time histories are within the accuracy; None if none was requested."""
         if self.accuracy is None:
             return None
         return error <= self.accuracy and not self.worst_course[1] > self.accuracy

@@ -1,4 +1,4 @@
-"""Proposals for balancing: counterweights, discs and springs on links that turn about ground pins."""
+"""Proposals for balancing: counterweights, discs and springs on links that rotate about ground pins."""
 
 import math
 from cmath import rect
@@ -23,9 +23,10 @@ NOTHING = 1e-9  # amounts below this share of the largest are round-off
 def balance_figures(results: Results) -> dict[str, Any]:
     """Return proposals for a motion as plain data, with `words`; see `machine.drives.balanced`.
 
-    `shaking_force` and `weight` have counterweights on the links, as first moments of mass. `shaking_moment` adds discs
-    to the counterweights of the shaking force; negative discs rotate against their links. `drive_effort` has a torsion
-    spring at the pin of one link. Each gives peaks before and after, and the remaining share of the root mean square.
+    `shaking_force` and `weight` propose counterweights on the links, as first moments of mass. `shaking_moment` adds
+    discs to the counterweights for the shaking force; negative discs counter-rotate. `drive_effort` proposes a torsion
+    spring at the pin of one link. Each proposal gives the peaks before and after, and the remaining share of the root
+    mean square.
     """
     motion, pins = results.motion, drives.pivoted_links(results.motion)
     if not pins or not results.cycle.counted.all():
@@ -57,7 +58,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
 
 
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
-    """Return the text of a scene with counterweights against its shaking force; empty if none can be added.
+    """Return the text of a scene with counterweights that reduce its shaking force; empty if none can be added.
 
     Each counterweight is a rigid link, welded to its link at the pin. The masses are variables of `[optimize]`, which
     minimizes the shaking force unless the scene has another goal.
@@ -94,14 +95,14 @@ def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
 
 
 def _put(file: Any, table: str, key: str, value: Any) -> None:
-    """Write a value into a table of a file, and add the table if it is missing."""
+    """Set a value in a table of a file, adding the table if it is missing."""
     if table not in file:
         file[table] = {}
     file[table][key] = value
 
 
 def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
-    """Return the drawn location of a counterweight; None if the drawing does not show the angle of its link."""
+    """Return a counterweight's position in the drawing; None if the drawing does not define its link's angle."""
     mechanism, places = document.scene.mechanism, drawn_places(document.table)
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
@@ -158,7 +159,7 @@ def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: 
 
 
 def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
-    """Return the torsion spring that reduces the effort most: stiffness, and link angle without moment."""
+    """Return the torsion spring that reduces the effort most: its stiffness and its unloaded link angle."""
     stiffness, moment = balance.amounts.tolist()
     slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
     link = results.mechanism.links[at].name
@@ -167,7 +168,7 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
 
 
 def _words(proposals: Mapping[str, Any], shown_in: DisplayUnits) -> Iterator[str]:
-    """Return sentences on the proposals."""
+    """Return sentences that describe the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
         if key in proposals and proposals[key]["before"].value:
             parts = (

@@ -1,4 +1,4 @@
-"""Answers including instants between the positions of a run, where peaks may be larger."""
+"""Answers that include instants between the positions of a run, because peaks may be larger there."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,20 +11,20 @@ from kinelast.scene.data import scene_deflection
 from kinelast.scene.error import SceneError
 from rigid import Motion
 
-MAX_REFINED = 10_000  # with more positions, no instants between them are examined
-MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions; beyond it, peaks of ringing are missed
+MAX_REFINED = 10_000  # with more positions than this, no instants between them are examined
+MAX_PHASE = 0.5  # [rad] largest phase of the lowest natural frequency between positions that shows all peaks of ringing
 
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """Answers of all theories including instants between the positions of a quasi-static cycle."""
+    """Answers of all theories that include instants between the positions of a quasi-static cycle."""
 
     still: Cycle
     _vibrating: dict[int, Cycle] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def _motion(self) -> Motion | None:
-        """Return the motion including instants between the positions; None if unreachable or above `MAX_REFINED`."""
+        """Return the motion with instants between positions; None if unreachable or more than `MAX_REFINED`."""
         times, course = self.still.motion.time, self.still.scene.course
         if len(times) > MAX_REFINED:
             return None
@@ -35,7 +35,7 @@ class Between:
 
     @cached_property
     def _quasi_static(self) -> Cycle:
-        """Return the quasi-static answer including instants between the positions."""
+        """Return the quasi-static answer with instants between the positions."""
         assert self._motion is not None
         return self._sampled(self._motion, None)
 
@@ -63,11 +63,11 @@ class Between:
         return self._vibrating[id(vibrating)]
 
     def may_peak(self, vibrating: Elastodynamic) -> bool:
-        """Return True if links may vibrate to a peak and back between two positions."""
+        """Return True if a link may vibrate to a peak and back between two positions."""
         return bool(vibrating.lowest * np.diff(self.still.motion.time).max(initial=0.0) > MAX_PHASE)
 
     def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
-        """Return the motion including the nodes of time elements with nodes closer together than its instants."""
+        """Return the motion with the nodes of those time elements that have nodes closer together than its instants."""
         if vibrating.vibration is None:
             return moved
         grid, times, course = vibrating.vibration.problem.terms.grid, moved.time, self.still.scene.course

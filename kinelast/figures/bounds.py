@@ -1,4 +1,4 @@
-"""Bounds of errors, known before vibration is solved, and the only decision on whether a bound suffices."""
+"""Error bounds that are known before vibration is solved, and the only decision on whether a bound suffices."""
 
 import math
 
@@ -10,27 +10,27 @@ from elastic.elastodynamics import Damping
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene
 
-RESOLVED = 0.5  # bound of the discretization error that needs no measurement, relative to the accuracy
-BOUNDED = 0.05  # the same of vibration and large displacement, whose bounds are wide for small figures
-JUDGED = 0.2  # factor on both bounds above if limits judge the answer
-ASKED = 1e-4  # bound of an error that needs no measurement if an accuracy is requested
-BOUND_OVER_ERROR = 4.0  # bound of the discretization error / its usual value
-PER_ROTATION = 2.0  # bound of the effect of large displacement / largest rotation [rad]
+RESOLVED = 0.5  # largest bound on the discretization error, relative to the accuracy, that needs no measurement
+BOUNDED = 0.05  # same for vibration and large displacement; their bounds are loose for small figures
+JUDGED = 0.2  # factor on both bounds above if the answer is compared with limits
+ASKED = 1e-4  # largest bound on an error that needs no measurement if an accuracy is requested
+BOUND_OVER_ERROR = 4.0  # bound on the discretization error / its usual value
+PER_ROTATION = 2.0  # bound on the effect of large displacement / largest rotation [rad]
 
 
 def resolved(accuracy: float, judged: bool, share: float = RESOLVED) -> float:
-    """Largest bound of an error that needs no measurement; smaller if limits or a speed map use it (`judged`)."""
+    """Largest error bound that needs no measurement; smaller if limits or a speed map use it (`judged`)."""
     return share * (JUDGED if judged else 1.0) * accuracy
 
 
 def damping_of(scene: Scene) -> Damping:
-    """Return the damping of every beam: beta of its material, otherwise the damping ratio."""
+    """Return the damping of every beam: the beta of its material, or else the damping ratio."""
     theory = scene.theory
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
 
 def bound_of_vibration(cycle: Cycle, period: float) -> float:
-    """Bound of the relative change of a quasi-static answer by vibration; infinite if no bound is known."""
+    """Bound on the relative change of a quasi-static answer due to vibration; infinite if no bound is known."""
     scene, course = cycle.scene, cycle.scene.course
     if not math.isfinite(period) or course.stops or len(course.breaks.sides) or scene.mechanism.friction:
         return math.inf

@@ -1,4 +1,4 @@
-"""Checks of the answer by other theories: large displacements in time, and links as plane bodies."""
+"""Checks of the answer by other theories: large displacements in the time domain, and links as plane bodies."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
-DIVISORS = 1.5, 6.0  # allowed difference over tolerance of the check: first run, and second run if undecided
+DIVISORS = 1.5, 6.0  # allowed difference / tolerance of the check: first run, and second run if undecided
 MEASURING = 0.2  # largest error of a check that replaces an estimate, relative to the estimate
-DEFAULT_TOLERANCE = 0.005  # of a check without an allowed difference
-MIN_ACCURACY = 1e-4  # finest accuracy that a message advises
-MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # momentum difference of vibrating links; a larger one shows nothing
+DEFAULT_TOLERANCE = 0.005  # tolerance of a check without an allowed difference
+MIN_ACCURACY = 1e-4  # finest accuracy that a message suggests
+MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # bounds of the allowed momentum difference of vibrating links
 ALLOWED_PER_ACCURACY = 0.2  # momentum difference relative to the accuracy, which sets the solver's tolerance
-POSITIONS = 360  # default of a run; beyond, a finer time grid widens the allowed momentum difference
+POSITIONS = 360  # default positions of a run; with more, a finer time grid widens the allowed momentum difference
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
-    """Solve the mechanism by nonlinear finite elements, with only scene and damping taken from the answer.
+    """Solve the mechanism by nonlinear finite elements, taking only the scene and the damping from the answer.
 
-    The elements are beams too, so errors of beam theory are not part of the allowed difference.
+    The elements are also beams, so the allowed difference does not include errors of beam theory.
     """
     from fem_check.nonlinear import DoesNotCloseError, NotCheckedError
 
@@ -77,7 +77,7 @@ def _nonlinear(
     estimate: float,
     progress: Callable[[float, str], None] | None,
 ) -> NonlinearCheck:
-    """Return the check at a tolerance."""
+    """Run the check at a tolerance."""
     from fem_check.nonlinear import refined_deflection
 
     scene, times, period = results.scene, results.motion.time, results.period
@@ -176,16 +176,16 @@ def _damping(results: Results) -> Reals:
 
 
 def _poisson(scene: Scene) -> list[float]:
-    """Return Poisson's ratio of each beam, by default that of metals."""
+    """Return Poisson's ratio of each beam; the default is that of metals."""
     names = [made.material for made in scene.made_of] or [""] * len(scene.labels)
     given = [scene.materials[name].poisson if name in scene.materials else None for name in names]
     return [POISSON if ratio is None else ratio for ratio in given]
 
 
 def nearer(results: Results, error: FigureError, share: float) -> str:
-    """Return advice that reduces a figure's error to a share of the figure, empty if there is none.
+    """Return advice on how to reduce a figure's error to a share of the figure; empty if there is none.
 
-    It names the largest part of the error and an option that runs for this scene.
+    The advice names the largest part of the error and an option that works for this scene.
     """
     answer, largest = results.answer, error.largest
     if largest == errors.BEAM_THEORY:
@@ -201,9 +201,9 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
 
 
 def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
-    """Return advice on an error by the theory of motion.
+    """Return advice on an error due to the theory of motion.
 
-    An accuracy is advised only if it is finer than that of the answer, and the answer reached its own.
+    A finer accuracy is suggested only if the answer has reached its present accuracy.
     """
     wanted = answer.accuracy or ACCURACY
     reached = max((each.error.without(errors.NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
@@ -223,8 +223,9 @@ def _hollow(results: Results) -> bool:
 def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
     """Return the momentum balances of the whole machine, quasi-static and with vibration, by theory.
 
-    The allowed difference of vibrating links is the error of the answer in time, coordinates and large displacement,
-    but at least `MIN_ALLOWED`, growing with the square of the number of positions, and a share of the accuracy.
+    The allowed difference for vibrating links is the error of the answer in time, coordinates and large displacement.
+    It is at least `MIN_ALLOWED`, which grows with the square of the number of positions, and at least a share of the
+    accuracy.
     """
     from elastic.elastodynamics import deflection_at
     from fem_check import balance
@@ -245,7 +246,7 @@ def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
 
 
 def check_passed(results: Results) -> bool | None:
-    """Return whether the finite element check is within its bounds, or None if it compares nothing."""
+    """Return whether the finite element check is within its bounds, or None if it compared nothing."""
     comparison, verdicts = results.comparison, []
     assert comparison is not None
     if not comparison.passed or (results.scene.labels and comparison.compared):
@@ -255,7 +256,7 @@ def check_passed(results: Results) -> bool | None:
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
-    """Return the error of beam theory in the quasi-static answer, by plane-stress bodies."""
+    """Return the error of beam theory in the quasi-static answer, measured by plane-stress bodies."""
     from fem_check.solid import compare_solid
 
     try:
@@ -273,7 +274,7 @@ MIN_DIFFERENCE = 0.01  # smallest difference that a check resolves, relative to 
 
 @dataclass(frozen=True)
 class NotMade:
-    """Requested check that cannot be made, with the reason in `problem`."""
+    """Requested check that is not possible, for the reason in `problem`."""
 
     problem: str
 
@@ -285,19 +286,19 @@ class NonlinearCheck:
     Attributes
     ----------
     elements, steps, positions
-        Elements per beam, time steps, and compared positions.
+        Numbers of elements per beam, time steps, and compared positions.
     difference, without_vibration
-        By label of the beam: greatest difference of the answer, and of the quasi-static answer, relative to the
-        largest deflection of the beam.
+        By beam label: largest difference of the answer, and of the quasi-static answer, relative to the largest
+        deflection of the beam.
     peak
-        By label: largest deflection in the check [m].
+        By beam label: largest deflection in the check [m].
     estimate
-        Estimated error of the answer, without errors that the check shares; nan if unknown.
+        Estimated error of the answer, without the errors that the check shares; nan if unknown.
     mesh, step
         Estimated relative errors of the check.
     allowance
-        By label: additional allowance, relative to the beam's own deflection. An answer converges to a share of the
-        largest displacement, which is more for a link that hardly bends.
+        By beam label: additional allowance, relative to the beam's deflection. The convergence tolerance is relative to
+        the largest displacement, so it is larger in relation to a link that barely bends.
     measured
         Errors of the figures that the check also computes.
     """
@@ -316,7 +317,7 @@ class NonlinearCheck:
 
     @property
     def largest(self) -> float:
-        """Difference of the worst beam."""
+        """Difference for the worst beam."""
         return max(self.difference.values(), default=0.0)
 
     @property
@@ -326,17 +327,17 @@ class NonlinearCheck:
 
     @property
     def near(self) -> bool:
-        """Whether the difference is closer to its bound than the error of the check, or this error is unreliable."""
+        """Whether the difference is too close to its bound for the error of the check, or this error is unreliable."""
         return abs(self._beyond) < self.error or self.error > UNRELIABLE
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the stated error exceeds the answer, so that any difference would agree."""
+        """Whether the stated error exceeds the answer, so that any difference would be within it."""
         return self.estimate > 1.0
 
     @property
     def _beyond(self) -> float:
-        """Difference of the worst beam minus its bound."""
+        """Difference for the worst beam minus its bound."""
         off = ((each, self.estimate + self.allowance.get(label, 0.0)) for label, each in self.difference.items())
         return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
 
@@ -349,7 +350,7 @@ class NonlinearCheck:
 
 
 def allowed_difference(estimate: float) -> float:
-    """Return the largest difference that a check may find, nan without an estimated error."""
+    """Return the largest difference that a check may find; nan if there is no estimated error."""
     return math.nan if math.isnan(estimate) else max(MAX_RATIO * estimate, MIN_DIFFERENCE)
 
 

@@ -11,15 +11,15 @@ from kinelast.figures.errors import TIME, Estimate
 from rigid.arrays import Complexes, Numbers, Reals
 
 COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
-FORCES = "N", "M", JOINT_FORCES  # courses of forces
-AT = np.linspace(0.0, 1.0, 5)  # stations at which courses are compared
-SMALL = 0.1  # smallest base of course errors, relative to the largest of all beams or joints
+FORCES = "N", "M", JOINT_FORCES  # time histories of forces
+AT = np.linspace(0.0, 1.0, 5)  # stations at which time histories are compared
+SMALL = 0.1  # smallest reference value of errors over time, relative to the largest of all beams or joints
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:
     """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
 
-    It is a share of the largest deflection of the beam. `--check nonlinear` measures it.
+    The error is relative to the largest deflection of the beam. `--check nonlinear` measures it.
     """
     chord = sample(answer.deflection, "chord", STATIONS)
     base = reference_deflection(_greatest_of_members(answer, chord))
@@ -33,11 +33,11 @@ def history_error(answer: Cycle, off: Estimate) -> float:
 def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
     """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
 
-    Each is a share of the largest value of the member or joint, which counts as at least `SMALL` times the largest of
-    all.
+    Each error is relative to the largest value of its member or joint, or to `SMALL` times the largest of all if that
+    is larger.
     """
     shares, errors = math.fsum(off.shares.values()), {}
-    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # displacements converge faster
+    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # displacements converge faster than forces
     known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
     if not off.stages:
         return known
@@ -52,7 +52,7 @@ def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
 
 
 def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
-    """Return, for each beam, the largest magnitude in its whole member; `values`: (beams, positions, stations)."""
+    """Return the largest magnitude in the whole member of each beam; `values`: (beams, positions, stations)."""
     greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
     return members_of(answer.scene.mechanism).greatest(greatest)
 
@@ -63,7 +63,7 @@ def _not_small(greatest: Reals) -> Reals:
 
 
 def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
-    """Return the largest difference in any row, relative to the base of the row."""
+    """Return the largest difference in any row, relative to the reference value of the row."""
     apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
     return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
 

@@ -1,4 +1,4 @@
-"""A scene in motion, the input of all figures: one run, or many designs or speeds at once."""
+"""A scene in motion, from which all figures are computed: one run, or many designs or speeds at once."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
-WELL = 1e6  # largest condition number of a position that counts in largest values
-STATIONS = 15  # stations along a beam for differences between answers
+WELL = 1e6  # largest condition number of a position that is included in largest values
+STATIONS = 15  # number of stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-INSTANTS = 12  # positions with natural frequencies, which change slowly over the cycle
+INSTANTS = 12  # number of positions with natural frequencies, which change slowly over the cycle
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
 
@@ -40,11 +40,11 @@ class AlongBeams(RowSearch):
     key: str
 
     def rows(self, cycle: Cycle) -> Reals | None:
-        """Return the values of a cycle that is sampled along the beams."""
+        """Return the values for a cycle that is sampled along the beams."""
         return greatest_along(sample(cycle.deflection, self.key, AT_STATIONS, cycle.samples)) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
-        """Return the largest values of the beams over the positions that count."""
+        """Return the largest values on the beams over the included positions."""
         rows = self.rows(cycle)
         if rows is not None:
             return cycle.largest(rows)
@@ -63,23 +63,25 @@ class Cycle:
     Attributes
     ----------
     given
-        Its deflection, where it is known; else computed where a figure asks for it.
+        Its deflection if known; otherwise it is computed when a figure needs it.
     tabled
-        Whether fields are wanted at every position, not their largest values alone.
+        Whether fields are needed at every position, instead of only their largest values.
     wanted
-        Fields that figures take, so that they are searched together.
+        Fields that the figures need; they are searched together.
     used
-        How many designs count: those that follow only fill the arrays.
+        Number of actual designs; any others only fill the arrays.
     period
-        Duration of the cycle [s], shape (...), where fields count between the positions too.
+        Duration of the cycle [s], shape (...), if fields are also evaluated between the positions.
     sampled
-        Whether fields are looked at in `STATIONS` places along the beams alone: enough for the difference of two.
+        Whether fields are evaluated only at `STATIONS` points along the beams, which is enough for the difference
+        between two answers.
     between
-        Whether peaks have their gain between the positions.
+        Whether peaks include their gain between the positions.
     still
-        The quasi-static answer of the same motion, which gives the critical loads; None if this is it.
+        The quasi-static answer for the same motion, which provides the critical loads; None if this is the quasi-static
+        answer.
     samples
-        Values at `STATIONS`, by key of a field, while several fields are searched.
+        Values at `STATIONS`, by field key, while several fields are searched.
     """
 
     scene: Scene
@@ -96,7 +98,7 @@ class Cycle:
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
-        """Return a result of the cycle and further arguments, cached."""
+        """Return the cached result of a function of the cycle and other arguments."""
         key = function, *arguments
         if key not in self._known:
             self._known[key] = function(self, *arguments)
@@ -159,9 +161,9 @@ class Cycle:
 
     @cached_property
     def counted(self) -> Flags:
-        """True at positions that count in largest values (condition up to `WELL`), shape (..., positions).
+        """True at positions that are included in largest values (condition up to `WELL`), shape (..., positions).
 
-        Where no position is so well conditioned, all that could be computed count.
+        If no position is that well conditioned, all computed positions are included.
         """
         well = self.condition <= WELL
         if self.scene.mechanism.friction:
@@ -170,12 +172,12 @@ class Cycle:
 
     @cached_property
     def counted_if_any(self) -> Flags | None:
-        """Positions that count; None if all do."""
+        """Included positions; None if all are."""
         return None if self.counted.all() else self.counted
 
     @cached_property
     def weights(self) -> Reals:
-        """Weights of positions in time averages [s], shape (..., positions); 0 if a position does not count."""
+        """Weights of positions in time averages [s], shape (..., positions); 0 if a position is excluded."""
         run = self.scene.run
         cycle: Any = run.duration if run.turn else np.nan
         period = cycle if self.period is None else np.asarray(self.period)[..., None]
@@ -183,12 +185,12 @@ class Cycle:
 
     @cached_property
     def well_conditioned(self) -> Deflection:
-        """Deflection with nan at positions that do not count."""
+        """Deflection with nan at excluded positions."""
         left_out = ~self.singular & ~self.counted
         return elastic.marked(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
-        """Return the largest magnitude of values, shape (..., positions), over the positions that count."""
+        """Return the largest magnitude of values, shape (..., positions), over the included positions."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
         found = largest(values, self.counted_if_any)
@@ -215,13 +217,13 @@ class Cycle:
         return Cycle(self.scene, self.scene.course.at(self.motion.time[::2]), sampled=True)
 
     def rows(self, values: Any) -> Numbers:
-        """Return values of several items with all columns, shape (items, ..., positions)."""
+        """Return the values of several items with all columns, shape (items, ..., positions)."""
         columns = self.columns
         wide = [each if np.shape(each) == columns else np.broadcast_to(each, columns) for each in values]
         return np.array(wide) if wide else np.zeros((0, *self.columns))
 
     def along(self, key: str) -> Largest:
-        """Return the largest magnitude of a field on every beam over the positions that count, shape (beams, ...)."""
+        """Return the largest magnitude of a field on every beam over the included positions, shape (beams, ...)."""
         return self._found(AlongBeams(key), True)
 
     @cached_property
@@ -239,32 +241,33 @@ class Cycle:
 
     @cached_property
     def euler_ratio(self) -> Reals:
-        """Compression over Euler's load, shape (beams, ..., positions)."""
+        """Compression / Euler load, shape (beams, ..., positions)."""
         return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
 
     @property
     def pressed(self) -> Largest:
-        """Load over critical load of every beam's link, the largest over the positions, shape (beams, ...).
+        """Largest load / critical load over the positions, for the link of every beam, shape (beams, ...).
 
-        Of the forces without vibration. Of many designs or speeds these are safe bounds, never too low; nan if unknown.
+        The forces are those without vibration. For many designs or speeds, the ratios are safe upper bounds; nan if
+        unknown.
         """
         return self.still.pressed if self.still else self.once(_pressed)[0]
 
     @property
     def pressed_beside(self) -> Reals:
-        """How much larger the load ratios may be between the positions, shape (beams, ...); 0 of safe bounds."""
+        """Possible increase of the load ratios between the positions, shape (beams, ...); 0 for safe bounds."""
         return self.still.pressed_beside if self.still else self.once(_pressed)[1]
 
     @cached_property
     def bending(self) -> Reals:
-        """Largest deflection from the chord, relative to its maximum, of the worst beam, shape (..., positions)."""
+        """Largest deflection from the chord, relative to its maximum, for the worst beam, shape (..., positions)."""
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         return share.max(axis=0, initial=0.0)
 
     def joint(self, number: int) -> JointCourse:
-        """Return force and motion of a joint over the positions that count."""
+        """Return the force and motion of a joint over the included positions."""
         return self.once(_joint, number)
 
     @cached_property
@@ -350,12 +353,12 @@ def greatest_along(values: Any) -> Reals:
 
 FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s
 MOST_COORDINATES = 18 * FEW
-MOST_BEAMS = 150  # beams that are short pieces of links, with a third of the coordinates
+MOST_BEAMS = 150  # beams that are short pieces of links; these need a third of the coordinates
 INNER = 4  # initial number of polynomials along a vibrating beam
 
 
 def too_many_beams(mechanism: Mechanism) -> str:
-    """Return the reason why vibration and buckling are not computed; empty if they are."""
+    """Return the reason why vibration and buckling are not computed; empty if they are computed."""
     count = len(mechanism.beams)
     if count <= FEW:
         return ""

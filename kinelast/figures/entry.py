@@ -1,4 +1,4 @@
-"""Measures: figures of all items or of single items, by name."""
+"""Measures: figures for all items or for single items, by name."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from rigid.arrays import Integers, Reals
 
 @dataclass(frozen=True)
 class Measure:
-    """A figure of one, several or all items, as a single number of a design or speed."""
+    """A figure for one, several or all items, reduced to a single number per design or speed."""
 
     name: str
     unit: str
@@ -25,12 +25,12 @@ class Measure:
     items: tuple[int, ...] | None = None
 
     def among(self, values: Any) -> Reals:
-        """Return its values from the magnitudes of all items, shape (items, ...)."""
+        """Reduce the magnitudes of all items, shape (items, ...), to its values."""
         rows = values if self.items is None else values[[*self.items]]
         return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
 
     def of(self, cycle: Cycle) -> tuple[Reals, Integers]:
-        """Return values, and numbers that identify item and position (-1 without position), shape (...)."""
+        """Return the values, and numbers that identify item and position (-1 if none), shape (...)."""
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))
         rows = known if len(items) == count else _picked(known, items)
@@ -62,7 +62,7 @@ def _magnitude(cycle: Cycle, figure: Figure, _sampled: bool) -> Any:
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:
-    """Return the numbers of the items of a limit; a limit of a link holds for all its beams."""
+    """Return the numbers of the items to which a limit applies; a limit on a link applies to all its beams."""
     mechanism = scene.mechanism
     of_links = limit.of in (BEAM, FATIGUED) and not limit.named
     names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
@@ -70,7 +70,7 @@ def bounded_items(scene: Scene, limit: Limit) -> list[int]:
 
 
 def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
-    """Return measures by name: of all items together (if they have one unit) and of every item."""
+    """Return measures by name: for all items together (if they share a unit) and for every single item."""
     return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
 
 
@@ -86,12 +86,12 @@ def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
 
 
 def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
-    """Return measures by their names; other names are kept.
+    """Look up measures by name; keep other objects.
 
     Raises
     ------
     SceneError
-        There is none of a name.
+        No measure has this name.
     """
     for name in names:
         if isinstance(name, str) and name not in table:

@@ -1,4 +1,4 @@
-"""Errors of figures, in their units, from differences between answers."""
+"""Errors of figures, in the figures' units, from differences between answers."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ BETWEEN = "between the positions"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
 NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
 BY_MOTION = (VIBRATION, LARGE)  # successive corrections, added with their signs
-SEARCHED = LARGEST, LEAST, MOST  # reductions with a place in the cycle
+SEARCHED = LARGEST, LEAST, MOST  # reductions that have a position in the cycle
 QUARTER = 4.0  # ratio of the errors of an average at full and half steps
 ONE_POSITION = "there is no instant beside it to compare with"
 RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
-LITTLE = 0.01  # smallest base of relative errors, relative to the largest figure of the unit
+LITTLE = 0.01  # smallest reference value of relative errors, relative to the largest figure with the unit
 LITTLE_PRESSED = 0.2  # smaller load ratios, relative to the largest one, are known to `KNOWN_TO`
 KNOWN_TO = 0.02  # error of small load ratios, relative to the largest one
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
-DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure of the unit
+DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure with the unit
 EPS = float(np.finfo(float).eps)
 
 
@@ -45,8 +45,7 @@ class FigureError:
     Attributes
     ----------
     parts
-        Errors by cause. The parts `BY_MOTION` are corrections: they have signs. Added to the figure they
-        make it more accurate.
+        Errors by cause. The parts `BY_MOTION` are signed corrections; adding them to the figure makes it more accurate.
     unknown
         Reason why the total is unknown; empty if it is known.
     """
@@ -86,7 +85,8 @@ class GradedFigure:
     key, item
         Key of the figure, and number of its item.
     value, base
-        Magnitude; base of the relative error, at least `LITTLE` times the largest figure of the unit.
+        Magnitude, and reference value of the relative error, which is at least `LITTLE` times the largest figure with
+        the unit.
     error
         Error of the figure.
     """
@@ -110,18 +110,18 @@ class Estimate:
     Attributes
     ----------
     stages
-        Corrected answers by cause, in order: each also corrects all causes before it.
+        Corrected answers by cause, in order; each also includes all corrections before it.
     beam_theory
         Answer with an estimate of the effects that beam theory neglects.
     shares
-        Other errors by cause, as shares of the largest displacement.
+        Other errors by cause, relative to the largest displacement.
     settled
-        Convergence error in time and coordinates, as a share of the largest displacement.
+        Convergence error in time and coordinates, relative to the largest displacement.
     forces
-        Discretization error of forces as a share of the largest one, if no finer answer measures it. It differs from
-        that of displacements, because forces follow from accelerations.
+        Discretization error of forces, relative to the largest force, if no finer answer measures it. It differs from
+        the error of displacements because forces depend on accelerations.
     closer
-        Answer that includes instants between the positions; its peaks have a gain. None for a single position.
+        Answer that includes instants between the positions, so that its peaks have a gain. None for a single position.
     moving
         Vibrating answer at these instants, if `closer` is quasi-static: ringing may peak between the positions.
     unknown
@@ -143,9 +143,10 @@ def figure_errors(
 ) -> dict[str, list[FigureError]]:
     """Return the errors of all items of the figures of an answer, by key; `keys` selects some.
 
-    A part of the error is the difference between the figure of the answer and that of a corrected answer. A part known
-    as a share is this share of the largest item of the figure, or for displacements, of the largest displacement. The
-    residual vibration after a stop has an error relative to the largest displacement: time elements may damp it.
+    A part of the error is the difference between the figures of the answer and of a corrected answer. A part that is
+    known as a share refers to the largest item of the figure or, for displacements, to the largest displacement. The
+    residual vibration after a stop has an error relative to the largest displacement, because time elements may damp
+    it.
     """
     none: dict[str, list[FigureError]] = {figure.key: [] for figure in figures if not items_of(answer.scene, figure.of)}
     figures = [figure for figure in figures if figure.key not in none]
@@ -192,7 +193,7 @@ def _of_forces(answer: Cycle, figure: Figure) -> bool:
 
 
 def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
-    """Return values between the positions, or `here` plus the change from `before` to `after` if this is larger."""
+    """Return the values between the positions, or `here` plus the change from `before` to `after` if that is larger."""
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
             return 1.0 / _farther("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
@@ -201,10 +202,10 @@ def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
 
 
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return magnitudes of figures by key in a cycle with changes.
+    """Return magnitudes of figures by key for a changed cycle.
 
-    A figure that follows another one is not computed again: its relative change is taken as
-    `MAX_CHANGE_RATIO` times that of the other.
+    A figure that follows another one is not recomputed; its relative change is assumed to be `MAX_CHANGE_RATIO` times
+    that of the other.
     """
     sizes = magnitudes(cycle, [figure for figure in figures if figure.follows is None])
     for figure in figures:
@@ -219,10 +220,11 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
 
 
 def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Return the errors of all items of a rigid figure, by the distance of the positions and by round-off.
+    """Return the errors of all items of a rigid figure due to the spacing of the positions and to round-off.
 
-    For a largest or least value, the error is the gain of a parabola at the peak. For averages, it is the change by
-    using every second instant, plus a quarter of the further change by every fourth: the first may be small by chance.
+    For a largest or smallest value, the error is the gain of a parabola at the peak. For an average, it is the change
+    from using only every second instant, plus a quarter of the change from using every fourth, because the first change
+    may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
@@ -263,7 +265,7 @@ def _of_items(
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
     units = figure.units(answer.scene)
     scale = np.array([scales.get(unit, 0.0) for unit in units])
-    if figure.key in RECIPROCAL:  # the same share of the largest stress
+    if figure.key in RECIPROCAL:  # the same share of the largest stress applies
         finite = np.where(np.isfinite(here), here, 0.0)
         wide = np.square(finite) / np.min(finite, where=finite > 0.0, initial=np.inf)
     elif figure.over == LEAST:  # a quotient
@@ -271,10 +273,10 @@ def _of_items(
     else:
         wide = np.full(np.shape(here), np.max(scale if figure.of == POINT else base, initial=0.0))
     known: Any = sum((parts[name] for name in BY_MOTION if name in parts), start=np.zeros(np.shape(here)))
-    away = np.where(known < 0.0, -1.0, 1.0)  # a share has no sign of its own, so it must not cancel what is known
+    away = np.where(known < 0.0, -1.0, 1.0)  # a share has no sign, so it must not cancel known parts
     for name, share in off.shares.items():
         parts[name] = (away if name in BY_MOTION else 1.0) * figure.power * share * wide
-    if VIBRATION in off.shares and figure.over == AVERAGE:  # the average may be zero without vibration
+    if VIBRATION in off.shares and figure.over == AVERAGE:  # without vibration the average may be zero
         parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
     if TIME in off.shares:
         moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
@@ -293,9 +295,9 @@ def _of_items(
 
 
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
-    """Return the relative error of natural frequencies by the deflection that beam theory neglects.
+    """Return the relative error of natural frequencies due to the deflection that beam theory neglects.
 
-    By Rayleigh's quotient, it is half of the relative error of the stiffness.
+    By Rayleigh's quotient it is half the relative error of the stiffness.
 
     Parameters
     ----------
@@ -316,7 +318,7 @@ def _difference(after: Any, before: Any) -> Reals:
 
 
 def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
-    """Return minus the change of stress between two safety factors, relative to the stress of `here`, times `here`."""
+    """Return the relative decrease of stress between two safety factors, based on `here`, times `here`."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         change: Reals = here * (here / before - here / after)
     return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
@@ -333,7 +335,7 @@ def _round_off(answer: Cycle, figure: Figure) -> Reals:
 
 
 def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
-    """Return the relative round-off at every position, of `rigid` motion or of deflections."""
+    """Return the relative round-off at every position, for `rigid` motion or for deflections."""
     if rigid:
         return np.where(np.isfinite(answer.condition), EPS * answer.condition, EPS)
     with np.errstate(invalid="ignore"):
@@ -343,7 +345,7 @@ def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
 
 
 def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:
-    """Return the main figures: headline, output, and figures with limits."""
+    """Return the main figures: the headline figures, the output, and figures with limits."""
     by_key = {figure.key: figure for figure in figures}
     figures = [figure for figure in figures if items_of(scene, figure.of)]
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
@@ -367,7 +369,7 @@ def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
 
 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
-    """Return the keys of the main figures, each with the item of the largest value, or of the least if this governs."""
+    """Return the keys of the main figures, each with the item of its largest (or governing smallest) value."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
         (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
     )
@@ -387,7 +389,7 @@ def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
 
 
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest known magnitude by unit, of figures that grow with displacements or forces."""
+    """Return the largest known magnitude by unit, among figures that grow with displacements or forces."""
     scales: dict[str, float] = {}
     for key, sizes in values.items():
         for unit, size in zip(figures[key].units(scene), sizes, strict=True) if figures[key].power else ():

@@ -1,4 +1,4 @@
-"""Findings on inputs: unusual numbers, and runs and loads that do not form a cycle."""
+"""Checks of inputs for unusual numbers, and for runs and loads that do not form a cycle."""
 
 import math
 from collections.abc import Iterator
@@ -16,19 +16,19 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Finding
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"
-LONG, SHORT = 90.0, 1e-5  # [m] range of the longest link of usual machines
-FAST = 1e5  # [rad/s]; a dental drill reaches half of it
-USUAL = {  # by kind and key: words, usual range, unit, example
+LONG, SHORT = 90.0, 1e-5  # [m] range of the longest link in usual machines
+FAST = 1e5  # [rad/s] a dental drill reaches half of it
+USUAL = {  # by kind and key: name in words, usual range, unit, example
     "solid": {  # soft rubber to diamond, foam to osmium
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
     }
 }
-GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, below that of the Earth in mm/s^2
+GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, and less than that of the Earth in mm/s^2
 ALIKE = 1e-6  # relative difference of equal loads and equal ratios
 LOOKED_AT = 9  # instants at which a load over time is examined
-MOST_TURNS = 1000  # maximum number of whole turns that is recognized
+MOST_TURNS = 1000  # maximum number of full turns that is recognized
 NEARLY = 1e-3  # relative difference of a duration from an intended cycle
 
 
@@ -39,7 +39,7 @@ def input_findings(results: Results) -> Iterator[Finding]:
 
 
 def _numbers(results: Results) -> Iterator[Finding]:
-    """Yield findings on impossible numbers, most likely in a wrong unit."""
+    """Yield findings on impossible numbers, which are probably in a wrong unit."""
     yield from _sizes(results)
     usual = {**USUAL, **{part.key: part.usual for part in PARTS}}
     for kind, whose, owner in _owners(results.scene):
@@ -88,7 +88,7 @@ def _sizes(results: Results) -> Iterator[Finding]:
 
 
 def _poisson(results: Results) -> Iterator[Finding]:
-    """Yield the finding that a Poisson's ratio was assumed for shear deformation."""
+    """Yield a finding if a Poisson's ratio was assumed for shear deformation."""
     scene = results.scene
     sheared = {
         made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()

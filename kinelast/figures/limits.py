@@ -1,4 +1,4 @@
-"""Compares figures with their limits, for a run, for designs and for speeds, and gives the verdict."""
+"""Comparison of figures with their limits for a run, for designs and for speeds, and the verdict."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -32,14 +32,14 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: give more --positions"
-WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of the errors are right within this factor
-SPARE = 1e-4  # margin beyond the error, relative to the limit: the error changes with the design
+WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are right within this factor
+SPARE = 1e-4  # margin in addition to the error, relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """Field with the location of each figure of beams."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
-    """Return the outcomes of a limit for figures and their errors, as indices into `SEVERITY`, shape (...).
+    """Judge figures with errors by a limit; return indices into `SEVERITY`, shape (...).
 
     A limit is too close to decide if its bound lies within the error of the figure, or within `WIDENED` times the error
     of an unreliable figure.
@@ -50,7 +50,7 @@ def severity(limit: Limit, value: Any, error: Any) -> Integers:
 
 
 def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
-    """Return the smallest and the largest value of figures within their errors.
+    """Return the smallest and the largest value that figures can have within their errors.
 
     The errors of unreliable figures are multiplied by `WIDENED`. The error of a safety factor is that of the stress in
     its denominator.
@@ -72,7 +72,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
         Items (links, joints, ...) are in the order of `items_of`. A limit cannot be
         judged if its figure is missing or out of range, if a link yields, or if a cam does not work.
     errors
-        Errors of the same shapes. Without them, errors count as zero and the outcomes are not verdicts.
+        Errors with the same shapes. Without them, errors count as zero, and the outcomes are not verdicts.
     """
     for limit in limits_of(scene):
         items = bounded_items(scene, limit) if limit.figure in figures else []
@@ -85,7 +85,7 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
-    """Return, of all items, the figure closest to a limit or farthest beyond it, shape (...).
+    """Return the figure that is closest to a limit or farthest beyond it among all items, shape (...).
 
     It is nan if the figure of any item is unknown.
     """
@@ -97,7 +97,7 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
-    """Return two figures that do not count errors: whether all limits are kept (1 or 0), and the smallest margin."""
+    """Return two figures that ignore errors: whether all limits are met (1 or 0), and the smallest margin."""
     needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
@@ -123,9 +123,9 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
 
 @dataclass(frozen=True)
 class Judgement:
-    """Outcome of a limit, with the figure that decides it: the one with the worst outcome.
+    """Outcome of a limit, with the figure that decides it, i.e. the one with the worst outcome.
 
-    Among equal outcomes it is the one closest to the bound or farthest beyond it.
+    If outcomes are equal, it is the figure closest to the bound or farthest beyond it.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """The end of the figure's error range that is nearest to the bound or farthest beyond it."""
+        """End of the figure's error range that is nearest to the bound or farthest beyond it."""
         return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
@@ -184,7 +184,7 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Broken limits stay broken."""
+    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Violated limits stay violated."""
     if judged.outcome == BROKEN:
         return judged
     values = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
@@ -223,7 +223,7 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 
 def elastic_limits(scene: Scene) -> list[Limit]:
-    """Return the limits within which links stay elastic, for single items; none if the scene limits safety."""
+    """Return the limits within which single links stay elastic; none if the scene limits the safety factor."""
     if not can_yield(scene) or any(limit.figure == STRENGTH.figure for limit in limits_of(scene)):
         return []
     known = [np.isfinite(section.yield_stress).any() for section in scene.sections]
@@ -233,12 +233,12 @@ def elastic_limits(scene: Scene) -> list[Limit]:
 
 @dataclass(frozen=True)
 class FullAnswer:
-    """Results for a design by the theory of its scene, with errors.
+    """Results for a design by its scene's theory, with errors.
 
     Attributes
     ----------
     theory
-        Name of the theory, empty without an answer.
+        Name of the theory; empty if there is no answer.
     judgements
         Judgements of the limits.
     figures
@@ -251,7 +251,7 @@ class FullAnswer:
 
 
 def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Return the results of a scene by its own theory, with errors, judged limits, and figures by name."""
+    """Compute the results of a scene by its own theory, with errors, judged limits, and figures by name."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
@@ -266,7 +266,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """Return a figure and its error. This also works for figures that are computed on request only."""
+    """Return a figure and its error, also for a figure that is computed only on request."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -291,7 +291,7 @@ def _value(measure: Measure, cycle: Cycle) -> float:
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """Judge a limit on any figure, also on one that is computed on request only."""
+    """Judge a limit on any figure, also on one that is computed only on request."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
@@ -303,9 +303,9 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
 def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
     """Return a bound for the quasi-static figure.
 
-    A design at this bound should just keep the limit by the full answer with its error.
+    With the full answer and its error, a design at this bound should just meet the limit.
 
-    The full answer is assumed proportional to the quasi-static one, with the ratio of the judged design.
+    The full answer is assumed to be proportional to the quasi-static one, with the ratio found for the judged design.
     If `before` is given, the full answer is extrapolated linearly from both designs.
 
     Parameters
@@ -313,7 +313,8 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
     value
         Quasi-static figure of the judged design.
     before
-        Quasi-static figure of another design, and the worst end of its full answer with error, see `Judgement.worst`.
+        Quasi-static figure of another design, and the worst end of its full answer including the error, see
+        `Judgement.worst`.
     spare
         Margin in addition to the error, relative to the limit.
     """

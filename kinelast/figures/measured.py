@@ -1,4 +1,4 @@
-"""Errors of figures as measured by checks with another theory or with plane bodies."""
+"""Errors of figures, measured by checks with another theory or with plane bodies."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
 
-SMALL = 0.1  # beams with smaller estimated errors do not count for the ratio, relative to the largest
+SMALL = 0.1  # beams with smaller estimated errors, relative to the largest, are left out of the ratio
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class Measured:
     own: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
-        """Return an error with the measured part instead of the estimates for the theory of motion.
+        """Return an error with the measured part in place of the estimates for the theory of motion.
 
-        A known estimate stays if the check's own error is not smaller than both the estimate and the measured error.
+        A known estimate is kept if the check's own error is at least as large as the estimate and the measured error.
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
@@ -40,15 +40,15 @@ def with_bodies(
 ) -> dict[str, list[FigureError]]:
     """Errors of beam theory measured by plane bodies.
 
-    The error of a chord deflection is the measured difference. Other figures multiply their estimate by the largest
-    ratio of measured to estimated error of a beam. They keep the estimate if a beam that counts
-    for this ratio has no body.
+    The error of a chord deflection is the measured difference. For other figures, the estimate is multiplied by the
+    largest ratio of measured to estimated error of any beam. The estimate is kept if a beam that is included in this
+    ratio has no body.
 
     Parameters
     ----------
     off, whole
-        For each beam, difference of the largest chord deflection, and largest difference at any place and position
-        [m]; nan for beams without a body.
+        For each beam, difference of the largest chord deflection, and largest difference at any point and position [m];
+        nan for beams without a body.
     """
     stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
     least = SMALL * max(stated, default=0.0)

@@ -18,24 +18,24 @@ from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate
 from rigid.arrays import Complexes, Flags, Numbers, Reals, of_designs
 from rigid.plane import dot
 
-INSTANTS = 72  # of the run, for the choice of the output
+INSTANTS = 72  # positions of the run that are used to choose the output
 SAME = 1e-6  # relative difference below which errors are equal
 
 
 def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool = False) -> Output | None:
     """Return the output that a scene names, or one derived from its structure, or None.
 
-    Candidates are, in this order: traced points, which belong to one link only; points that slide on the ground and
-    are not driven; angles of links that turn on the ground and are not driven. The most displaced candidate is chosen.
-    The unit of a limit of the output decides between point and angle. The choice is quasi-static, at `INSTANTS`, so
-    that reports, designs and speeds agree.
+    The candidates are, in this order: traced points, which belong to only one link; points that slide on the ground and
+    are not driven; angles of links that turn on the ground and are not driven. The candidate with the largest
+    displacement is chosen. The unit of a limit on the output decides between a point and an angle. The choice is
+    quasi-static, at `INSTANTS`, so that reports, designs and speeds agree.
 
     Parameters
     ----------
     bent
-        Known quasi-static deflection of the scene. It decides about a sole candidate.
+        Known quasi-static deflection of the scene, used if there is only one candidate.
     any_instants
-        `bent` decides about several candidates too.
+        Whether `bent` is also used if there are several candidates.
     """
     if scene.output is not None:
         return scene.output
@@ -58,7 +58,7 @@ def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool =
 
 
 def _deflection(scene: Scene) -> Deflection | None:
-    """Return the deflection at the reachable instants, or None if there are none."""
+    """Return the deflection at the reachable instants, or None if all are unreachable."""
     times = scene.course.times(INSTANTS)
     try:
         moved = scene.course.at(times)
@@ -77,7 +77,7 @@ def _size(values: Any) -> float:
 
 
 def _noise(bent: Deflection) -> float:
-    """Return the round-off of displacements."""
+    """Return the round-off error of displacements."""
     along = cycle_maxima(bent, ("u", "w")).values() if bent.sections else ()
     return NOISE * max((float(np.nanmax(each.value, initial=0.0)) for each in along), default=0.0)
 
@@ -88,7 +88,7 @@ def _angle(scene: Scene, bent: Deflection, link: str) -> float:
 
 
 def _farthest(sizes: Mapping[str, float]) -> str:
-    """Return the name of the largest size, the first of equal ones, or an empty string if all are zero."""
+    """Return the name with the largest size (the first if several are equal), or an empty string if all are zero."""
     most = max(sizes.values(), default=0.0)
     return next((name for name, size in sizes.items() if size and size >= (1 - SAME) * most), "")
 
@@ -118,7 +118,7 @@ def _turning(scene: Scene) -> list[str]:
 
 
 def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
-    """Return the positions at which an output turns back, for a machine with one drive."""
+    """Return the positions at which an output reverses, for a machine with one drive."""
     motion = cycle.motion
     if len(motion.mechanism.drives) != 1 or len(motion.columns) != 1 or not np.isfinite(motion.origin).all():
         return []
@@ -180,7 +180,7 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
 def advantage_of(cycle: Cycle, output: Output) -> Reals:
     """Return the mechanical advantage: rate of the only drive over the output speed, shape (..., positions).
 
-    It is infinite if the output stands still, and nan with several drives.
+    It is infinite if the output is at rest, and nan if there are several drives.
     """
     if len(cycle.scene.mechanism.drives) != 1:
         return np.full(cycle.columns, np.nan)
@@ -189,7 +189,7 @@ def advantage_of(cycle: Cycle, output: Output) -> Reals:
     return np.broadcast_to(ratio, cycle.columns)
 
 
-SETTLED = 0.02  # default tolerance of settling, relative to the greatest distance from rest
+SETTLED = 0.02  # default settling tolerance, relative to the greatest distance from rest
 
 
 def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
@@ -207,14 +207,14 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
 
 
 def residual_of(cycle: Cycle, output: Output) -> Largest:
-    """Return the greatest distance of an output from its rest position while the drives rest, nan if they never do."""
+    """Return the greatest distance of an output from its rest position while the drives rest; nan if they never do."""
     apart, rests = cycle.once(ringing_of, output)
     found = largest(np.where(rests, apart, 0.0))
     return replace(found, value=np.where(rests.any(axis=-1), found.value, np.nan))
 
 
 def settling_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the settling time [s], from the rest of the drives until the output stays within its tolerance."""
+    """Return the settling time [s], from the moment the drives stop until the output stays within its tolerance."""
     apart, rests = cycle.once(ringing_of, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
     within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))
@@ -238,7 +238,7 @@ def travel_of(lowest: Largest, highest: Largest) -> Reals:
 
 
 def _top(values: Any, closed: bool) -> Largest:
-    """Return the peak of the parabola through the greatest value and its neighbours, and its position."""
+    """Return the peak, and its position, of the parabola through the greatest value and its neighbours."""
     count = values.shape[-1]
     at = values.argmax(axis=-1)
     sides = [(at + step) % count if closed else np.clip(at + step, 0, count - 1) for step in (-1, 0, 1)]

@@ -23,9 +23,9 @@ from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, To
 from rigid.arrays import Flags
 from rigid.kinetostatics import rubbing_joints, sliding_directions
 
-SAME = 1e-9  # distance of coincident places, relative to the size of the link
-STEADY = 1e-9  # relative change of a steady speed by round-off
-FEW = 16  # too few positions for harmonics of the cycle
+SAME = 1e-9  # distance of coincident points, relative to the size of the link
+STEADY = 1e-9  # relative change of a constant speed due to round-off
+FEW = 16  # minimum number of positions for harmonics of the cycle
 
 
 def inputs_of(results: Results) -> report.Inputs:
@@ -71,7 +71,7 @@ def _first(value: Any) -> float:
 
 
 def _centre(link: Link, lump: Lump) -> dict[str, Any]:
-    """Return the point at the centre of a mass, or a point of the link and the `offset` from it in link axes."""
+    """Return the point at the centre of a mass, or a point of the link and the centre's `offset` in link axes."""
     origin, offset = complex(link.points[lump.point]), complex(lump.offset)
     near = SAME * max(map(abs, (offset, *(complex(place) - origin for place in link.points.values()))))
     names = [lump.point, *link.points]
@@ -82,13 +82,13 @@ def _centre(link: Link, lump: Lump) -> dict[str, Any]:
 
 
 def _speed(least: float, most: float, unit: str) -> report.DriveSpeed:
-    """Return the largest speed of a drive with its sign, and True if it is constant."""
+    """Return the largest speed of a drive, with its sign, and whether it is constant."""
     fastest = least if abs(least) > abs(most) else most
     return report.DriveSpeed(speed=reading(fastest, f"{unit}/s"), steady=bool(most - least <= STEADY * abs(fastest)))
 
 
 def _load(given: Any) -> report.LoadReading:
-    """Return a load, with its sizes but without its table."""
+    """Return a load with its magnitudes but without its table."""
     resists = None
     load: Any = given
     force: Any = 0.0
@@ -107,13 +107,13 @@ def _load(given: Any) -> report.LoadReading:
         sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
     kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
     place = getattr(load, "link", ""), getattr(load, "point", getattr(load, "at", ""))
-    varies = getattr(load, "law", None) is not None  # with time, an angle or a slide
+    varies = getattr(load, "law", None) is not None  # the load depends on time, an angle or a slide coordinate
     rows = [reading(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
     return report.LoadReading(resists, kind, *place, varies, rows, reading(np.angle(force), "rad") if force else None)
 
 
 def strength_of(reader: Reader) -> dict[str, report.BeamStrength]:
-    """Return stress range, safety, load / critical load and slenderness of every beam."""
+    """Return the stress range, safety factor, load / critical load and slenderness of every beam."""
     results, run = reader.results, reader.results.figures
     return {
         label: report.BeamStrength(
@@ -128,7 +128,7 @@ def strength_of(reader: Reader) -> dict[str, report.BeamStrength]:
 
 
 def _swing(swings: Any, length: float) -> Reading:
-    """Return the larger stress range of both fibres, shape (2, stations), and its location."""
+    """Return the larger of the stress ranges in both fibres, shape (2, stations), and its location."""
     if np.isnan(swings).all():
         return reading(math.nan, "Pa")
     side, at = np.unravel_index(np.nanargmax(swings), swings.shape)
@@ -163,7 +163,7 @@ def _over_cycle(reader: Reader, omega: Any) -> dict[str, Reading]:
 
 
 def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
-    """Return the fastest strong harmonic of the load; None if there is no cycle."""
+    """Return the highest strong harmonic of the load; None if there is no cycle."""
     few = len(results.motion.time) <= FEW
     if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.cycle.counted.all():
         return None
@@ -202,9 +202,9 @@ POWERS = "", "^2", "^3"  # powers of the second in units of derivatives
 
 
 def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
-    """Return the peaks of the law of a drive, by its number from 0; None for constant speed or an effort.
+    """Return the peaks of a drive's law, for the drive's number from 0; None for a constant speed or an effort.
 
-    A jerk that is infinite is null, with the times at which the acceleration jumps.
+    An infinite jerk becomes null, and the times at which the acceleration jumps are added.
     """
     law = scene.laws[number]
     peaks = None if isinstance(law, DriveEffort | ConstantSpeed) else law_peaks(law)
@@ -217,7 +217,7 @@ def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
 
 
 def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return for every drive by name: its figures, the peaks of its law, and data and figures of its parts."""
+    """Return, for every drive by name, its figures, the peaks of its law, and the data and figures of its parts."""
     scene, rows = reader.scene, {}
     for number, name in enumerate(items_of(scene, DRIVE)):
         row: dict[str, Any] = {"coordinate": reader.results.drive_words[number][1]}
@@ -236,7 +236,7 @@ def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
 
 
 def joints_of(reader: Reader) -> list[dict[str, Any]]:
-    """Return for every joint: its force, and the entries of its parts."""
+    """Return, for every joint, its force and the entries of its parts."""
     rows = []
     pairs = zip(reader.results.joint_words, reader.results.figures.peaks["joint_force"], strict=True)
     for number, ((joint, link), peak) in enumerate(pairs):
@@ -274,7 +274,7 @@ def resting(results: Results) -> Flags:
     return still & ~results.cycle.singular
 
 
-RESERVES = {  # figure of each mode of failure, and its exponent in the reserve
+RESERVES = {  # figure of each failure mode, and its exponent in the reserve
     "yield": ("safety", 1.0),
     "endurance": ("endurance", 1.0),
     "buckling": ("buckling", -1.0),
@@ -284,8 +284,9 @@ RESERVES = {  # figure of each mode of failure, and its exponent in the reserve
 def breaks_first(results: Results) -> list[report.LinkReserves]:
     """Return the reserves of each link: load factors until it fails, the link with the smallest reserve first.
 
-    Modes are yield, endurance and buckling, if known, and the limits of beam figures. A limit of a finite life replaces
-    endurance by the stress factor from the slope of the S-N line. `kinelast.runs` adds the limit speed on request.
+    The modes are yield, endurance and buckling, if known, and the limits on beam figures. If a finite life is required,
+    the stress factor from the slope of the S-N line replaces endurance. `kinelast.runs` adds the limit speed on
+    request.
     """
     reader, limits = Reader(results), [(limit, bounded_items(results.scene, limit)) for limit in results.limits]
     rows = []
@@ -297,7 +298,7 @@ def breaks_first(results: Results) -> list[report.LinkReserves]:
 
 
 def reserves_of(link: str, reserves: Mapping[str, Reading]) -> report.LinkReserves:
-    """Return the reserves of a link, with the smallest one."""
+    """Return the reserves of a link, and the smallest one."""
     mode = min(reserves, key=lambda each: _size(reserves[each]))
     return report.LinkReserves(link=link, governs=mode, reserve=reserves[mode], reserves=reserves)
 
@@ -314,7 +315,7 @@ def _size(found: Reading) -> float:
 def _reserves(
     reader: Reader, limits: Sequence[tuple[Limit, list[int]]], beams: Sequence[int]
 ) -> Iterator[tuple[str, Reading]]:
-    """Yield the known modes of failure of a link, with the smallest reserve of its beams."""
+    """Yield the known failure modes of a link, with the smallest reserve of its beams."""
     scene, peaks = reader.scene, reader.results.figures.peaks
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip

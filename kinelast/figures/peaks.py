@@ -1,4 +1,4 @@
-"""Figures of a run and where they occur: reduced over the positions chunk by chunk, and refined between them."""
+"""Figures of a run and their locations, reduced over the positions chunk by chunk and refined between them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rigid.arrays import Flags, Reals
 if TYPE_CHECKING:
     from kinelast.figures.results import Results
 
-STATIONS = np.linspace(0.0, 1.0, 101)  # along a beam, for the range of stresses
+STATIONS = np.linspace(0.0, 1.0, 101)  # stations along a beam for the range of stresses
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class RunFigures:
     figures, peaks
         Figures, and by key the peak of each item.
     positions, singular, locked, ill
-        Numbers of positions: all, without figures, locked by friction, ill-conditioned.
+        Numbers of positions: in total, without figures, locked by friction, and ill-conditioned.
     well
-        Whether any position is well conditioned. Otherwise all computed positions count.
+        Whether any position is well conditioned. If not, all computed positions are included.
     span
         Times of the first and the last position [s].
     rates
@@ -100,13 +100,13 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """Return the figures with averages and whole-run figures taken from another cycle of the same run."""
+        """Return the figures, with averages and whole-run figures from another cycle of the same run."""
         of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """Return the figures with rigid-motion figures taken from a cycle with closer instants."""
+        """Return the figures, with rigid-motion figures from a cycle with more closely spaced instants."""
         better = {}
         for each in (
             each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
@@ -121,7 +121,7 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """Return the figures with those of further instants, which are not counted as positions."""
+        """Return the figures merged with those of other instants, which are not counted as positions."""
         both = joined(self, further)
         keys = "positions", "singular", "locked", "ill", "span"
         return replace(both, **{key: getattr(self, key) for key in keys})
@@ -167,18 +167,18 @@ class RunFigures:
     def rounded(self, values: Any, unit: str) -> Reals:
         """Return the values with round-off set to zero."""
         scale = self.scales.get(unit, 0.0)
-        if unit in ("W", "J"):  # a drive without effort has round-off of the forces times its rate
+        if unit in ("W", "J"):  # the power of a drive without effort is round-off of the forces times its rate
             power = max(self.scales["N"], self.scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
             scale = max(scale, power if unit == "W" else power * (self.span[1] - self.span[0]))
         return np.where(np.abs(values) <= NOISE * scale, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
-        """Return whether an error is large, relative to the value or, if that is nearly zero, to the scale."""
+        """Return whether an error is large relative to the value, or to the scale if the value is nearly zero."""
         return error > UNRELIABLE * max(abs(value), LITTLE * self.scales.get(unit, 0.0))
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
-    """Return the figures of a run or of a chunk, without figures that are computed on request only."""
+    """Return the figures of a run or of a chunk, without figures that are computed only on request."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
     present = tuple(figure for figure in chosen if items_of(scene, figure.of))
@@ -202,7 +202,7 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
 
 
 def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
-    """Return the figures of a run from those of two consecutive parts."""
+    """Merge the figures of two consecutive parts of a run."""
     if first is None:
         return second
     peaks = {}
@@ -231,7 +231,7 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
 
 
 def _further(first: Peak, second: Peak, over: str) -> Peak:
-    """Return the more extreme of two peaks, the first if they are equal, the known one if the other is nan."""
+    """Return the more extreme of two peaks: the first if they are equal, the known one if the other is nan."""
     if over in (FIXED, AVERAGE) or math.isnan(second.value):
         return first
     if math.isnan(first.value):
@@ -278,9 +278,9 @@ ROUNDS = 9  # each round narrows brackets four times; enough for round-off of a 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
     """Return results with the peak of each field refined between the neighbours of its position.
 
-    A peak that moves between the positions is marked `refined`. The search does not find a narrow peak elsewhere in the
-    cycle that all positions miss: compute more positions for that. A peak stays if the condition at its neighbours, or
-    at an instant between them, exceeds `WELL`.
+    A peak that moves between the positions is marked `refined`. The search misses a narrow peak elsewhere in the cycle
+    if no position is near it; this requires more positions. A peak is not refined if the condition at its neighbours,
+    or at an instant between them, exceeds `WELL`.
     """
     run = results.figures
     names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
@@ -303,7 +303,7 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
 def _searched(
     results: Results, names: list[tuple[str, int]], progress: Progress
 ) -> dict[int, tuple[float, float, float]]:
-    """Return value, place and time of larger values between the positions, by number."""
+    """Return the value, location and time of larger values between the positions, by number."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
@@ -333,9 +333,9 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Return the extreme along the beam for each name, its location, and True if well conditioned.
+    """Return the extreme along the beam for each name, its location, and whether it is well conditioned.
 
-    Each name has its own instants; the results have the shape of `grid`.
+    Each name has its own instants. The results have the shape of `grid`.
     """
     instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
     moved = results.scene.course.at(instants)
@@ -351,7 +351,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Yield number, value, place and time of peaks that are larger between the positions."""
+    """Yield the number, value, location and time of peaks that are larger between the positions."""
     if not better:
         return
     run = results.scene.run

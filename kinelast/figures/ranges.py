@@ -1,4 +1,4 @@
-"""Reasons why limits cannot be judged: a link yields, or a sizing formula is outside its range."""
+"""Reasons why limits cannot be judged: a link yields, or a sizing formula is used outside its range."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -14,11 +14,11 @@ from machine import Range
 from rigid.arrays import Flags
 
 CHECKS = [check for part in PARTS for check in part.checks]
-STRENGTH = Limit("safety", 1.0, least=True)  # beyond it, the links do not stay elastic
+STRENGTH = Limit("safety", 1.0, least=True)  # beyond yield, the links do not stay elastic
 
 
 def needed_by_limits(scene: Scene) -> set[str]:
-    """Return the keys of further figures that the judgement of the scene's limits needs."""
+    """Return the keys of the other figures that are needed to judge the scene's limits."""
     limited = {limit.figure for limit in limits_of(scene)}
     of_parts = (key for part in PARTS if part.of(scene) for key in part.needs)
     of_strength = (STRENGTH.figure,) if can_yield(scene) else ()
@@ -31,7 +31,7 @@ def can_yield(scene: Scene) -> bool:
 
 
 def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
-    """Return the largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
+    """Return a sentence with the largest stress as a multiple of the yield strength; empty if no link yields."""
     known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
     if not known:
         return ""
@@ -62,7 +62,7 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
 
 
 def outside_ranges(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[Range, dict[str, float]]]:
-    """Yield each range with items outside, and their quantities by name, from values of all items by key."""
+    """Yield each range that items violate, and their quantities by name, from the values of all items by key."""
     for check in CHECKS:
         names = items_of(scene, check.of)
         values = check.quantity(scene, np.asarray(figures.get(check.by, []), float)) if names else np.zeros(0)

@@ -53,11 +53,11 @@ from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_power, rubbing_joints
 
 NAMES = {"w": "deflection", "mises": "stress"}  # keys of figures that differ from the key of their field
-HARMONICS = 6  # harmonics of the fastest drive compared with natural frequencies
+HARMONICS = 6  # number of harmonics of the fastest drive that are compared with natural frequencies
 
 
 def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
-    """Yield stress / largest von Mises stress, shape (beams, ...); infinite without stress, nan if unknown."""
+    """Yield stress / largest von Mises stress, shape (beams, ...); infinite if there is no stress, nan if unknown."""
     size = np.abs(stress)
     limits = [np.broadcast_to(np.ravel(section.yield_stress), size.shape[1:] or 1) for section in sections]
     limit = np.array(limits, float).reshape(size.shape)
@@ -129,11 +129,11 @@ def _feedback(cycle: Cycle) -> Reals:
 
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return a figure of a scene with friction."""
+    """Create a figure that exists only in scenes with friction."""
     return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
 
 
-IN_ROW = ("w", "chord", "mises")  # fields in the row of a design
+IN_ROW = ("w", "chord", "mises")  # fields that appear in the row of a design
 LIMITS = {"w": "deflection", "chord": "chord"}  # keys of their limits under [limits]
 OF_FIELDS = tuple(
     Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
@@ -244,7 +244,7 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
 
 
 def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Return a figure of a scene with drives that come to rest."""
+    """Create a figure that exists only if drives come to rest."""
     return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
@@ -254,7 +254,7 @@ def limits_of(scene: Scene) -> tuple[Limit, ...]:
     Raises
     ------
     SceneError
-        A figure is unknown, or its bound has the wrong unit. `others` has the remaining mistakes.
+        A figure is unknown, or its bound has the wrong unit. `others` contains the other errors.
     """
     return scene.once(_limits_of)
 
@@ -292,7 +292,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
-    """Return all figures of a scene, including those of this output."""
+    """Return all figures of a scene, including the figures of this output."""
     of_parts = (figure for part in PARTS for figure in part.of_output(output))
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 

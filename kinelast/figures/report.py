@@ -1,6 +1,6 @@
-"""Report on a scene: figures with their errors, verdict, findings and checks. summary.json is its JSON.
+"""Report on a scene: figures with their errors, verdict, findings and checks. It is written to summary.json.
 
-Sections that only the page reads are plain data. The classes in this file give the types of all other sections.
+Sections that only the page reads are plain data. The classes in this file define the types of all other sections.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class SceneWords(Record, frozen=True):
 
 
 class RunReport(Record, frozen=True):
-    """Numbers of positions, and time of a run. `interrupted` [s] is None for a complete run."""
+    """Numbers of positions, and the time span of a run. `interrupted` [s] is None if the run is complete."""
 
     positions: int
     singular: int
@@ -53,14 +53,14 @@ class MaterialReading(Record, frozen=True):
 
 
 class DriveSpeed(Record, frozen=True):
-    """Speed of a drive of largest magnitude, with its sign, and whether the speed is constant."""
+    """Drive speed of the largest magnitude, with its sign, and whether the speed is constant."""
 
     speed: Reading
     steady: bool
 
 
 class LoadReading(Record, frozen=True):
-    """Kind, link, place, sizes and direction of a load.
+    """Kind, link, point, magnitudes and direction of a load.
 
     `resists` is "one way" or "both ways" if the load opposes the motion, otherwise None.
     """
@@ -109,13 +109,13 @@ class BeamStrength(Record, frozen=True):
 
 
 class LinkShare(Reading, frozen=True, kw_only=True):
-    """Contribution of a link's bending to the deviation of the output from that of rigid links."""
+    """Contribution of a link's bending to the deviation of the output from the rigid mechanism."""
 
     link: str
 
 
 class OutputReading(Reading, frozen=True, kw_only=True):
-    """Deviation of the output from that of rigid links.
+    """Deviation of the output from the rigid mechanism.
 
     `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output.
     """
@@ -148,7 +148,7 @@ class RubbingJoint(Record, frozen=True):
 
 
 class FrictionReport(Record, frozen=True):
-    """Friction of the joints: efforts, power, loop gain, numbers of locked positions and of positions at rest."""
+    """Joint friction: efforts, power, loop gain, and the numbers of locked positions and of positions at rest."""
 
     joints: Sequence[RubbingJoint]
     power: Reading
@@ -158,7 +158,7 @@ class FrictionReport(Record, frozen=True):
 
 
 class MomentumReport(Record, frozen=True):
-    """Momentum balance of the answer by one theory. For the fields see `fem_check.MomentumBalance`."""
+    """Momentum balance of the answer by one theory. See `fem_check.MomentumBalance` for the fields."""
 
     opening: float | None
     velocity: float | None
@@ -217,9 +217,9 @@ class TheoryReport(Record, frozen=True):
     without_vibration
         Relative error of the quasi-static answer.
     accuracy, expected, reached
-        Requested accuracy, the default, and whether it is reached; null without a request.
+        Requested accuracy, default accuracy, and whether the request is met; null if there is none.
     courses
-        Relative errors of time courses over the cycle, by the name of the figure.
+        Relative errors of time histories over the cycle, by name of the figure.
     damping, growth, stable
         Damping coefficients beta [s] of the beams, growth of vibration per cycle, and whether a steady state exists.
     """
@@ -249,7 +249,7 @@ class UnreliableFigure(Record, frozen=True):
 
 
 class Reliability(Record, frozen=True):
-    """Worst level of the findings with their headings, and the figures with large errors."""
+    """Worst level of the findings, their headings, and the figures with large errors."""
 
     level: str
     reasons: Sequence[str]
@@ -260,7 +260,7 @@ class JudgedLimit(Record, frozen=True):
     """A limit with the figure that decides it.
 
     `kind` is the key of the limit, `name` its figure in words, and `on` its item. `least` is true for a lower bound.
-    `used` is the part of the limit that is used up. `kept` is true if the figure keeps the limit, error ignored.
+    `used` is the utilisation of the limit. `kept` is true if the figure meets the limit, ignoring its error.
     """
 
     kind: str
@@ -277,7 +277,7 @@ class JudgedLimit(Record, frozen=True):
 
 
 class Verdict(Record, frozen=True):
-    """Worst outcome of the limits in words, empty without limits; `passed` is None if it is unknown."""
+    """Worst outcome of the limits in words, empty if there are no limits. `passed` is None if it is unknown."""
 
     verdict: str
     passed: bool | None
@@ -286,7 +286,7 @@ class Verdict(Record, frozen=True):
 
 
 class OptimumReport(Record, frozen=True):
-    """Best design with the verdict on it; numbers are in SI units, `in_full` by the theory of the scene."""
+    """Best design and its verdict. Numbers are in SI units; `in_full` values follow the theory of the scene."""
 
     goal: str
     figure: str
@@ -312,7 +312,7 @@ class OptimumReport(Record, frozen=True):
 
 
 class OptimumVariable(Record, frozen=True):
-    """Variable of the best design, its bounds, and the multiplier of the active one; `at_bound` is "low" or "high"."""
+    """Variable of the best design, its bounds, and the active bound's multiplier; `at_bound` is "low" or "high"."""
 
     path: str
     unit: str
@@ -346,7 +346,7 @@ class OptimumLimit(Record, frozen=True):
 
 
 class Origin(Record, frozen=True):
-    """Checksum of the scene's file, options, checksums `beside` of further files, and time of an interrupt [s]."""
+    """Checksum of the scene's file, options, checksums `beside` of its other files, and time of an interrupt [s]."""
 
     sha256: str
     options: Data
@@ -362,9 +362,9 @@ class Report(Record, frozen=True):
     shown_in
         Units of the report.
     trust, reliability
-        Findings (doubts about the figures), the worst first, and their summary.
+        Findings (doubts about the figures), worst first, and their summary.
     more
-        Further sections by key, such as tables of machine parts, and studies.
+        Other sections by key, such as tables of machine parts, and studies.
     """
 
     kinelast: str
@@ -415,6 +415,6 @@ def data_of(report: Report) -> dict[str, Any]:
 
 
 def report_from(data: Mapping[str, Any]) -> Report:
-    """Return the report that `data_of` turned into plain data."""
+    """Return the report from the plain data that `data_of` returned."""
     known = {key: value for key, value in data.items() if key in Report.__struct_fields__}
     return convert({**known, "more": {key: value for key, value in data.items() if key not in known}}, Report)

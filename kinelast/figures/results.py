@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 
 ASKED_FOR = "the quasi-static theory was chosen"
-WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
-TWICE = 2.0  # growth of vibration per cycle from which it is printed as a multiple
+WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure for each kind of caution
+TWICE = 2.0  # growth per cycle above which it is printed as a multiple
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +45,15 @@ class Results:
     Attributes
     ----------
     left_out
-        Number of unreachable positions, left out on request.
+        Number of unreachable positions that were left out on request.
     run
-        Figures of a run with more positions than the deflection.
+        Figures of the run if it has more positions than the deflection.
     answer
-        Theory and its errors; None if the quasi-static theory was chosen without an error estimate.
+        Answer of the theory with its errors; None if the quasi-static theory was chosen without an error estimate.
     balances
-        Momentum balance of the whole machine by theory, if requested.
+        Momentum balance of the whole machine, by theory, if requested.
     nonlinear, solid
-        Further checks, if requested.
+        Other checks, if requested.
     """
 
     scene: Scene
@@ -73,7 +73,7 @@ class Results:
 
     @cached_property
     def buckles(self) -> str:
-        """The link that buckles, its position and load; empty if none. Beyond it, displacements do not exist."""
+        """The link that buckles, its position and load; empty if none. Displacements are undefined beyond buckling."""
         if not self.scene.labels:
             return ""
         known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
@@ -92,7 +92,7 @@ class Results:
 
     @cached_property
     def yields(self) -> str:
-        """Largest stress in terms of the yield strength, as a sentence; empty if no link yields."""
+        """Sentence with the largest stress as a multiple of the yield strength; empty if no link yields."""
         return yield_words(self.scene, [peak.value for peak in self.figures.peaks["safety"]])
 
     @property
@@ -103,7 +103,7 @@ class Results:
     @cached_property
     @one_thread()
     def instability(self) -> str:
-        """Growth of vibration without a steady state, and the speed below which one exists; empty if stable."""
+        """Growth of vibration if there is no steady state, and the speed below which there is one; empty if stable."""
         vibrating = self.answer.vibrating if self.answer else None
         if vibrating is None or vibrating.stable:
             return ""
@@ -127,7 +127,7 @@ class Results:
 
     @cached_property
     def one_position(self) -> bool:
-        """Whether only a single position of a moving mechanism is computed."""
+        """Whether only one position of a moving mechanism is computed."""
         if len(self.motion.time) != 1 or self.left_out:
             return False
         drives = self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
@@ -177,7 +177,7 @@ class Results:
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the requested accuracy is reached; None without a request."""
+        """Whether the requested accuracy is reached; None if none was requested."""
         return self.answer.reaches(self.error) if self.answer else None
 
     @property
@@ -190,7 +190,7 @@ class Results:
         """Cycle of the computed positions."""
         known = self.answer.cycle if self.answer else None
         if known is not None and known.given is self.deflection:
-            return replace(known, sampled=False)  # shares the figures found so far
+            return replace(known, sampled=False)  # reuse the figures found so far
         still = (known.still or known) if known is not None and known.motion is self.motion else None
         return Cycle(self.scene, self.motion, self.deflection, tabled=True, still=still)
 
@@ -231,7 +231,7 @@ class Results:
 
     @cached_property
     def slenderness(self) -> list[float]:
-        """Length over radius of gyration of each beam; nan for rigid beams."""
+        """Length / radius of gyration of each beam; nan for rigid beams."""
         return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
 
     @cached_property
@@ -269,14 +269,14 @@ class Results:
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
-    """Return the results by a theory of motion, from the quasi-static results.
+    """Return the results by a theory of motion, starting from the quasi-static results.
 
     If the quasi-static theory is chosen and `judged`, its error is estimated.
 
     Raises
     ------
     SceneError
-        The theory cannot answer, see `kinelast.figures.theory.answer`.
+        The theory cannot solve the scene, see `kinelast.figures.theory.answer`.
     """
     scene, whole = plain.scene, at_breaks(plain)
     if whole.buckles:
@@ -304,7 +304,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
 
 def at_breaks(plain: Results) -> Results:
-    """Return quasi-static results at the positions and at both sides of each break of the laws; itself without any."""
+    """Return quasi-static results at the positions and on both sides of breaks of the laws; self if none."""
     course, times = plain.scene.course, plain.motion.time
     if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
         return plain
@@ -312,7 +312,7 @@ def at_breaks(plain: Results) -> Results:
 
 
 def _with_instants(plain: Results, instants: Reals) -> Results:
-    """Return quasi-static results at the positions and at further instants [s]."""
+    """Return quasi-static results at the positions and at additional instants [s]."""
     times = plain.scene.course.with_breaks(np.union1d(plain.motion.time, instants))
     return replace(plain, deflection=scene_deflection(plain.scene, plain.scene.course.at(times)))
 
@@ -331,11 +331,11 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
 
 
 def results_in_full(scene: Scene) -> Results:
-    """Return the results of a scene as in its report, with the errors of its figures.
+    """Return the results of a scene as in its report, with the errors of the figures.
 
     Raises
     ------
     SceneError
-        A position is out of reach, or the chosen theory cannot answer.
+        A position is out of reach, or the chosen theory cannot solve the scene.
     """
     return answered(Results(scene, scene_deflection(scene, scene_motion(scene))), scene.theory, judged=True)

@@ -1,4 +1,4 @@
-"""Shares of the links in the error of the output."""
+"""Contributions of the links to the error of the output."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,11 +19,12 @@ ROUND_OFF = 1e-9  # remainder relative to the error
 
 
 def output_shares(results: Results, output: Output, error: Reading) -> list[LinkShare]:
-    """Return the share of each link in the error of the output at the moment of the largest error.
+    """Return the contribution of each link to the error of the output at the moment of the largest error.
 
-    In a statically determinate mechanism, displacements are linear in the compliances. A link with twice the stiffness
-    removes half of its share, so the share is exactly twice the difference. For a point it is the component along the
-    total displacement. The remainder is "others": prescribed strains, soft joints, statically indeterminate forces.
+    In a statically determinate mechanism, displacements are linear in the compliances. Doubling the stiffness of a link
+    removes half of its contribution, so the contribution is exactly twice the difference. For a point it is the
+    component along the total displacement. The remainder is called "others": prescribed strains, soft joints,
+    statically indeterminate forces.
 
     Parameters
     ----------
@@ -48,14 +49,14 @@ def output_shares(results: Results, output: Output, error: Reading) -> list[Link
 
 
 def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
-    """Return the deflection at an instant: unchanged as the first design, then with each link twice as stiff."""
+    """Return the deflection at an instant: the first design is unchanged, the others have one link twice as stiff."""
     scene = results.scene
     sections = []
     for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
         factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
     at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
-    at_hand = results.motion.time[at] == time  # a computed position, so its branch is known
+    at_hand = results.motion.time[at] == time  # this position was computed, so its branch is known
     moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
     more = results.deflection.added
     return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
@@ -73,7 +74,7 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
 
 
 def _error(output: Output, bent: Deflection, error: Reading) -> tuple[float, Reals]:
-    """Return the error unchanged, and with each link stiffened."""
+    """Return the unchanged error, and the error with each link stiffened."""
     if not output.point:
         turned = angle_error(bent, output.link, str(error.point))[:, 0]
         return float(turned[0]), turned[1:]

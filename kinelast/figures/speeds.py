@@ -1,4 +1,4 @@
-"""Answer as a function of the drive speed: largest values, peaks, unstable ranges and the limit speed."""
+"""Answer as a function of drive speed: largest values, peaks, unstable ranges and the limit speed."""
 
 import math
 import time
@@ -32,8 +32,8 @@ from rigid.arrays import Flags, Reals
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
 SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan for limited figures
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
-LONG = 60.0  # [s] remaining time from which it is announced
-AMPLIFIED = 1.2  # value over quasi-static value from which a resonance is reported
+LONG = 60.0  # [s] remaining time above which it is announced
+AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reported
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class SpeedPeak:
     value
         Value at the peak.
     resonance
-        Mode that vibrates most; None if vibration adds little.
+        Mode with the strongest vibration; None if vibration adds little.
     """
 
     speed: float
@@ -66,15 +66,16 @@ class SpeedLimit:
     Attributes
     ----------
     speed, above
-        Highest speed at which all limits hold with their errors (0.0 if none), and lowest speed at which one does not.
+        Highest speed at which all limits are met with their errors (0.0 if there is none), and lowest speed at which
+        one is not.
     broken
-        Lowest speed at which a limit fails in spite of its error, infinite if not reached. From `above` to this speed,
-        limits are too close to decide.
+        Lowest speed at which a limit is violated by more than the error, infinite if not reached. From `above` to this
+        speed, limits are too close to decide.
     limit, item
-        First limit that fails and the number of its item. None if no steady state exists above, or the figure is
+        First limit that fails, and the number of its item. None if there is no steady state above, or if the figure is
         unknown.
     resonance
-        Mode that vibrates most at this speed; None if vibration adds little.
+        Mode with the strongest vibration at this speed; None if vibration adds little.
     """
 
     speed: float
@@ -97,26 +98,26 @@ class Speeds:
     map
         Speed map: values of `FIELDS` [m, m, Pa] per beam with and without vibration, and growth.
     figures
-        Registered figures as measures, with values and errors, shape (speeds,).
+        Registered figures as measures, with their values and errors, shape (speeds,).
     verdicts
-        Verdict at each speed; empty without limits.
+        Verdict at each speed; empty if there are no limits.
     highest
-        Highest speed at which all limits hold with their errors, to 0.2 %. 0.0 if they fail at the first speed, None
-        without limits.
+        Highest speed at which all limits are met with their errors, to within 0.2 %. 0.0 if they fail at the first
+        speed, None if there are no limits.
     limit
-        First failure above `highest`; None if all limits hold at all speeds, or without limits.
+        First failure above `highest`; None if all limits are met at all speeds, or if there are none.
     between
         Speeds [rad/s or m/s], shape (n,), and values of `FIELDS`, shape (3, beams, n): a fine scan in reduced
         coordinates, corrected by the map.
     peaks
-        Prominent peaks, by rising speed.
+        Prominent peaks, in order of increasing speed.
     unstable
         Speed ranges without a steady state.
     critical
-        By multiple of the drive speed: smallest and greatest speed over the cycle at which it meets the lowest natural
-        frequency.
+        For each multiple of the drive speed, the smallest and largest speed over the cycle at which it equals the
+        lowest natural frequency.
     buckles
-        Link that buckles at each speed, otherwise empty. Its bending is then unknown.
+        Link that buckles at each speed, or empty. If a link buckles, its bending is unknown.
     """
 
     speed: Reals
@@ -136,7 +137,7 @@ class Speeds:
     def error(self) -> Reals:
         """Largest relative error of deflection, stress and output, shape (speeds,)."""
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
-        read = [each for each in read if not np.isnan(each[1]).all()]  # no stress without section depth
+        read = [each for each in read if not np.isnan(each[1]).all()]  # no stress if the section depth is unknown
         if not read:
             return np.full(self.speed.shape, np.nan)
         shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
@@ -150,7 +151,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     Raises
     ------
     SceneError
-        A drive has no constant speed, a load depends on time, or vibration cannot be answered.
+        A drive has no constant speed, a load depends on time, or vibration cannot be solved.
     """
     nominal = nominal_speed(scene)
     limits = limits_of(scene)
@@ -211,7 +212,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     if gone.any():
         before = verdicts or [""] * len(gone)
         verdicts = [VERDICTS[BROKEN] if bad else verdict for bad, verdict in zip(gone, before, strict=True)]
-    per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive over that of the cycle
+    per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive / speed of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not limits else limit.speed if limit else asked[1]
     if highest is not None and (gone & (steady.ratio * nominal <= highest)).any():
@@ -236,24 +237,24 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
 
 
 def _loaded(scene: Scene, ratios: Reals) -> list[Results]:
-    """Return the quasi-static results at each speed, for the load ratio of buckling."""
+    """Return the quasi-static results at each speed, for the buckling load ratio."""
     course = scene_motion(scene)
     moved = (with_rates(course, ratio * course.drive_rate) for ratio in ratios)
     return [Results(scene, scene_deflection(scene, each)) for each in moved]
 
 
 def _without(values: Any, gone: Flags) -> Any:
-    """Return values with nan at some speeds, the first axis."""
+    """Return the values with nan at some speeds (first axis)."""
     return np.where(gone.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
 
 
 @dataclass
 class _Looking:
-    """Progress of the search between speeds, with one announcement of a long duration."""
+    """Progress of the search between speeds; a long duration is announced once."""
 
     name: str
     progress: Progress
-    begin: float = math.nan  # start of the search [s], infinite after the announcement
+    begin: float = math.nan  # start of the search [s]; infinite after the announcement
 
     def __call__(self, done: int, of: int) -> None:
         self.progress(f"{self.name}: searching between the speeds", done, of)
@@ -284,7 +285,7 @@ def _errors(
     forces: float,
     left: float,
 ) -> Reals:
-    """Return the errors of all items of figures as in a report, shape (rows,)."""
+    """Return the errors of all items of figures, as in a report, shape (rows,)."""
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
     corrected = {TIME: finer, LARGE: displaced}
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
@@ -304,7 +305,7 @@ def _errors(
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
-    """Return the values of a measure and their errors, from those of all items, shape (items, speeds)."""
+    """Return the values of a measure and their errors, reduced from all items, shape (items, speeds)."""
     rows = [*range(len(values))] if measure.items is None else [*measure.items]
     least = measure.figure.over == LEAST
     known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
@@ -327,9 +328,9 @@ def _curves(values: Mapping[str, Any]) -> Reals:
 def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
-    """Return the limit speed and the first limit that fails above, or None if all limits are kept.
+    """Return the limit speed and the first limit that fails above it, or None if all limits are met.
 
-    Yielding does not count: the report of the speeds states it separately.
+    Yielding is ignored here: the report on the speeds states it separately.
     """
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
 
@@ -364,9 +365,9 @@ def _limit(
 
 
 def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
-    """Return the used share of a bound for an item, shape (speeds,), nan without the figure.
+    """Return the utilisation of a bound by an item, shape (speeds,); nan if the figure is unknown.
 
-    The error is counted towards the bound (side 1) or away from it (side -1).
+    The error is added towards the bound (side 1) or away from it (side -1).
     """
     if values is None:
         return np.full(1, np.nan)
@@ -377,7 +378,7 @@ def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Rea
 
 
 def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
-    """Yield the prominent peaks of `FIELDS`, only the most prominent of neighbouring ones."""
+    """Yield the prominent peaks of `FIELDS`; of neighbouring peaks, only the most prominent one."""
     rows = [
         (share, at, field, beam)
         for field in range(len(FIELDS))

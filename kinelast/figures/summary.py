@@ -107,7 +107,7 @@ def report_of(results: Results) -> Report:
 
 
 def _reliability(trust: list[Finding], figures: dict[str, Reading]) -> report.Reliability:
-    """Return the summary of findings, and the figures with large errors, the least certain first."""
+    """Return the summary of findings, and the figures with large errors, least certain first."""
     marked = [
         report.UnreliableFigure(str(row.name), row.on or None, abs(row.error / row.value) if row.error else None)
         for row in figures.values()
@@ -185,7 +185,7 @@ def _links(results: Results) -> list[dict[str, Any]]:
 
 
 def _making(results: Results, number: int) -> dict[str, str | None]:
-    """Return section with sizes and material of a beam in words."""
+    """Return the section, dimensions and material of a beam in words."""
     if number >= len(results.scene.made_of):
         return {"section": None, "material": None}
     made, shown_in = results.scene.made_of[number], results.scene.shown_in
@@ -226,7 +226,7 @@ def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
 
 
 def point_figures(reader: Reader) -> dict[str, dict[str, Reading]]:
-    """Return the largest displacement of each moving point, with its parts along and off the path."""
+    """Return the largest displacement of each moving point, with its components along and normal to the path."""
     keys = "displacement", "along_path", "off_path"
     rows = zip(*(reader.results.figures.peaks[key] for key in keys), strict=True)
     return {
@@ -236,22 +236,22 @@ def point_figures(reader: Reader) -> dict[str, dict[str, Reading]]:
 
 
 def angle_figures(reader: Reader) -> dict[str, Reading]:
-    """Return the largest angle error of each moving link, with its point."""
+    """Return the largest angle error of each moving link, and the point at which it occurs."""
     pairs = zip(reader.results.mechanism.links[1:], reader.results.figures.peaks["angle_error"], strict=True)
     return {link.name: reader.largest(peak, "rad", **_point(reader, link.name, peak)) for link, peak in pairs}
 
 
 def _point(reader: Reader, link: str, peak: Peak) -> dict[str, str]:
-    """Return the point of an angle error, if it is known."""
+    """Return the point at which an angle error occurs, if known."""
     mechanism = reader.results.mechanism
     return {} if math.isnan(peak.value) else {"point": [*mechanism.links[mechanism.index[link]].points][peak.row]}
 
 
 def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
-    """Return stroke or swing, time ratio, smallest mechanical advantage and turning points of the output.
+    """Return the stroke or swing, time ratio, smallest mechanical advantage and turning points of the output.
 
-    `advantage` is the rate of the only drive over the speed of the output. `turns` are the positions at which the
-    output stands still: dead points for a drive at the output.
+    `advantage` is the rate of the only drive / the speed of the output. `turns` are the positions at which the output
+    is at rest, which would be dead points if the output were driven.
     """
     cycle, rows = reader.cycle, {}
     for each in output_figures(output):
@@ -267,7 +267,7 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
 
 
 def output_reading(reader: Reader) -> report.OutputReading | None:
-    """Return the error of the output with its location and the shares of the links, or None without an output."""
+    """Return the error of the output, its location and the links' contributions; None if there is no output."""
     output = reader.results.figures.output
     if output is None:
         return None
@@ -286,7 +286,7 @@ def output_reading(reader: Reader) -> report.OutputReading | None:
 
 
 def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
-    """Return the exceedances as plain data with their limits."""
+    """Return the exceeded values and their limits as plain data."""
     return [
         {
             "kind": each.kind,
@@ -301,7 +301,7 @@ def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
 
 
 def check_report(results: Results) -> report.CheckReport | None:
-    """Return the finite element check, or None without a check."""
+    """Return the finite element check, or None if it was not requested."""
     comparison = results.comparison
     if comparison is None:
         return None

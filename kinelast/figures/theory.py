@@ -63,23 +63,23 @@ from rigid.arrays import Reals
 MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
-FINE = 0.05  # tolerance of the solver, relative to the requested accuracy or the accuracy to judge limits
-FINE_BY_DEFAULT = 0.1  # the same without limits and without a requested accuracy
-FINE_WITH_FRICTION = 0.02  # the same with friction, whose unsettled vibration only a finer tolerance reveals
+FINE = 0.05  # tolerance of the solver, relative to the requested accuracy or that needed to judge limits
+FINE_BY_DEFAULT = 0.1  # same, if there are no limits and no accuracy was requested
+FINE_WITH_FRICTION = 0.02  # same, with friction: only a finer tolerance reveals that vibration has not settled
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
-FAR = 3.0  # change of the largest deflection by vibration / accuracy, above which quasi-static is not tried
+FAR = 3.0  # change of the largest deflection by vibration / accuracy; above this, quasi-static is not tried
 FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answer it is compared with
-FORCES_LATER = 3.0  # bound of the error of forces / that of deflections after the first steps to the exact answer
+FORCES_LATER = 3.0  # bound on the error of forces / error of deflections after the first steps to the exact answer
 LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
-SAME = 1e-9  # relative difference of moments at rest by round-off
+SAME = 1e-9  # relative difference of moments at rest due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
-MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments per travel of a machine at rest
-STAGES = 5  # number of stages, for the progress
-EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / that of the first steps to it
-LONG = 10.0  # [s] expected time from which an answer is announced
+MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments, per travel, of a machine at rest
+STAGES = 5  # number of stages in the progress report
+EXACT_OVER_FIRST_STEPS = 40.0  # largest time for an exact answer and its error / time for the first steps to it
+LONG = 10.0  # [s] expected time above which an answer is announced
 UNSTABLE = "the links have no steady state, their vibration grows"
 
 
@@ -94,16 +94,16 @@ def answer(
     quasi_static
         Quasi-static answer at the positions of the run.
     period
-        Duration of the cycle [s]; nan without a cycle: vibration then starts from the quasi-static deflection.
+        Duration of the cycle [s]; nan if there is no cycle. Vibration then starts from the quasi-static deflection.
     quasi_static_only
-        True to take the quasi-static answer, whatever its error.
+        True to use the quasi-static answer regardless of its error.
     progress
-        Receives the stages of the computation.
+        Progress listener for the stages of the computation.
 
     Raises
     ------
     SceneError
-        The requested theory cannot answer: a singular position, a block beyond its beam, a wheel on a rack.
+        The requested theory cannot solve the scene: a singular position, a block beyond its beam, a wheel on a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     scene, plain = quasi_static.scene, quasi_static.deflection
@@ -168,7 +168,7 @@ class _Rungs:
 
     @cached_property
     def held_back(self) -> float:
-        """Largest relative error of a graded figure that is independent of the theory of motion."""
+        """Largest relative error of a graded figure that does not depend on the theory of motion."""
         cycle = self._cycle(self.plain)
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
@@ -189,17 +189,17 @@ class _Rungs:
         return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
 
     def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
-        """Yield the answers from the cheapest theory to the finest.
+        """Yield the answers, from the cheapest theory to the most accurate.
 
-        An error is measured only if its bound exceeds a small share of the requested accuracy: the discretization
-        error by a finer discretization, the effect of large displacement by steps to the exact answer. These steps are
-        a separate answer if the last one changes deflections by at most `NO_MORE` of the accuracy. A theory
-        requested by name yields no cheaper answer if the vibration is stable.
+        An error is measured only if its bound exceeds a small share of the requested accuracy. The discretization error
+        is measured by a finer discretization, and the effect of large displacement by steps to the exact answer. These
+        steps count as an answer if the last one changes deflections by at most `NO_MORE` times the accuracy. If a
+        theory is requested by name and vibration is stable, no cheaper answer is yielded.
 
         Raises
         ------
         SceneError
-            The geometrically exact theory is requested by name and cannot answer: a wheel on a rack.
+            The geometrically exact theory is requested by name but cannot solve the scene: a wheel on a rack.
         """
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
@@ -250,9 +250,9 @@ class _Rungs:
         yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
 
     def best(self, tried: Sequence[Answer]) -> Answer:
-        """Return the answer with the least error by the theory of motion.
+        """Return the answer with the smallest error due to the theory of motion.
 
-        With dry friction, an unreliable error has not settled: it depends on the tolerance, and is unknown.
+        With dry friction, an error is unknown if it has not settled, i.e. depends on the tolerance.
         """
         best = min(reversed(tried), key=lambda rung: rung.off_by_motion)
         if best.off_by_motion > UNRELIABLE and has_dry_friction(self.scene.mechanism):
@@ -260,16 +260,16 @@ class _Rungs:
         return best
 
     def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
-        """Return True if vibration changes the deflection too much for the quasi-static answer to be tried."""
+        """Return True if vibration changes the deflection so much that the quasi-static answer need not be tried."""
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
         return bool(abs(there - here) > FAR * wanted * max(there, stretch))
 
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
-        """Return the quasi-static answer if bounds of vibration and large displacement are small, or if links turn far.
+        """Return the quasi-static answer if bounds on vibration and large displacement are small or links rotate far.
 
-        The bounds are its errors. None if vibration has to be solved.
+        The bounds become its errors. None if vibration has to be solved.
         """
         rotation = largest_rotation(self.plain)
         if rotation > MAX_ROTATION:
@@ -299,7 +299,7 @@ class _Rungs:
     def at_rest(self) -> Answer:
         """Return the answer of a machine at rest without vibration, if large displacement cannot be solved.
 
-        Its error is the square of the largest rotation plus the load over Euler's load.
+        Its error is the square of the largest rotation plus load / Euler load.
         """
         rotation = largest_rotation(self.plain)
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
@@ -307,15 +307,15 @@ class _Rungs:
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return True if a finer discretization has to measure the error."""
+        """Return True if the error has to be measured by a finer discretization."""
         return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.resolved(wanted))
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
     ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
-        """Return the answer with large displacement as a stage, or a relative estimate of its effect.
+        """Return the answer with large displacement as a stage, or a relative estimate of the effect.
 
-        It uses the finer discretization if there is one: that of the linear answer may be too coarse for it.
+        The finer discretization is used if there is one, because that of the linear answer may be too coarse.
         """
         large = PER_ROTATION * largest_rotation(linear.deflection)
         if self.theory.name is None and large <= self.resolved(wanted, BOUNDED):
@@ -353,10 +353,10 @@ class _Rungs:
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """Return the exact answer in a finer discretization, and errors known as shares.
+        """Return the exact answer in a finer discretization, and the errors that are known as shares.
 
-        There is no finer answer if the bounds of displacements and forces are small, if it takes too long, or if it
-        converges less than the answer itself.
+        There is no finer answer if the error bounds of displacements and forces are small, if it would take too long,
+        or if it converges less well than the answer itself.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
         shares = {TIME: discretized, LARGE: LEFT_OVER_CHANGE * large_displacement_error(exact)}
@@ -401,7 +401,7 @@ class _Rungs:
         )
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
-        """Return the relative change by vibration of the most affected graded figure.
+        """Return the relative change that vibration causes in the most affected graded figure.
 
         After a stop, only vibration remains.
         """
@@ -430,7 +430,7 @@ class _Rungs:
 
 
 def _rests(plain: Deflection) -> bool:
-    """Return True if the drives and the loads do not change."""
+    """Return True if the drives and the loads are constant."""
     moments, motion = plain.amplitudes.M, plain.motion
     travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
     largest = np.abs(moments).max(axis=-1)

@@ -1,6 +1,6 @@
-"""Reliability of a scene's figures: size of the effects that the theory neglects.
+"""Reliability of a scene's figures: the size of effects that the theory neglects.
 
-docs/report.md and docs/strength.md have the limits and their sources.
+docs/report.md and docs/strength.md list the limits and their sources.
 """
 
 import math
@@ -32,14 +32,14 @@ HEADINGS = {
     "axial force": "Buckling",
     "yield": "Strength",
 }
-MIN_SHARE = 0.01  # smallest part of an error that is listed, relative to this error
+MIN_SHARE = 0.01  # smallest part of an error that is listed, relative to the error
 WITHIN = {
     "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link",
     "deflection": "no link deflects by more than {:.0f} % of its length",
     "axial force": "no link exceeds {:.0f} % of its critical load",
     "yield": "no link exceeds {:.0f} % of its yield stress",
 }
-IN_THE_ERROR = {  # effects that the answer or its error includes, so that they raise no caution
+IN_THE_ERROR = {  # effects that the answer or its error includes; they raise no caution
     "slenderness": "the stated error includes this",
     "deflection": "the answer or its error includes this",
     "axial force": "the answer or its error includes its effect on bending",
@@ -58,7 +58,7 @@ _FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()
 
 
 def findings(results: Results) -> list[Finding]:
-    """All findings on a scene's figures, the worst first, computed once.
+    """All findings on a scene's figures, worst first; computed once.
 
     If a link buckles, only buckling and the rigid motion are judged.
     """
@@ -84,10 +84,10 @@ def _findings(results: Results) -> list[Finding]:
 
 
 def doubts(results: Results) -> list[str]:
-    """Findings that make all figures unreliable, so that no limit can be called kept.
+    """Findings that make all figures unreliable, so that no limit can be declared met.
 
-    A known error does not count: each limit is judged with the error of its own figure. Nor does a link that yields:
-    see `kinelast.figures.ranges.refusals`.
+    A known error is not such a finding, because each limit is judged with the error of its own figure. A yielding link
+    is not either, see `kinelast.figures.ranges.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
     return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
@@ -96,7 +96,7 @@ def doubts(results: Results) -> list[str]:
 def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
     """Return the worst level of findings, and their headings with the advice in parentheses.
 
-    Strength does not count: the report says separately that a link yields.
+    Strength is left out: the report states separately that a link yields.
     """
     about = [finding for finding in trust if finding.level != OPEN and finding.heading != HEADINGS["yield"]]
     level = min((finding.level for finding in about), key=ORDER.index, default=GOOD)
@@ -106,7 +106,7 @@ def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
 
 
 def digits_left(condition: float) -> int:
-    """Return the number of certain digits at a condition number."""
+    """Return the number of reliable digits at a condition number."""
     return max(0, int(15 - math.log10(max(condition, 1.0))))
 
 
@@ -178,7 +178,7 @@ def _formulas(results: Results) -> Iterator[Finding]:
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
-    """Whether a slider bears a moment that causes no friction, because the slider's length is not given."""
+    """Whether a slider transmits a moment that causes no friction because the slider's length is not given."""
     if not own.coefficient or np.isfinite(own.length):
         return False
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
@@ -237,7 +237,7 @@ def _theory(results: Results) -> Iterator[Finding]:
 
 
 def _named(results: Results, worst: GradedFigure) -> tuple[str, str]:
-    """Return the name of a main figure, and that of its item."""
+    """Return the name of a main figure and the name of its item."""
     figure = results.figures.by_key[worst.key]
     return figure.name, items_of(results.scene, figure.of)[worst.item]
 
@@ -253,7 +253,7 @@ def worst_figure(results: Results) -> dict[str, Any]:
 
 
 def _damping(results: Results) -> str:
-    """Return the damping that is assumed for materials without their own."""
+    """Return the damping that is assumed for materials without damping data."""
     theory = results.scene.theory
     assumed = not theory.damping or any(math.isnan(beta) for beta in theory.damping)
     return f" at {percent(theory.damping_ratio)} of critical damping" if assumed else ""
@@ -326,7 +326,7 @@ def _own_level(kind: str, figure: float) -> str:
 
 
 def _without_shear(results: Results, beam: int) -> str:
-    """Return why a short beam is computed without shear, or an empty string."""
+    """Return the reason why a short beam is computed without shear, or an empty string."""
     if not LIMITS["slenderness"].passed(float(shear_share(results.deflection)[beam])):
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
@@ -342,7 +342,7 @@ def _sentence(words: str) -> str:
 
 
 def _within(results: Results) -> Iterator[Finding]:
-    """Yield the effects within their limits and the effects that cannot be judged."""
+    """Yield the effects within their limits, and the effects that cannot be judged."""
     if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
@@ -360,7 +360,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """Return the missing inputs of the safety factor, with a verb."""
+    """Return the inputs that the safety factor lacks, with a verb."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])

@@ -21,8 +21,8 @@ from kinelast.tasks.task import scene_paths
 from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 
-STATIONS = 101  # per beam, evenly spaced from end to end
-MAX_SHOWN = 60  # characters of an argument in a message
+STATIONS = 101  # stations per beam, evenly spaced from end to end
+MAX_SHOWN = 60  # maximum number of characters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
@@ -31,11 +31,11 @@ def load(scene: str | Path) -> Scene:
     Raises
     ------
     SceneError
-        The file has a mistake.
+        The file contains an error.
     FileNotFoundError
         No file or scene has this name.
     ValueError
-        The folder holds several scenes.
+        The folder contains several scenes.
 
     Examples
     --------
@@ -53,17 +53,17 @@ def load(scene: str | Path) -> Scene:
 
 
 def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
-    """Return a scene with more loads. The copy has no text, since its file does not hold them.
+    """Return a scene with additional loads. The copy has no text, since its file does not contain them.
 
     Parameters
     ----------
     loads
-        As `rigid.PointLoad` and `rigid.LineLoad`; `law` is a function of the motion, shape (positions,).
+        Same as in `rigid.PointLoad` and `rigid.LineLoad`; `law` is a function of the motion, shape (positions,).
 
     Raises
     ------
     MechanismError
-        A load is at a link or a point that does not exist.
+        A load is on a link or at a point that does not exist.
     """
     given = scene_of(scene)
     mechanism = replace(given.mechanism, loads=(*given.mechanism.loads, *loads))
@@ -211,21 +211,21 @@ def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion
     Raises
     ------
     SceneError
-        The drives ask for positions out of reach.
+        The drives require positions that are out of reach.
     TypeError, ValueError
-        The argument is no scene, or no number of positions.
+        The argument is not a scene, or not a number of positions.
     """
     given, asked = scene_of(scene), request_of(positions=positions)
     return _motion(given, scene_motion(given, asked.positions))
 
 
 def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDeflection:
-    """Return the deflection of a scene over its run, by the theory it asks for. `positions` overrides their number.
+    """Return the deflection of a scene over its run, by the theory it requests. `positions` overrides their number.
 
     Raises
     ------
     SceneError
-        The drives ask for positions out of reach, a block leaves its beam, or vibration has no solution.
+        The drives require positions that are out of reach, a block leaves its beam, or vibration has no solution.
     """
     given = scene_of(scene)
     return named_deflection(given, computed(given, request_of(positions=positions)).deflection)
@@ -262,7 +262,7 @@ def unknown_name(name: object, known: Iterable[str]) -> str:
 
 
 def scene_of(given: object) -> Scene:
-    """Return a scene, or the scene of a document. Raise TypeError for anything else."""
+    """Return a scene, or the scene of a document. Raises TypeError for anything else."""
     if isinstance(given, Document):
         return given.scene
     if isinstance(given, Scene):
@@ -272,7 +272,7 @@ def scene_of(given: object) -> Scene:
 
 
 def request_of(**asked: Any) -> Request:
-    """Build a request from options by name; None means default. Values may be text as on the command line.
+    """Build a request from named options; None means the default. Values may be text as on the command line.
 
     Raises
     ------
@@ -300,6 +300,6 @@ def _near(text: str, option: Option) -> str:
 
 
 def shown(given: object) -> str:
-    """Return the representation of an argument, shortened for a message."""
+    """Return the repr of an argument, shortened for a message."""
     text = repr(given)
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}... (a {type(given).__name__})"

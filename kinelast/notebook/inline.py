@@ -82,7 +82,7 @@ class AnsweredJoint:
     force
         Force by link [N], complex, in the ground's axes.
     moment
-        Moment by link [N m]; 0 if the joint lets its links turn.
+        Moment by link [N m]; 0 if the joint lets its links rotate.
     """
 
     force: ByName[Complexes]
@@ -237,18 +237,18 @@ def answer(
     Parameters
     ----------
     theory
-        "quasi-static", "elastodynamic" or "geometrically-exact". The default is the choice of the scene.
+        "quasi-static", "elastodynamic" or "geometrically-exact". By default, the scene determines it.
     accuracy
-        Largest accepted error, such as 0.02 or "2 %". It selects the cheapest theory that reaches it.
+        Largest accepted error, such as 0.02 or "2 %". The cheapest theory that reaches it is used.
     positions
-        Number of positions. The default is that of the scene.
+        Number of positions. By default, that of the scene.
 
     Raises
     ------
     SceneError
-        The scene has no answer, as for `kinelast.deflection`.
+        The scene has no answer, see `kinelast.deflection`.
     TypeError, ValueError
-        The argument is no scene, an option does not accept its value, or both theory and accuracy are given.
+        The argument is not a scene, an option does not accept its value, or both theory and accuracy are given.
     """
     return _answer(scene, theory=theory, accuracy=accuracy, positions=positions)
 
@@ -273,7 +273,7 @@ class ReportPage:
         return f'Report("{self.name}": {self.headline})'
 
     def _repr_html_(self) -> str:
-        """Return the headline and the page in a frame. The page loads no other file."""
+        """Return the headline and the page in a frame. The page does not load any other file."""
         page = escape(self.page.decode())
         frame = f'<iframe sandbox="allow-scripts allow-downloads" style="{FRAME}" srcdoc="{page}"></iframe>'
         return f"<p><b>{escape(self.name)}</b>: {escape(self.headline)}</p>{frame}"
@@ -291,9 +291,9 @@ def report(
     Parameters
     ----------
     positions
-        Number of positions. The default is that of the scene.
+        Number of positions. By default, that of the scene.
     check
-        Number of finite elements per beam for a comparison. The default is no comparison.
+        Number of finite elements per beam for a comparison. By default, there is no comparison.
     accuracy, theory
         Options of `answer`.
 
@@ -319,14 +319,14 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     ----------
     scene
         A scene, a file, or the name of a shipped scene. The text of a scene is kept in a file until the kernel ends.
-        None opens an empty sheet; the browser can only download it.
+        None opens an empty sheet, which can only be downloaded.
 
     Raises
     ------
     ModuleNotFoundError
         Starlette or uvicorn is not installed.
     NoEditorError
-        No package provides a live editor.
+        No installed package provides a live editor.
     FileNotFoundError
         No file or scene has this name.
     ValueError

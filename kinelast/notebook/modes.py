@@ -28,8 +28,8 @@ class ModeShapes:
     line
         Axis of the rigid beam [m], complex, shape (positions, stations).
     displacement
-        Displacement from the rigid beam, complex, shape (modes, positions, stations). The largest one of each mode,
-        over all beams, is 1.
+        Displacement from the rigid beam, complex, shape (modes, positions, stations). For each mode, the largest
+        displacement of all beams is 1.
     """
 
     line: Complexes
@@ -88,16 +88,16 @@ class NaturalFrequencies(PartsByName):
 
 @one_thread()
 def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: int = POSITIONS) -> NaturalFrequencies:
-    """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions, drives held.
+    """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions with the drives held.
 
-    The scene sets the damping: `damping` of the materials, else `damping_ratio` at the lowest frequency.
+    The damping comes from the scene: `damping` of the materials, or else `damping_ratio` at the lowest frequency.
 
     Raises
     ------
     SceneError
-        The drives ask for positions out of reach.
+        The drives require positions that are out of reach.
     TypeError, ValueError
-        The argument is no scene. A number is not positive. The scene has no beams, or too many.
+        The argument is not a scene, a number is not positive, or the scene has no beams or too many.
     """
     given = scene_of(scene)
     if modes < 1:

@@ -1,4 +1,4 @@
-"""Pictures and films of a deflection that a notebook shows below the cell."""
+"""Pictures and films of a deflection, which a notebook shows below the cell."""
 
 from base64 import b64encode
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from typing import Any
 from kinelast.notebook import SceneDeflection
 from kinelast.scene.parts import symbols_of
 
-SIZE = (960, 540)  # [pixels] of a picture or a film
+SIZE = (960, 540)  # [pixels] size of a picture or a film
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
     Parameters
     ----------
     diagram
-        A name of the command line, or the key of a field. A scene without beams needs "motion".
+        A diagram name as on the command line, or the key of a field. A scene without beams requires "motion".
     style
         Settings of `animations.Style`, such as `look="solid"` or `show=("names", "paths")`.
 
@@ -57,7 +57,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
     ValueError
         The diagram or the position does not exist.
     TypeError
-        The argument is no deflection of a scene.
+        The argument is not the deflection of a scene.
     RenderingUnavailable
         This machine has no OpenGL.
     """

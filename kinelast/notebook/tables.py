@@ -19,7 +19,7 @@ LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "ra
 def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     """Return a table with one row per position and the time as index. Each column name ends in its unit.
 
-    A motion gives drives, links, points and joints, as in motion.csv. A deflection gives the columns of positions.csv.
+    For a motion: drives, links, points and joints, as in motion.csv. For a deflection: the columns of positions.csv.
 
     Raises
     ------
@@ -43,10 +43,10 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
 def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -> Any:
     """Return a data set with coordinates. Each variable has its unit as an attribute.
 
-    A motion gives x, y of the points and angles of the links, with their derivatives, over the positions.
+    For a motion, it contains x and y of the points, the angles of the links, and their derivatives over the positions.
 
-    A deflection gives each main field over beams, positions and stations, and the columns of motion.csv over the
-    positions: efforts and powers of drives, forces of joints and on the ground.
+    For a deflection, it contains each main field over beams, positions and stations, and the columns of motion.csv over
+    the positions: efforts and powers of drives, and forces of joints and on the ground.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Figures of an answer by name, which print with unit and error."""
+"""Figures of an answer by name; they print with their unit and error."""
 
 import math
 from collections.abc import Mapping
@@ -44,7 +44,7 @@ class Figures(dict[str, Any]):
 
 
 def figures_of(summary: Mapping[str, Any], shown_in: DisplayUnits) -> Figures:
-    """Return a summary with a `Value` for every number that has a unit."""
+    """Return a summary in which every number with a unit is a `Value`."""
     return Figures({key: _valued(entry, shown_in) for key, entry in summary.items()})
 
 

@@ -47,7 +47,7 @@ def _check(report: Report) -> str:
 
 
 def _decides(report: Report) -> tuple[str, float | None]:
-    """Return the limit that decides the verdict and its used share, or the link that buckles."""
+    """Return the limit that decides the verdict and its utilisation, or the link that buckles."""
     if report.buckles or not report.acceptance.verdict:
         return report.buckles or "", None
     worst = OUTCOMES[report.acceptance.verdict]
@@ -87,14 +87,14 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 def write_batch(
     out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], others: Sequence[str] = ()
 ) -> None:
-    """Write the tables of a batch. Rows of other scenes stay if their folders still exist.
+    """Write the tables of a batch. Rows of other scenes are kept if their folders still exist.
 
     Parameters
     ----------
     rows, seconds
         Rows (see `summary_row`) and computing times, by the scenes' folders in `out`.
     others
-        Further formats. Parquet is written if requested or if an older file exists.
+        Other formats. Parquet is written if requested or if an older file exists.
 
     Raises
     ------

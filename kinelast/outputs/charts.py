@@ -1,4 +1,4 @@
-"""Charts of a scene over its cycle, as vector pictures by matplotlib."""
+"""Charts of a scene over its cycle, drawn as vector graphics by matplotlib."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (6.0, 3.0), (1.5, 2.5), (11.0, 3.0, 2.0, 3.0), (16.0, 4.0), (9.0, 2.0, 2.0, 2.0, 2.0, 2.0))
-WIDTH, HEIGHT = 6.1, 2.1  # [in] of a chart
+WIDTH, HEIGHT = 6.1, 2.1  # [in] size of a chart
 ACROSS, BETWEEN = 180, 14  # [px] width of a map, and distance between maps
-ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] of maps
+ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # it would apply to the whole page
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # otherwise it would apply to the whole page
     (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # identifiers may repeat in another picture
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
@@ -81,7 +81,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Return the charts as SVG, with an SI prefix that suits the greatest ordinate."""
+    """Return the charts as SVG, with an SI prefix that suits the largest ordinate."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -135,8 +135,8 @@ def field_maps(
     labels
         Labels of the beams, one per row.
     fields
-        By heading of the column: values, shape (beams, positions, stations), and the range of each beam in words. The
-        colours of a map span plus and minus its greatest magnitude, and nan is grey.
+        By column heading: values, shape (beams, positions, stations), and the range of each beam in words. The colours
+        of a map range from minus to plus its largest magnitude, and nan is grey.
     columns
         Minimum number of columns, for pictures of equal width.
     """
@@ -169,7 +169,7 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """Return some ticks of the axis: places along the width of a map, and numbers."""
+    """Return some ticks of the axis: positions along the width of a map, and numbers."""
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
@@ -200,7 +200,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
     return picture.reshape(beams * (stations + below), -1, 4)
 
 
-MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # a row of maps each
+MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # a row of maps for each
 MOST_MAPPED, MOST_CURVES = 16, 6
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
@@ -236,7 +236,7 @@ def _spread(results: Results, values: Any) -> Reals:
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Return values, positions last, with nan at positions that were left out or do not count."""
+    """Return values, positions last, with nan at positions that were left out or excluded."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -319,11 +319,11 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Return heading, values, shape (beams, positions, stations), and ranges in words of a field's maps."""
+    """Return heading, values (beams, positions, stations) and ranges in words for the maps of a field."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
-    if field.key in results.cycle.extremes:  # between the stations
+    if field.key in results.cycle.extremes:  # the peak may be between the stations
         exact = results.cycle.extremes[field.key].value[: len(values), results.cycle.counted]
         sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
     sign = "±" if field.signed else "≤ "

@@ -1,4 +1,4 @@
-"""Mechanism of a scene in the form of other programs."""
+"""Export of a scene's mechanism to other programs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
-POSITIONS = 360  # of a cycle, for the travel of pins in slots
+POSITIONS = 360  # positions of a cycle that give the travel of pins in slots
 
 
 def exchanged(scene: Scene) -> ForeignMechanism:
-    """Return the mechanism of a scene at its start in the form of other programs, in mm or inches.
+    """Return the mechanism of a scene at its start for export to other programs, in mm or inches.
 
-    Welded links become one link with their masses. A block with a pin becomes a slot with its mass at the pin.
-    Sections, springs and varying loads are omitted.
+    Welded links become one link with their combined mass. A block with a pin becomes a slot with the block's mass at
+    the pin. Sections, springs and varying loads are omitted.
     """
     from exchange import ForeignLink, ForeignMechanism
 
@@ -125,7 +125,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive with its constant speed, if any."""
+    """Return a drive and its constant speed, if any."""
     from exchange import Drive
 
     if not isinstance(law, ConstantSpeed):

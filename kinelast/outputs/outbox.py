@@ -1,7 +1,7 @@
 """Atomic writing of result folders and files, with locks against concurrent runs.
 
-A folder is written under a hidden name and then exchanged with the existing one, while a lock excludes other runs. The
-lock file has the hidden name, so that the next run cleans up after a run that was killed.
+A folder is written under a hidden name and then swapped with the existing one, while a lock excludes other runs. The
+lock file contains the hidden name, so that the next run can clean up after a run that was killed.
 """
 
 import hashlib
@@ -21,26 +21,27 @@ from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
-EARLIER = "earlier"  # folder for files of earlier runs that a run does not make again
+EARLIER = "earlier"  # folder for files of earlier runs that a run does not write again
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
-OWNER = ".owner"  # in the location of a lock
+OWNER = ".owner"  # separates parts of a lock's location
 PATIENCE = 60.0  # [s] longest wait for another run
 PAUSE = 0.05  # [s] between two attempts
-LINE = 300  # letters of a path in a message
+LINE = 300  # maximum length of a path in a message
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[Path]:
     """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    Files of earlier runs move to the folder `EARLIER` if this run does not make them again. Files of other origin stay,
-    see `foreign`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
+    Files of earlier runs that this run does not write again move to the folder `EARLIER`. Files that this program did
+    not write stay, see `foreign`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
 
     Raises
     ------
     RequestError
-        A file of other origin has the name of a new one, another run holds the folder, or it cannot be made.
+        A file that this program did not write has the name of a new one, another run holds the folder, or the folder
+        cannot be created.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -74,9 +75,9 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
 
 
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
-    """Write a file atomically: content, followed by that of the files `more`.
+    """Write a file atomically: the content, followed by the contents of the files `more`.
 
-    The content is on the disk before the name. After a power failure, the name may be missing.
+    The content reaches the disk before the name does. After a power failure, the name may be missing.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -95,7 +96,7 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
 
 
 def sync(file: int) -> None:
-    """Wait until a file is on the disk. This finds that a disk is full."""
+    """Wait until a file is on the disk. This also detects a full disk."""
     os.fsync(file)
 
 
@@ -125,7 +126,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Add text files to a folder through a hidden one, its summary last."""
+    """Add text files to a folder by way of a hidden one; the summary comes last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -178,12 +179,12 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
     Raises
     ------
     RequestError
-        Another run holds the lock, or the folder cannot be made.
+        Another run holds the lock, or the folder cannot be created.
     """
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    left = (PATIENCE if patience is None else patience) / PAUSE  # attempts, because a computer may sleep meanwhile
+    left = (PATIENCE if patience is None else patience) / PAUSE  # count attempts, because the computer may sleep
     lock = None
     try:
         try:
@@ -226,14 +227,14 @@ def _let_go(path: Path, lock: int, folder: Path, hidden: str) -> None:
         folder.with_name(f"{hidden}.part").unlink()  # an unfinished file
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # before the release: a waiting run checks that the file still exists
+            path.unlink()  # remove before the release: a waiting run checks that the file still exists
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """Return an open, locked file, or None if another run holds it, and an addition to the message.
+    """Return an open, locked file (None if another run holds it) and an addition to the error message.
 
     The system releases the lock when the process ends.
     """
@@ -245,7 +246,7 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # a system without locks: only the names separate two runs
+    except ImportError:  # on a system without locks, only the names separate two runs
         return lock, ""
     except OSError:  # a file system without locks, such as a network drive
         os.close(lock)
@@ -260,9 +261,9 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Return whether this process could make the file that replaces a lock.
+    """Create a file that replaces a lock; return whether this succeeded.
 
-    The file of an ended process on this computer is removed. Otherwise the caller waits.
+    The file of a process on this computer that has ended is removed. Otherwise the caller waits.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -304,14 +305,14 @@ def _clean(folder: Path, hidden: str) -> None:
         with suppress(OSError):
             place.chmod(0o700)  # to remove read-only files
     others = {*foreign(old), EARLIER}
-    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # those of others first
+    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # files of others first
         if not (folder / entry.name).exists():
             _move(entry, folder if entry.name in others else folder / EARLIER)
     shutil.rmtree(old, ignore_errors=True)
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder, under a numbered name if its own is taken."""
+    """Move a file or folder into a folder, under a numbered name if its own name is taken."""
     folder.mkdir(exist_ok=True)
     place, number = folder / entry.name, 1
     while place.exists() or place.is_symlink():
@@ -321,9 +322,9 @@ def _move(entry: Path, folder: Path) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Return the names of files that this program has written into a folder, from its summary.
+    """Return the names of files that this program has written to a folder, according to its summary.
 
-    If the summary is unreadable, all names that this program uses count.
+    If the summary is unreadable, return all names that this program uses.
     """
     known = summary_in(folder)
     if known is None:
@@ -349,7 +350,7 @@ def _written() -> set[str]:
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise an error if files of other origin have the names of new files."""
+    """Raise an error if files that this program did not write have the names of new files."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)

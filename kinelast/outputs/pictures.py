@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12  # positions drawn in pale
+GHOSTS = 12  # number of positions drawn faintly
 FOOT = 0.3  # [in] space below the mechanism for its scales
 EDGE = 0.06  # [in] margin around parts beyond the frame
 SHARE = 0.08  # drawn size of the largest displacement, relative to the mechanism
@@ -98,14 +98,14 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
 
 
 def position_of_largest(results: Results) -> int:
-    """Return the number of the position with the largest deflection, 0 if nothing bends."""
+    """Return the number of the position with the largest deflection, or 0 if no link bends."""
     largest = results.cycle.along("w")
     known = len(results.scene.labels) and np.isfinite(largest.value).any()
     return int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
 
 
 def _make_room(axes: Axes, scale: float) -> None:
-    """Enlarge the drawing to include deformed shape, symbols and words, at a scale in inches per metre."""
+    """Enlarge the drawing to include the deformed shape, symbols and words, at a scale in inches per metre."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -123,7 +123,7 @@ def _make_room(axes: Axes, scale: float) -> None:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Return a round scale at which the largest displacement is well visible, 0 if it is unknown."""
+    """Return a round scale at which the largest displacement is easy to see; 0 if it is unknown."""
     if results.buckles:
         return 0.0
     cycle = results.cycle
@@ -133,7 +133,7 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Return scaled displacements, zero for a factor of 0."""
+    """Return scaled displacements; zero if the factor is 0."""
     return factor * values if factor else np.zeros_like(values)
 
 
@@ -153,7 +153,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the drawn locations of the moving points."""
+    """Return the positions at which moving points are drawn."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -164,7 +164,7 @@ def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str
 
 
 def _draw_course(results: Results, axes: Axes, position: int) -> None:
-    """Draw paths of the points, links at some positions, and the rigid links at this position."""
+    """Draw the paths of the points, the links at some positions, and the rigid links at this position."""
     from matplotlib.collections import LineCollection
 
     count = results.motion.columns[0]
@@ -190,7 +190,7 @@ def _links(results: Results, position: int) -> Iterator[Any]:
 
 
 def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
-    """Draw the displaced links with their names, beams with their deflection."""
+    """Draw the displaced links with their names, and beams with their deflection."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     drawn: dict[str, list[Any]] = {}
@@ -223,7 +223,7 @@ def _span(line: Any) -> float:
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw a scale of lengths and write that of displacements."""
+    """Draw the length scale, and write the scale of displacements."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -248,7 +248,7 @@ def write_stills(folder: Path, results: Results) -> None:
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
 
 
-MIN_FREE = 1_000_000  # [bytes] free space below which an encoder fails, because it writes in blocks
+MIN_FREE = 1_000_000  # [bytes] an encoder writes in blocks and fails if less space is free
 
 
 def write_dxf(path: Path, results: Results) -> None:
@@ -275,7 +275,7 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # no blocks without a name
+        if " " not in link.name  # no unnamed blocks
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
@@ -300,7 +300,7 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
 
 
 def _holes(scene: Scene) -> dict[str, float]:
-    """Return the known diameters of holes by joint, from eye, pin or bush [m]."""
+    """Return the known diameters of holes by joint [m], from the eye, pin or bush."""
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
     return {
         name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
@@ -311,7 +311,7 @@ def require_rendering() -> None:
     """Raise `RequestError` if this computer cannot render."""
     from animations import RenderingUnavailable, probe
 
-    for name in ("pyvista", "vtkmodules"):  # the probe would not distinguish a missing package
+    for name in ("pyvista", "vtkmodules"):  # the probe would not recognise a missing package
         if not find_spec(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
@@ -342,7 +342,7 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """Return a write error in the system's words, instead of the encoder's command line."""
+    """Return a write error with the system's message instead of the encoder's command line."""
     if error.errno not in (None, errno.EPIPE):
         return error
     if shutil.disk_usage(target.parent).free < MIN_FREE:

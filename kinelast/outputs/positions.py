@@ -19,7 +19,7 @@ from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
-PROFILE = 1440  # points of a cam's profile, four to a degree
+PROFILE = 1440  # number of points of a cam's profile, four per degree
 PER_TIME = ("", "/s", "/s^2")  # units of a coordinate's value and derivatives
 
 
@@ -54,8 +54,8 @@ def position_table(results: Results) -> Table:
 def cam_tables(scene: Scene) -> dict[str, Table]:
     """Return the profile of each cam over one turn in its own axes, by file name.
 
-    At the start, these axes are those of the ground. Rows are by angle of rotation, in the sense of the cam. A roller
-    has a pitch curve, and a groove a second flank, `outer`.
+    At the start, these axes coincide with those of the ground. The rows are ordered by angle of rotation in the sense
+    of the cam. A roller has a pitch curve, and a groove has a second flank, `outer`.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -78,7 +78,8 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 def motion_table(results: Results) -> Table:
     """Return the columns of motion.csv, shape (positions,), in the units of the report.
 
-    Places, velocities and accelerations belong to rigid links; displacements, forces and efforts to the answer.
+    Positions, velocities and accelerations are those of rigid links; displacements, forces and efforts are those of the
+    answer.
     """
     motion = results.motion
     columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
@@ -124,7 +125,7 @@ def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return effort and power of each drive."""
+    """Return the effort and power of each drive."""
     columns: dict[str, tuple[Any, str]] = {}
     words = zip(results.drive_words, results.cycle.efforts, results.motion.drive_rate, strict=True)
     for (name, *_, unit), effort, rate in words:
@@ -133,9 +134,9 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Return complex force [N] and moment [N m] of each joint on each link, by joint and number of the link.
+    """Return the complex force [N] and moment [N m] of each joint on each link, by joint and link number.
 
-    If more than two links meet, it is the total action of the pin on the link. A joint without moment has the number 0.
+    If more than two links meet, it is the total action of the pin on the link. A joint that transmits no moment has 0.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -175,7 +176,7 @@ def _vector(name: str, values: Any, unit: str) -> dict[str, tuple[Any, str]]:
 
 
 def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[str]) -> dict[str, Table]:
-    """Return the tables with a row per position, by file name.
+    """Return the tables with one row per position, by file name.
 
     Raises
     ------
@@ -194,7 +195,7 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Append rows to a file, with headings for the first rows."""
+    """Append rows to a file, with headings above the first rows."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 

@@ -19,7 +19,7 @@ PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
 LETTER, LINE = 0.55, 1.35  # width of a letter and height of a line, relative to the font size
 MOST_LIMITS = 12
-MOST_LINES = 3  # of the title and the source
+MOST_LINES = 3  # font sizes of the title and the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 
@@ -67,7 +67,7 @@ def write_page(path: Path, results: Results, report: Report) -> None:
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs downwards from a height [in], and return the reached height."""
+    """Write paragraphs downwards from a height [in], and return the height at the end."""
     for each in paragraphs:
         top -= each.above
         for line in each.lines:
@@ -113,7 +113,7 @@ def _foot(report: Report) -> Iterator[Paragraph]:
 
 
 def _figures(report: Report) -> Iterator[str]:
-    """Yield sentences on stress and safety, output, and drives."""
+    """Yield sentences on stress and safety, the output, and the drives."""
 
     def words(found: Reading) -> str:
         return size(found, report.shown_in) + error_words(found, report.shown_in)

@@ -17,9 +17,9 @@ SUMMARY = "summary.json"
 
 
 def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Origin:
-    """Return the origin of a report, which determines its content.
+    """Return the origin of a report, i.e. everything that determines its content.
 
-    `files` are the texts of further files that the scene names, by name.
+    `files` contains the texts of other files that the scene names, by name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
     digests = beside_digests(files).get("beside", UNSET)
@@ -27,7 +27,7 @@ def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Ori
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Return the checksums of further files that a scene names, as part of its origin."""
+    """Return the checksums of other files that a scene names, as part of its origin."""
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     return {"beside": digests} if digests else {}
 
@@ -49,12 +49,12 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
 
 def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the summary of a folder, with size and checksum of each file. Call this last.
+    """Write the summary of a folder, with the size and checksum of each file. Call this last.
 
     Returns
     -------
     dict
-        The written summary, including its own size.
+        The summary as written, including its own size.
     """
     whole = {**summary, "files": sizes(folder)}
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
@@ -113,7 +113,7 @@ def _own_digest(summary: Mapping[str, Any]) -> str:
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
     """Return the summary of a complete folder of this origin and version, or None.
 
-    If the origin matches but a file was changed, the second value says which.
+    If the origin matches but a file was changed, the second value names that file.
     """
     before = summary_in(folder)
     if before is None:
@@ -145,7 +145,7 @@ def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def summary_in(folder: Path) -> dict[str, Any] | None:
-    """Return the summary of this program in a folder, empty without one, None if it is unreadable."""
+    """Return this program's summary in a folder; empty if there is none, None if it is unreadable."""
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:

@@ -20,20 +20,20 @@ from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
-MAX_NAME = 36  # letters of a bar's name
+MAX_NAME = 36  # maximum length of a bar's name
 DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Bars under a heading: name, size and words. Negative sizes go to the left."""
+    """Bars under a heading: name, size and words. Negative bars point to the left."""
 
     title: str
     rows: tuple[tuple[str, float, str], ...]
 
 
 def bars_svg(charts: Sequence[Bars]) -> str:
-    """Return bars of several headings as SVG, each scaled by its largest."""
+    """Return the bars of several headings as SVG, each group scaled by its largest bar."""
     parts, y = [], 0
     for chart in charts:
         parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
@@ -72,7 +72,7 @@ def _short(name: str) -> str:
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12
-NAMED = 2  # figures in the printed words
+NAMED = 2  # number of figures in the printed words
 MIN_CHANGE = 5e-6  # smallest drawn change, relative to the figure
 
 
@@ -92,12 +92,12 @@ class PrintedSensitivities:
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
-        """Return the step of a number in words."""
+        """Return the step of a number, in words."""
         step, unit = self.steps[column], self.variables[column].unit
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """Return the change of a figure for the step of a number in words."""
+        """Return the change of a figure for the step of a number, in words."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
@@ -117,7 +117,7 @@ class PrintedSensitivities:
         return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
 
     def sentences(self, row: int, most: int) -> list[str]:
-        """Return sentences on the variables that change a figure most."""
+        """Return sentences on the variables that most affect a figure."""
         return [self.sentence(row, column) for column in self.ranked(row)[:most]]
 
 
@@ -126,7 +126,7 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
-    """Return sensitivities as plain data for JSON, with the largest in `words`."""
+    """Return sensitivities as plain data for JSON, with the largest ones in `words`."""
     result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
@@ -210,7 +210,7 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
-    """Return ranges of figures as plain data for JSON, with the first in `words`."""
+    """Return ranges of figures as plain data for JSON, with the first ones in `words`."""
     numbers = [
         {
             "path": variable.path,
@@ -239,7 +239,7 @@ def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> d
 
 
 def _kept_words(kept: KeptShare) -> str:
-    """Return the share of machines that keep all limits in words."""
+    """Return the share of machines that meet all limits, in words."""
     plain = f"{percent(kept.plain)} without"
     beyond = "" if math.isnan(kept.beyond) else (
         f"; the limit of the output applies to its deflection: including geometry, {percent(kept.beyond)} of machines"
@@ -283,12 +283,12 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """Return a figure of the nominal scene by its full answer, and its error, nan if unknown."""
+    """Return a figure of the nominal scene from its full answer, and its error; nan if unknown."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """Return a table of values, ranges to first order and by samples, and shares of the numbers."""
+    """Return a table of values, first-order and sampled ranges, and shares of the numbers."""
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
             *SAMPLED, *(f"share of {name}" for name in names),

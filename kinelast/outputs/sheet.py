@@ -25,9 +25,9 @@ COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": 
 ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links are at 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
-SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # of a bar: places for its name
+SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bar's length at which its name may be
 LETTER = 0.9  # width of a letter of 10 points / unit of the symbols, at their full size
-NAME_OFFSET = 1.2  # from a bar to its name / unit of the symbols
+NAME_OFFSET = 1.2  # distance from a bar to its name / unit of the symbols
 TINY = 1e-30  # [m^2] avoids a division by zero
 
 
@@ -37,13 +37,13 @@ class MechanismAxes:
     Parameters
     ----------
     places
-        Places of points by link and point [m], if different from this posture.
+        Positions of points by link and point [m], if they differ from this posture.
     extent
         Corners of the drawing [m], which set the size of the symbols.
     marks
-        Display list, if it shows more than this posture.
+        Display list, if it covers more than this posture.
     spin
-        From a mark to its x axis, for bodies that are not links.
+        Function from a mark to its x axis, for bodies that are not links.
     """
 
     axes: Axes
@@ -77,7 +77,7 @@ class MechanismAxes:
         } | {GROUND: INK}
 
     def _shortest(self) -> float:
-        """Smallest distance between points of a link, which symbols may not cover."""
+        """Smallest distance between points of a link; symbols must not cover it."""
         ways = [
             abs(self.places[link.name, one] - self.places[link.name, other])
             for link in self.mechanism.links
@@ -93,7 +93,7 @@ class MechanismAxes:
 
     def draw(self) -> None:
         """Draw everything from back to front."""
-        # longest first, so that a short link on top of it stays visible
+        # longest first, so that a short link on top stays visible
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
@@ -133,7 +133,7 @@ class MechanismAxes:
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
 
     def name_beside(self, name: str, line: Any, others: Iterable[Any], fontsize: float) -> None:
-        """Draw the name of a link beside its line, as clear as possible of the lines of the other links."""
+        """Draw the name of a link next to its line, as far as possible from the lines of the other links."""
         chord = line[-1] - line[0]
         across = 1j * chord / abs(chord) * (1 if chord.real >= 0 else -1) * NAME_OFFSET * self.unit
         bars = np.array([bar for other in others for bar in pairwise(np.asarray(other).tolist())])
@@ -216,7 +216,7 @@ class MechanismAxes:
         self.axes.add_patch(Polygon([_xy(corner) for corner in corners], closed=True, **style))
 
     def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
-        """Draw words at an offset from a place."""
+        """Draw words at an offset from a position."""
         self._text(place + offset, words, ha=_side(offset), **style)
 
     def _text(self, place: complex, words: str, **style: Any) -> None:
@@ -226,7 +226,7 @@ class MechanismAxes:
 
 
 def _side(offset: complex) -> str:
-    """Return the end of the words that lies at an offset from a place."""
+    """Return the alignment of words at an offset from a position."""
     lean = offset.real / abs(offset)
     return "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
 

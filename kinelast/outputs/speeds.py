@@ -21,13 +21,13 @@ from kinelast.scene.numbers import UNRELIABLE, percent, quantity
 from kinelast.scene.reading import known
 
 NEAR = 0.002  # resolution of the limit speed, relative to it
-BESIDE = 0.05  # largest distance of a peak from a speed at its resonance, relative to the speed
+BESIDE = 0.05  # largest distance of a peak from its resonance speed, relative to that speed
 LABEL_ROOM = 0.04  # width of a peak's label, relative to the range of speeds
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
-    """Return a table with a row per speed: largest values with and without vibration, growth, errors, other figures."""
+    """Return a table with one row per speed: largest values with and without vibration, growth, errors, and figures."""
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
     of_fields = {key: name for name, key in FIELDS.items()}
@@ -60,7 +60,7 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Draw largest chord deflection and stress over speed, with peaks, limit speed and instability, as SVG."""
+    """Plot the largest chord deflection and stress over speed, with peaks, limit speed and instability, as SVG."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -109,7 +109,7 @@ def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
 
 
 def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Return speeds as plain data and in words, with null values without a steady state."""
+    """Return the speeds as plain data and in words; values are null if there is no steady state."""
     ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
         kind: {
@@ -191,13 +191,13 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """Return which harmonic of the drive meets which mode, named by the beam that bends most."""
+    """Describe which harmonic of the drive excites which mode; the mode is named after the beam that bends most."""
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.labels[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the limit that fails above the limit speed, its beam and its resonance."""
+    """Describe the limit that fails above the limit speed, with its beam and resonance."""
     if limit.limit is None:
         return "above it no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
@@ -208,7 +208,7 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the item of the limit that fails, empty for the whole machine."""
+    """Return the item of the limit that fails; empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
@@ -253,7 +253,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
-    """Yield a sentence on speeds with errors beyond the accuracy, and on unreliable ones near resonance."""
+    """Yield a sentence on speeds with errors above the accuracy, and on unreliable speeds near resonance."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
     if not len(missed) or np.isnan(result.error).all():

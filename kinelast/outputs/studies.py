@@ -1,4 +1,4 @@
-"""Studies of a scene's designs, written into its folder, and the best design as data, table and words."""
+"""Studies of a scene's designs, written to its folder, and the best design as data, table and words."""
 
 import math
 from pathlib import Path
@@ -123,7 +123,7 @@ def _theory(solved: OptimumResult) -> str:
 
 
 def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
-    """Return the goal figure of the full answer and its error, None if unknown."""
+    """Return the goal figure of the full answer and its error; None if unknown."""
     value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
     return known(value), known(error)
 
@@ -170,7 +170,7 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
 
 
 def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return the goal by the full answer in words, empty without one."""
+    """Return the goal figure of the full answer in words; empty if there is no full answer."""
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
         return ""
@@ -179,7 +179,7 @@ def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return the limits that the closest design exceeds, and by how much, in words."""
+    """Describe the limits that the closest design violates, and by how much."""
     violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -222,12 +222,12 @@ def write_studies(
     document
         Document of the scene.
     request
-        Studies, number of samples, and formats.
+        Requested studies, number of samples, and formats.
 
     Raises
     ------
     SceneError
-        The study cannot be answered.
+        The study is not possible.
     """
     figures: dict[str, Any] = {}
     optimum: OptimumReport | UnsetType = UNSET

@@ -23,7 +23,7 @@ from kinelast.tasks.request import RequestError
 
 ROWS_OF_A_SHEET = 1_048_576
 FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet reads as a formula
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same after a quote
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # such text after a quote
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Column:
     name, unit
         Heading, and unit or an empty string.
     values
-        Numbers, shape (rows,), nan if unknown; or a sequence of texts, booleans, numbers and None.
+        Numbers, shape (rows,), nan if unknown; or a sequence of strings, booleans, numbers and None.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Column:
 
     @property
     def is_finite(self) -> bool:
-        """Whether the values are an array of numbers without infinity, which JSON does not have."""
+        """Whether the values are an array of numbers without infinity, which JSON cannot represent."""
         return self.is_numeric and not np.isinf(self.values).any()
 
 
@@ -86,7 +86,7 @@ class Table:
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return the first column and those that match a pattern with `*` and `?`, or all columns without patterns."""
+        """Return the first column and all columns that match a pattern with `*` and `?`; all if there is no pattern."""
         if not patterns:
             return self
         first, *others = self.columns
@@ -99,9 +99,9 @@ class Table:
 
 
 def csv_bytes(table: Table, head: bool = True) -> bytes:
-    """Return a table as CSV, with the shortest digits that reproduce a number and empty cells for nan.
+    """Return a table as CSV; numbers have the fewest digits that reproduce them, and nan becomes an empty cell.
 
-    Text that a spreadsheet would read as a formula begins with a quote.
+    Text that a spreadsheet would interpret as a formula gets a leading quote.
     """
     lines = [",".join(map(quoted, table.headings)).encode()] if head else []
     lines += _lines(table.columns)
@@ -109,7 +109,7 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the rows of CSV. A table of real numbers only is encoded by rows, which is faster."""
+    """Return the rows of CSV. A table with only real numbers is encoded row by row, which is faster."""
     if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
@@ -147,7 +147,7 @@ def quoted(text: str) -> str:
 
 
 def csv_rows(path: Path) -> list[list[str]]:
-    """Read the rows of a CSV file, headings first, with texts as before writing."""
+    """Read the rows of a CSV file, headings first, and restore text to its form before writing."""
     with path.open(encoding="utf-8", newline="") as file:
         return [[cell[INERT.match(cell) is not None :] for cell in row] for row in csv.reader(file)]
 
@@ -207,12 +207,12 @@ SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, anne
 
 
 def xlsx_bytes(table: Table) -> bytes:
-    """Return a table as a workbook with one sheet, the same bytes for the same table.
+    """Return a table as a workbook with one sheet; the same table always gives the same bytes.
 
     Raises
     ------
     RequestError
-        A sheet has too few rows.
+        The table has more rows than a sheet.
     """
     import zipfile
 

@@ -26,7 +26,7 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
-MAX_NAMED = 3  # limits that a verdict names; it counts the others
+MAX_NAMED = 3  # maximum number of limits that a verdict names; the others are counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
 LIMIT_NAMES = {
     "deflection": "deflection",
@@ -37,7 +37,7 @@ LIMIT_NAMES = {
 
 
 def headline(report: Report) -> str:
-    """Return the answer in one line: verdict, largest deflection, stress, drives with motors, checks, doubts."""
+    """Return a one-line summary: verdict, largest deflection, stress, drives with motors, checks, and doubts."""
     accepted, shown_in = report.acceptance, report.shown_in
     verdict = verdict_words(report)
     if accepted.passed is not True:
@@ -135,7 +135,7 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
 
 
 def verdict_words(report: Report) -> str:
-    """Return the verdict with the limits that decide it, or with the link that buckles."""
+    """Return the verdict with the limits that decide it, or the link that buckles."""
     accepted, rows = report.acceptance, limit_rows(report)
     if report.buckles:
         return f"{accepted.verdict}: {report.buckles}"
@@ -150,7 +150,7 @@ def verdict_words(report: Report) -> str:
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
-    """Return figure and limit in words, used share and outcome of each limit, the most used limit first."""
+    """Return figure and limit in words, utilisation and outcome of each limit, most utilised first."""
     limits = report.acceptance.limits or ()
     rows = sorted(limits, key=lambda row: -math.inf if row.used is None else -row.used)
     return [(_limit_words(row, report), row.used, row.outcome) for row in rows]
@@ -179,12 +179,12 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
 
 
 def questions(report: Report) -> list[str]:
-    """Return questions about unusual inputs, which are most likely in a wrong unit."""
+    """Return questions about unusual inputs, which are probably in a wrong unit."""
     return [finding.text for finding in report.trust if finding.heading == INPUTS]
 
 
 def _theory(report: Report) -> list[str]:
-    """Return the theory, its accuracy if that is not reached, and the results of further checks."""
+    """Return the theory, its accuracy if it is not reached, and the results of other checks."""
     theory, words = report.theory, []
     if theory.error is not None and theory.reached is False:
         words.append(f"{theory.name}, {percent(theory.accuracy or 0.0)} asked, {reached_words(theory)}")
@@ -215,7 +215,7 @@ def further_checks(nonlinear: FurtherCheck | None, solid: FurtherCheck | None) -
 
 
 def reached_words(theory: TheoryReport) -> str:
-    """Return the accuracy reached instead of the requested one, and its main cause."""
+    """Describe the accuracy reached in place of the requested one, and the main cause of the error."""
     if theory.error is not None and theory.accuracy is not None and theory.error > theory.accuracy:
         largest = max(theory.errors, key=lambda part: theory.errors[part] or 0.0)
         return f"{percent(theory.error)} reached in the {theory.figure}: mostly {largest}"
@@ -224,7 +224,7 @@ def reached_words(theory: TheoryReport) -> str:
 
 
 def check_words(check: CheckReport) -> str:
-    """Return the result of the finite element check with its largest differences."""
+    """Return the result of the finite element check, with the largest differences."""
     if check.passed is None:
         return "check has nothing to compare"
     sizes = [] if check.largest is None else [number(check.largest, 2)]

@@ -1,7 +1,7 @@
 """Compute one scene: memory estimate, motion, deflection (whole or in chunks), and checks.
 
-The figures of the chunks are joined: a short run is one chunk. Curves, maps, films, frequencies and the check are of
-`SHOWN` even positions.
+The figures of the chunks are merged; a short run is a single chunk. Curves, maps, films, frequencies and the check use
+`SHOWN` evenly spaced positions.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 
-HEAVY = 2e8  # [bytes] requests above are announced
+HEAVY = 2e8  # [bytes] larger requests are announced
 NUMBER = 8  # bytes of a number
-DIGITS = 20  # bytes of a number in a table, about
+DIGITS = 20  # approximate number of bytes of a number in a table
 MOST_MESHES = 20_000
 SHARE = 0.8  # largest share of free memory
 COPIES = 5  # copies of its arrays during the check
 
 
 def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
-    """Return the message on a heavy request, otherwise an empty text.
+    """Return a message on a large request, otherwise an empty string.
 
     Parameters
     ----------
     positions, checked
-        Of the run, and of those that the check looks at.
+        Number of positions of the run, and number of those that are checked.
 
     Raises
     ------
     RequestError
-        There is not enough room for it on the disk or in memory, or it asks for too many files.
+        There is not enough disk space or memory, or the request would produce too many files.
     """
     beams = len(scene.mechanism.beams)
     if request.mesh and positions > MOST_MESHES:
@@ -99,13 +99,13 @@ def _words(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-LONG = 100_000  # positions x (beams + 1 + share of links) above which a run goes in chunks: about 200 MB
+LONG = 100_000  # positions x (beams + 1 + share of links); above this (about 200 MB) a run is split into chunks
 PER_LINK = 0.25  # memory of a link relative to a beam
 SHOWN = 3600
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Return True if a run is long enough for chunks."""
+    """Return True if a run is long enough to be split into chunks."""
     mechanism = scene.mechanism
     return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
@@ -117,19 +117,19 @@ def long_results(
     require: Callable[[Scene, Deflection], None],
     theory: Callable[[Results], Results] | None = None,
 ) -> Results:
-    """Return the figures of a long run, and its deflection at `SHOWN` even positions.
+    """Return the figures of a long run, and its deflection at `SHOWN` evenly spaced positions.
 
     Parameters
     ----------
     time
         Instants of the run [s], shape (positions,).
     on_chunk
-        Called with the results of every chunk, and the number of its first position.
+        Called with the results of each chunk and the number of its first position.
     require
-        Raises where a chunk cannot be.
+        Raises an error if a chunk is not feasible.
     theory
-        From the results without vibration at the positions that are shown to those of the theory that is taken, which
-        then answers all positions.
+        Function from the quasi-static results at the shown positions to the results of the chosen theory, which then
+        solves all positions.
     """
     shown = Results(scene, scene_deflection(scene, _shown(scene, time, require)))
     shown = theory(shown) if theory else shown
@@ -147,7 +147,7 @@ def long_results(
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
-    """Return the motion at even positions of a long run, on the branch of nearby positions."""
+    """Return the motion at evenly spaced positions of a long run, on the branch of nearby positions."""
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
     if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # positions were left out
         shown = time[:: -(-len(time) // SHOWN)]
@@ -169,7 +169,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
     Raises
     ------
     SceneError, RequestError
-        A position is out of reach; positions that are to be left out leave none.
+        A position is out of reach, or no position remains if unreachable ones are left out.
     """
     moved, left_out = _moved(scene, request)
     bent = scene_deflection(scene, moved)
@@ -228,7 +228,7 @@ def _require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_chunk(scene: Scene, bent: Deflection) -> None:
-    """Raise if a chunk of a long run is unreachable (described for the whole run), or a block leaves its beam."""
+    """Raise if a chunk of a long run is unreachable (described for the whole run) or a block leaves its beam."""
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
         _require_reached(scene, bent.motion)

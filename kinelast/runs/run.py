@@ -1,4 +1,4 @@
-"""Compute one scene and write its folder completely or not at all."""
+"""Compute one scene, and write its folder either completely or not at all."""
 
 import re
 import time
@@ -33,7 +33,7 @@ from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 
-STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # sections of a report, besides the optimum
+STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # sections of a report in addition to the optimum
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
@@ -42,9 +42,9 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
     Parameters
     ----------
     resume
-        Leave a folder as it is that came from the same file and request.
+        Keep a folder that was written from the same file and request.
     progress
-        Hears how far it is, and before it starts how much a large request takes.
+        Progress listener; also receives a message before a large request starts.
     """
     start = time.perf_counter()
     with np.errstate(all="ignore"):  # values that are not numbers are reported as missing
@@ -78,7 +78,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
-        made = changed(made, interrupted=scene.course.interrupted)  # a later run does not treat it as complete
+        made = changed(made, interrupted=scene.course.interrupted)  # so that a later run does not treat it as complete
     if heavy := runs.require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
@@ -162,7 +162,7 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 def _finish(
     part: Path, task: Task, document: Document, results: Results, made: Origin, request: Request, progress: Progress
 ) -> tuple[Report, dict[str, Any]]:
-    """Write the tables and all other files of a scene to a folder; return its report and its sealed summary."""
+    """Write the tables and all other files of a scene to a folder; return its report and sealed summary."""
     from kinelast.figures.peaks import refined
     from kinelast.figures.summary import report_of
 
@@ -214,7 +214,7 @@ def _with_studies(
 def _best(
     document: Document, report: Report, task: Task, request: Request, progress: Progress
 ) -> tuple[Results, Report]:
-    """Return results and report of the best design, with the studies."""
+    """Return the results and report of the best design, with the studies."""
     from kinelast.figures.summary import report_of
 
     assert report.optimum
@@ -232,7 +232,7 @@ def _best(
 def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """Write the answer over the speed of the drive, and return it as figures."""
+    """Write the answer as a function of drive speed, and return it as figures."""
     from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
@@ -244,7 +244,7 @@ def _speeds(
 
 
 def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Iterable[str]) -> Outcome:
-    """Return the outcome of a finished scene: sentences and status; `earlier`: files of the last run there."""
+    """Return the outcome of a finished scene: sentences and status. `earlier`: files of the previous run."""
     line = f"{task.name}: {headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
@@ -264,7 +264,7 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
 
 @contextmanager
 def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Store an exception of a drawing instead of raising it, so that the figures are kept."""
+    """Store the exception of a drawing instead of raising it, so that the figures are kept."""
     try:
         with stops_kept():
             yield
@@ -279,9 +279,9 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path, results: Results, shown: tuple[Results, Report], request: Request, progress: Progress
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield names of drawings, and functions that make them.
+    """Yield names of drawings, and functions that create them.
 
-    `shown` are the results and the report of the page and of its print: those of the best design, if requested.
+    `shown` contains the results and report for the page and its print: those of the best design, if requested.
     """
     name = results.scene.name
 
@@ -338,13 +338,13 @@ def _drawings(
         yield "mesh", meshes
     films = request.animate
     if films and (results.buckles or not results.scene.labels):
-        films = ("motion",)  # no diagrams on links that buckle or have no beams
+        films = ("motion",)  # there are no diagrams for links that buckle or have no beams
     for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 
 def _agrees(report: Report) -> bool:
-    """Return True if every check was made and passed, the limits are kept, and optimum and accuracy are reached."""
+    """Return True if every check was made and passed, the limits are met, and the optimum and accuracy are reached."""
     best, verdict = report.optimum, report.acceptance
     failures = [
         report.check and report.check.passed is False,

@@ -1,4 +1,4 @@
-"""Instants at which the laws of drives and loads break off: accelerations jump, loads jump, have corners or reverse."""
+"""Instants at which the laws of drives and loads have breaks: accelerations jump; loads jump, have kinks or reverse."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,20 +10,20 @@ import numpy as np
 from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
 from rigid.arrays import Flags, Reals
 
-SIDE_DISTANCE = 1e-8  # of each side of a break, relative to the end of the run: beyond the rest at a dead centre
-MIN_BREAK_DISTANCE = 4.0  # of two breaks, relative to SIDE_DISTANCE
-SEARCH_INSTANTS = 1441  # a load's coordinate passes a break at most once between two of them
+SIDE_DISTANCE = 1e-8  # distance of each side from a break / end of the run; more than the rest at a dead centre
+MIN_BREAK_DISTANCE = 4.0  # distance of two breaks / SIDE_DISTANCE
+SEARCH_INSTANTS = 1441  # number of instants; a load's coordinate passes at most one break between two of them
 BISECTIONS = 26  # they reduce the distance of the instants below SIDE_DISTANCE
 
 
 @dataclass(frozen=True)
 class Breaks:
-    """Instants at which laws break off.
+    """Instants at which laws have breaks.
 
     Attributes
     ----------
     before, after
-        Just before and just after each break [s], shape (breaks,); the end of a cycle is before its start.
+        Instants just before and just after each break [s], shape (breaks,). The end of a cycle precedes its start.
     aside
         Distance of each side from its break [s].
     """
@@ -34,18 +34,18 @@ class Breaks:
 
     @property
     def sides(self) -> Reals:
-        """Both sides of all breaks [s], in the order of time."""
+        """Both sides of all breaks [s], in order of time."""
         return np.sort(np.concatenate([self.before, self.after]))
 
     def far(self, times: Reals) -> Flags:
-        """Whether instants are neither between the sides of a break nor next to one of them."""
+        """Whether instants are neither between the sides of a break nor next to a side."""
         sides = np.append(self.sides, np.inf)
         at = np.searchsorted(sides, times)
         return np.minimum(np.abs(sides[at] - times), np.abs(sides[at - 1] - times)) > self.aside
 
     @property
     def edges(self) -> Reals:
-        """Instants between the side before a break and the break itself [s]; at the break the side after it counts."""
+        """Instants between the side before a break and the break [s]; the break belongs to the side after it."""
         return self.before + self.aside / 2
 
 
@@ -57,13 +57,13 @@ def breaks_of(
     Parameters
     ----------
     laws
-        Of the drives: motion laws, and efforts with a law.
+        Laws of the drives: motion laws, and efforts with a law.
     loads
-        Of the mechanism.
+        Loads of the mechanism.
     end, turn
         End of the run [s], which starts at 0, and whether it is a cycle.
     motion_at
-        The motion at any instants, for loads against a coordinate.
+        The motion at any instants, for loads that depend on a coordinate.
     last
         Last instant of the motion [s]; an integration may stop before the end of the run.
     """
@@ -93,7 +93,7 @@ def breaks_of(
 
 
 def knots_of(laws: Iterable[Any], end: float) -> Reals:
-    """Instants of the entries of motion tables within a run [s]: between them the acceleration is greatest nowhere."""
+    """Instants of the entries of motion tables within a run [s]; the acceleration has no maximum between them."""
     tables = ((law.law, law.duration) if isinstance(law, RepeatedLaw) else (law, end) for law in laws)
     knots = [
         np.add.outer(np.arange(_rounds(end, lasts)) * lasts, table.times).ravel()
@@ -116,7 +116,7 @@ def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
     if isinstance(law, RepeatedLaw):
         yield from np.add.outer(np.arange(_rounds(end, law.duration)) * law.duration, peaks.jumps).ravel().tolist()
         return
-    for time in peaks.jumps:  # at the very end of segments the side before counts
+    for time in peaks.jumps:  # at the end of the last segment, use the side before
         yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - SIDE_DISTANCE) else time
 
 
@@ -135,7 +135,7 @@ def _passes(
     motion_at: Callable[[Reals], Motion],
     middle: float | None = None,
 ) -> list[float]:
-    """Instants at which a coordinate passes one of some values [s], or an angle jumps by a turn about `middle`."""
+    """Instants at which a coordinate passes one of several values [s], or an angle jumps by a turn about `middle`."""
     place, times = np.broadcast_to(place_of(seen), seen.columns), seen.time
     wrapped = np.abs(np.diff(place)) > (pi if middle is not None else np.inf)
     rows = [(np.flatnonzero(((place[:-1] >= at) != (place[1:] >= at)) & ~wrapped), at) for at in bounds]

@@ -33,7 +33,7 @@ from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
 @dataclass(frozen=True, eq=False)
 class SceneMechanism:
-    """A mechanism without loads, its links in the same order, and one law or effort per drive."""
+    """A mechanism without loads, its links in the same order, and a law or effort for each drive."""
 
     mechanism: Mechanism
     bodies: tuple[LinkModel, ...]
@@ -62,9 +62,9 @@ def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechani
     return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
 
 
-MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law that ends slower ends at rest
-DURATION_TOLERANCE = 1e-9  # relative; a duration this close to the period is one cycle
-MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] of a run; beyond, squares overflow
+MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law that ends slower than this ends at rest
+DURATION_TOLERANCE = 1e-9  # a duration this close to the period (relative) is one cycle
+MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] longest run; beyond this, squares overflow
 
 
 def built(
@@ -79,7 +79,7 @@ def built(
     files
         Texts of the scene's files by name.
     varied
-        Names of links with points that differ between designs, so that collinear beams may not stay collinear.
+        Names of links with points that differ between designs; collinear beams may not stay collinear.
     """
     if table.structure_only:
         raise fault("", "structure_only", "the scene only describes a structure: use --structure")
@@ -145,7 +145,7 @@ def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition
     return bool(np.all(real(table.run.duration) < (1.0 - DURATION_TOLERANCE) * drives.period))
 
 
-KEPT = ("rad", "rad/s", "m^3/s")  # the report uses the file's units of these dimensions
+KEPT = ("rad", "rad/s", "m^3/s")  # the report uses the file's units for these dimensions
 
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
@@ -181,7 +181,7 @@ def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequ
 
 
 def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:
-    """Return the course of a mechanism; it is integrated if a drive is an effort."""
+    """Return the course of a mechanism, which is integrated if a drive has a given effort."""
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
@@ -214,7 +214,7 @@ def _label(body: LinkModel, number: int) -> str:
 
 
 def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
-    """Return the run: of the given duration, else one cycle, else one turn of a steady drive, or the longest law."""
+    """Return the run: the given duration, or else one cycle, one turn of a steady drive, or the longest law."""
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     no_cycle = repetition.why if repetition.turn is not None else ""
     given = table.run.duration is not None
@@ -241,7 +241,7 @@ def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | Drive
 
 
 def _require_rest(where: str, law: SegmentedLaw | TableLaw, duration: Any) -> None:
-    """Raise if a run is longer than a law that does not end at rest."""
+    """Raise if the run is longer than a law that does not end at rest."""
     key, piece = ("law", "segment") if isinstance(law, SegmentedLaw) else ("motion", "entry")
     ends = f"ends at full speed after {law.duration:g} s, but the run lasts"
     within = duration <= law.duration * (1 + 1e-12)

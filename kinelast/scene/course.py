@@ -1,4 +1,4 @@
-"""Motion of a scene: by the laws of its drives, or integrated if a drive is an effort."""
+"""Motion of a scene, from the laws of its drives, or integrated if a drive has a given effort."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 OnStep = Callable[[float], None]
 MIN_SEARCH_INSTANTS = 1440  # smallest number of instants in a search for rigid figures
-LAW_INSTANTS, EXTRA_INSTANTS = 20001, 64  # instants for the acceleration of a law, and extra ones at its peaks
-REST_INSTANTS = 257  # instants that show whether a run ends at rest
-MIN_KNOWN, MAX_TURN = 90, 0.1  # fewest positions and largest turn of a link [rad] between them to reuse postures
+LAW_INSTANTS, EXTRA_INSTANTS = 20001, 64  # instants for a law's acceleration, and extra ones at its peaks
+REST_INSTANTS = 257  # number of instants that show whether a run ends at rest
+MIN_KNOWN, MAX_TURN = 90, 0.1  # to reuse postures: fewest positions, largest rotation [rad] between them
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Run:
     Attributes
     ----------
     positions
-        Number of positions from the start.
+        Number of positions, counted from the start.
     duration
         Duration [s].
     turn
-        True if the duration is one cycle of the mechanism; its end equals its start and is not repeated.
+        True if the duration is one cycle of the mechanism. The end equals the start and is not repeated.
     tolerance
         Relative tolerance of a step if the motion is integrated.
     steps
@@ -50,7 +50,7 @@ class Run:
     cycle
         Period of the motion [s], independent of the duration; nan if the motion never repeats.
     no_cycle
-        Reason why the motion never repeats; empty if it does or if nobody expects it.
+        Reason why the motion never repeats; empty if it repeats or is not expected to.
     duration_given
         True if the scene gives the duration.
     """
@@ -67,7 +67,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Course(ABC):
-    """A mechanism with the laws of its motion, which give the motion at any instants.
+    """A mechanism with the laws of its motion; it provides the motion at any instants.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Course(ABC):
         return distinct(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
 
     def closer(self, times: Reals) -> Reals:
-        """Return the given instants [s], instants between them and at large accelerations, shape (instants,)."""
+        """Return the given instants [s], and instants between them and at large accelerations, shape (instants,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
         parts = max(2, -(-MIN_SEARCH_INSTANTS // len(times)))
         wide = np.diff(ends) > MIN_BREAK_DISTANCE * self.breaks.aside
@@ -133,7 +133,7 @@ class Course(ABC):
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time of the motion [s]; unlimited with laws."""
+        """First and last time of the motion [s]; unlimited if given by laws."""
         return -inf, inf
 
     @property
@@ -147,7 +147,7 @@ class Course(ABC):
         return None
 
     def telling(self, on_step: OnStep) -> Course:
-        """Return the same course, which calls `on_step` with the reached time [s] after each step."""
+        """Return the same course, calling `on_step` with the time reached [s] after each step."""
         return self
 
     @abstractmethod
@@ -161,12 +161,12 @@ class Course(ABC):
         """
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """Return the motion at separate instants, on the branch of nearby postures. Errors as in `at`."""
+        """Return the motion at separate instants, on the branch of nearby postures. Raises the same errors as `at`."""
         return self.at(times)
 
     @abstractmethod
     def chunks(self, times: Reals) -> Iterator[Motion]:
-        """Yield the motion in chunks that fit into the cache. Errors as in `at`."""
+        """Yield the motion in chunks that fit into the cache. Raises the same errors as `at`."""
 
     @abstractmethod
     def reached(self, times: Reals) -> Reals:
@@ -205,7 +205,7 @@ class CourseByLaws(Course):
         return []
 
     def _beside(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
-        """Return the motion from nearby known postures; None without postures, or if a link is far from the nearest."""
+        """Return the motion from nearby known postures; None if there are none or a link is far from the nearest."""
         if not self._followed or times.ndim != 1:
             return None
         known = self._followed[0]
@@ -235,7 +235,7 @@ class CourseByLaws(Course):
 
 
 def _worth_keeping(moved: Motion) -> bool:
-    """Return True if postures of a motion are worth reusing: iterated groups, and small steps between positions."""
+    """Return True if postures are worth reusing, i.e. groups are iterated and steps between positions are small."""
     iterated = any(group.free and not group.closed_form for group in moved.structure.groups)
     if not iterated or len(moved.columns) != 1 or moved.columns[0] < MIN_KNOWN:
         return False
@@ -244,7 +244,7 @@ def _worth_keeping(moved: Motion) -> bool:
 
 @contextmanager
 def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
-    """Turn errors of the mechanism into errors of the scene."""
+    """Convert errors of the mechanism to errors of the scene."""
     try:
         yield
     except MechanismError as error:
@@ -262,7 +262,7 @@ def _advice(error: MechanismError) -> str:
 
 
 def table_of(mechanism: Mechanism, error: MechanismError) -> str:
-    """Return the scene table that an error of the mechanism is about."""
+    """Return the scene table to which an error of the mechanism refers."""
     if error.kind in ("drawing", "drives"):
         return "points" if error.kind == "drawing" else "drives"
     if len(error.joints) == 1 and error.joints[0] in mechanism.slider_points:
@@ -274,12 +274,12 @@ def table_of(mechanism: Mechanism, error: MechanismError) -> str:
 
 @dataclass(frozen=True, eq=False)
 class IntegratedCourse(Course):
-    """A course with an effort as drive; the motion is integrated once, on first use.
+    """A course with a drive given by its effort. The motion is integrated once, on first use.
 
     Attributes
     ----------
     on_step
-        Called with the reached time [s] after each step.
+        Called with the time reached [s] after each step.
     """
 
     on_step: OnStep | None = None
@@ -290,7 +290,7 @@ class IntegratedCourse(Course):
 
     @cached_property
     def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
-        """Motion, and the error that stopped it before the end of the run.
+        """Motion, and the error that stopped it before the end of the run, if any.
 
         Raises
         ------

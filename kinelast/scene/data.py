@@ -41,9 +41,9 @@ class Theory:
     name
         "quasi-static", "elastodynamic" or "geometrically-exact"; None if the accuracy decides.
     accuracy
-        Largest relative error of the answer; None stands for the default of 5 %.
+        Largest relative error of the answer; None means the default of 5 %.
     damping_ratio
-        Damping ratio at the lowest natural frequency, for beams without a beta.
+        Damping ratio at the lowest natural frequency, for beams without a given beta.
     damping
         Kelvin-Voigt coefficient beta of every beam [s]; nan if its material has no damping.
     """
@@ -55,7 +55,7 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """True if the quasi-static answer is requested, with any error."""
+        """True if the quasi-static answer is requested, regardless of its error."""
         return self.name == QUASI_STATIC
 
     @property
@@ -71,7 +71,7 @@ class Scene:
     Attributes
     ----------
     name, title, source
-        Stem of the file, and the texts of the scene.
+        Stem of the file name, and the texts in the scene.
     course
         Mechanism with the laws or efforts of its drives, and the run. The block of a slot is a separate link.
     sections, labels
@@ -95,9 +95,9 @@ class Scene:
     report_units, written
         Unit system of the report ("SI", "mm" or "in"), and the file's units of angles and speeds, by SI unit.
     settled
-        Distance from rest below which the output has settled after a stop [m or rad]; None if not given.
+        Distance from the rest position below which the output has settled after a stop [m or rad]; None if not given.
     parts
-        Further parts by kind and name, see `kinelast.scene.part`.
+        Other parts by kind and name, see `kinelast.scene.part`.
     """
 
     name: str
@@ -159,7 +159,7 @@ class Scene:
 
     @cached_property
     def member_names(self) -> tuple[str, ...]:
-        """Name of the member of every beam: its link, with the end points if the link has several members."""
+        """Name of each beam's member: its link, with the end points if the link has several members."""
         mechanism, members = self.mechanism, members_of(self.mechanism)
         owners = [mechanism.beams[run.beams[0]][0] for run in members.runs]
         names = []
@@ -202,15 +202,15 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
     Parameters
     ----------
     positions
-        Number of positions, instead of that of the run.
+        Number of positions, in place of the run's.
     partial
         Return nan at unreachable positions instead of raising.
 
     Raises
     ------
     SceneError
-        Unreachable positions (with the place and the joint that opens), an integration that stops, or a table that
-        does not cover the run.
+        A position is unreachable (the message names it and the joint that opens), an integration stops, or a table does
+        not cover the run.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
@@ -238,7 +238,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 
 
 def require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise if the drives demand unreachable positions, with the place and the joint that opens."""
+    """Raise if the drives require unreachable positions; the message names the position and the joint that opens."""
     try:
         require_reach(moved, scene.shown_in.get("m", (1.0, "m")))
     except ReachError as error:

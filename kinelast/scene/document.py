@@ -1,4 +1,4 @@
-"""Document of a scene: text and tables, parsed once; changed values give a new document."""
+"""Document of a scene: text and tables, parsed once. Changing values creates a new document."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Document:
     def text(self, head: str = "") -> str:
         """Return the text of the file with the current values; comments and order are kept.
 
-        Motions from other files are written into the text, which is then complete by itself.
+        Motions from other files are written into the text, which is then self-contained.
 
         Parameters
         ----------
@@ -99,14 +99,14 @@ class Document:
         return variables.place_of(self.table, path).variable
 
     def value(self, path: str, text: Any) -> float:
-        """Return a value, written as in the file, in the SI unit of the number.
+        """Convert a value, written as in the file, to the SI unit of the number.
 
-        A length without a unit is in the length unit of the file.
+        A length without a unit is in the file's length unit.
 
         Raises
         ------
         SceneError
-            As `variable`; wrong dimension or value out of range.
+            As for `variable`, or the dimension is wrong, or the value is out of range.
         """
         return variables.value_at(self.table, variables.place_of(self.table, path), text)
 
@@ -116,12 +116,12 @@ class Document:
         Parameters
         ----------
         note
-            Addition to the title, which distinguishes the scene from the original.
+            Addition to the title that distinguishes the scene from the original.
 
         Raises
         ------
         SceneError
-            As `variable`, or a value is out of range.
+            As for `variable`, or a value is out of range.
         TypeError
             `values` is not a mapping from paths to numbers.
         """
@@ -159,7 +159,7 @@ class Document:
             return self.with_values(values, ", ".join(changes))
 
     def with_positions(self, positions: int | None) -> Document:
-        """Return the scene with another number of positions (not written to its text); None keeps the number."""
+        """Return the scene with another number of positions, which its text does not show; None keeps the number."""
         if positions is None:
             return self
         tables = variables.put(self.tables, ("run", "positions"), positions)
@@ -168,7 +168,7 @@ class Document:
 
 
 def _typed(value: str) -> int | float | str:
-    """Return a number if the text is one, otherwise the text."""
+    """Return the number that a text contains, otherwise the text itself."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(value)
@@ -176,12 +176,12 @@ def _typed(value: str) -> int | float | str:
 
 
 def document_from_bytes(content: bytes, path: str | Path) -> Document:
-    """Return the document in the bytes of a TOML file; raise SceneError if they are not valid."""
+    """Return the document from the bytes of a TOML file; raise SceneError if they are invalid."""
     return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
 def document_from_text(text: str, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
-    """Return the document in a TOML text.
+    """Return the document from a TOML text.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
     Raises
     ------
     SceneError
-        The text has a mistake, or a file that it refers to cannot be read.
+        The text contains an error, or a file that it refers to cannot be read.
     """
     read = read or beside(Path(path).parent)
     with of_file(path), _all_mistakes_of(text, read):
@@ -205,7 +205,7 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
 
 @contextmanager
 def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
-    """Add the other mistakes of a text to the first one; without a text (a design) there is only the first."""
+    """Add the other errors in a text to the first one; without a text (for a design) there is only the first."""
     try:
         yield
     except SceneError as error:
@@ -215,7 +215,7 @@ def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
 
 
 def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
-    """Return all mistakes in a TOML text, except mistakes of the whole mechanism (a loop that does not close).
+    """Return all errors in a TOML text, except errors of the whole mechanism (such as a loop that does not close).
 
     `read` reads the files that the scene refers to.
     """
@@ -246,7 +246,7 @@ def files_of(table: SceneTable, read: sections.Read) -> dict[str, str]:
 
 
 def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
-    """Return the document in the tables of a TOML file; parameters and errors as in `document_from_text`."""
+    """Return the document from the tables of a TOML file; parameters and errors are as in `document_from_text`."""
     with of_file(path):
         read = read or beside(Path(path).parent)
         tables, texts = sections.with_files(raw, read)
@@ -255,7 +255,7 @@ def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: s
 
 
 def _parsed(raw: Tables, tables: Tables) -> SceneTable:
-    """Validate the tables of a file and its library; a mistake in the library is reported with its name."""
+    """Validate the tables of a file and its library; an error in the library is reported with the library's name."""
     try:
         return parsing.parse_scene(tables)
     except SceneError as error:
@@ -271,36 +271,36 @@ def document_of(scene: Document | Tables) -> Document:
 
 
 def read_document(path: str | Path) -> Document:
-    """Return the document in a TOML file; raise SceneError if it cannot be read or has a mistake."""
+    """Return the document from a TOML file; raise SceneError if it cannot be read or contains an error."""
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
     return document_from_bytes(file_bytes(Path(path)), path)
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Return the scene in a TOML file.
+    """Return the scene from a TOML file.
 
     Raises
     ------
     SceneError
-        The file cannot be read or has a mistake.
+        The file cannot be read or contains an error.
     """
     return read_document(path).scene
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
-    """Return the scene in a TOML text; `path` is the file name for messages.
+    """Return the scene from a TOML text; `path` is the file name for messages.
 
     Raises
     ------
     SceneError
-        The text has a mistake.
+        The text contains an error.
     """
     return document_from_text(text, name, path).scene
 
 
 def scene_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Scene:
-    """Return the scene in the tables of a TOML file; `path` is the file name for messages.
+    """Return the scene from the tables of a TOML file; `path` is the file name for messages.
 
     Raises
     ------

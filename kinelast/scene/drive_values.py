@@ -1,4 +1,4 @@
-"""Values and figures of drives: effort, speed, power, and energy of a cycle; figures of parts on drives."""
+"""Values and figures of drives: effort, speed, power and energy per cycle, and figures of parts on drives."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def power(cycle: Cycle, number: int) -> Reals:
 
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
-    """Inertia of all links, reduced to one drive with the others locked [kg m^2 or kg], shape (..., positions)."""
+    """Inertia of all links reduced to one drive, with the others locked [kg m^2 or kg], shape (..., positions)."""
     alone = unit_motion(cycle.motion, number)
     whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 
 
 def over_time(cycle: Cycle, measure: Callable[..., Reals], values: Reals) -> Reals:
-    """Return an average of values over the positions that count."""
+    """Return an average of values over the included positions."""
     known = np.where(cycle.weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return measure(known, cycle.weights)

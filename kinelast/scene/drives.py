@@ -31,7 +31,7 @@ DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
 
 @dataclass(frozen=True, eq=False)
 class DriveEffort:
-    """A drive given by its effort; integration gives its motion.
+    """A drive given by its effort; its motion follows by integration.
 
     `effort` [N m or N] acts along the coordinate. The initial coordinate is `start` [rad or m], its rate `speed`.
     """
@@ -79,7 +79,7 @@ def build_drives(
 
 
 def _require_one_motion(where: str, table: DriveTable) -> None:
-    """Raise unless a drive has exactly one of speed, law, motion and effort, with only the keys of that."""
+    """Raise unless a drive has exactly one of speed, law, motion and effort, and only the keys that belong to it."""
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
     if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
         raise fault(where, "speed", "expected exactly one of speed, law, motion and effort")
@@ -91,7 +91,7 @@ def _require_one_motion(where: str, table: DriveTable) -> None:
 
 
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
-    """Coordinate at the start [rad or m]: given, or else drawn."""
+    """Coordinate at the start [rad or m]: as given, or else as drawn."""
     if table.motion is not None:
         if table.start is not None:
             raise fault(where, "start", "the motion table has the start: remove this key")
@@ -152,7 +152,7 @@ def _segments(where: str, table: DriveTable, unit: str, start: float) -> Segment
             assert piece.to is not None
             rise = coordinate(where, f"{key}.to", piece.to, unit) - level
         segments.append(Segment(piece.curve, float(piece.duration), rise))
-        level = level + rise  # not in place: the start may be an array
+        level = level + rise  # not in-place, because the start may be an array
     try:
         return SegmentedLaw(start, tuple(segments))
     except LawError as error:
@@ -170,16 +170,16 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     return TableLaw(times, places, table.repeat)
 
 
-MIN_ENTRIES = 4  # of a cubic spline
+MIN_ENTRIES = 4  # fewest points of a cubic spline
 KINDS = {"rad": ("angle", PlaneAngle), "m": ("place", Length)}  # column and quantity of a drive's coordinate
 HEADS = {"angle": "angle [deg]", "place": "place [mm]"}
-WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" has two words
-OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units of headings that scenes do not accept
+WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" consists of two words
+OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units in headings that scenes do not accept
 
 
 @dataclass(frozen=True)
 class MotionTable:
-    """A motion from a CSV file: `times` [s], `places` [rad or m], and `written`, both with the file's units."""
+    """A motion from a CSV file: `times` [s], `places` [rad or m], and both as `written`, in the file's units."""
 
     times: tuple[float, ...]
     places: tuple[float, ...]
@@ -192,7 +192,7 @@ def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> Motio
     Raises
     ------
     SceneError
-        The file has a mistake; the message names its line.
+        The file contains an error; the message gives its line.
     """
     table = scene.drives[number - 1]
     assert isinstance(table.motion, str)
@@ -204,7 +204,7 @@ def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> Motio
 
 @lru_cache(maxsize=8)
 def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
-    r"""Return the motion in a CSV text: times and coordinates in the units of the headings or of single cells.
+    r"""Return the motion from a CSV text. Times and coordinates are in the units of the headings or of single cells.
 
     Parameters
     ----------
@@ -216,7 +216,8 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
     Raises
     ------
     ValueError
-        Unreadable line, times that do not start at 0 and increase, or too few lines; the message names the line.
+        A line is unreadable, times do not start at 0 and increase, or there are too few lines; the message gives the
+        line.
 
     Examples
     --------
@@ -243,7 +244,7 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
 
 
 def _require_units_understood(table: Columns, column: int, name: str, head: str) -> None:
-    """Raise if a column without a unit in brackets has a word or mark of a unit in a line above."""
+    """Raise if a column without a unit in brackets has a unit word or symbol in a line above."""
     if table.heading(column)[1]:
         return
     headings = [(line, cells[column], any(mark in cells[column] for mark in "[({<")) for line, cells in table.headings]
@@ -293,7 +294,7 @@ def _column(
 
 
 def _with_unit(kind: type[Quantity], cell: str, line: int) -> float:
-    """Return the value of a cell with its own unit."""
+    """Return the value of a cell that has its own unit."""
     try:
         return float(kind.read(cell))
     except ValueError as error:

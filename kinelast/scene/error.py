@@ -1,4 +1,4 @@
-"""Errors of scene files, with their place and the likely correction."""
+"""Errors in scene files, with their location and the likely correction."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-MAX_PLACE, MAX_PROBLEM = 120, 600  # characters of both parts of a message
-MAX_WORD = 80  # characters; longer names get no suggestion
+MAX_PLACE, MAX_PROBLEM = 120, 600  # length of both parts of a message
+MAX_WORD = 80  # longer names get no suggestion
 
 
 class SceneError(ValueError):
-    """A mistake in a scene.
+    """An error in a scene.
 
     Attributes
     ----------
@@ -22,11 +22,11 @@ class SceneError(ValueError):
     key
         Key in the table; empty if the whole table is wrong.
     problem
-        The mistake, the expected value and the likely correction.
+        The error, the expected value and the likely correction.
     designs
-        Rows of the wrong designs if the scene represents several designs, otherwise None.
+        Rows of the invalid designs if the scene represents several designs, otherwise None.
     others
-        Further mistakes of the same file, one line each.
+        Other errors in the same file, one line each.
     """
 
     designs: Any = None
@@ -47,7 +47,7 @@ class SceneError(ValueError):
         return type(self), (self.file, self.table, self.key, self.problem), {"others": self.others}
 
     def of_file(self, path: str) -> SceneError:
-        """Return the same mistakes with the path of their file."""
+        """Return the same errors with the path of their file."""
         error = type(self)(path, self.table, self.key, self.problem)
         error.others = tuple(each.of_file(path) for each in self.others)
         return error
@@ -64,7 +64,7 @@ def _header(table: str) -> str:
 
 
 def fault(table: str, key: str, problem: str) -> SceneError:
-    """Return a mistake without its file, which the reader adds."""
+    """Return an error without its file, which the reader adds."""
     return SceneError("", table, key, problem)
 
 
@@ -76,7 +76,7 @@ def require_absent(where: str, table: object, keys: Iterable[str], problem: str)
 
 
 def plain(text: str, longest: int) -> str:
-    """Return a text on one line without control characters; a long text is cut in the middle."""
+    """Return text on one line, without control characters; long text is cut in the middle."""
     if len(text) > longest:
         text = f"{text[: longest - longest // 3 - 5]} ... {text[-(longest // 3) :]}"
     return "".join(

@@ -1,4 +1,4 @@
-"""Figures and their limits: items with their names, reduction over positions and items, search in a cycle."""
+"""Figures and their limits: items and their names, reduction over positions and items, and search in a cycle."""
 
 from __future__ import annotations
 
@@ -75,41 +75,41 @@ class Figure:
     Attributes
     ----------
     key
-        Its name in files, as in `[optimize]`; of an item `KEY.ITEM`.
+        Its name in files, such as in `[optimize]`; for an item, `KEY.ITEM`.
     name
         The figure in words.
     unit
-        SI unit; of every item one if they differ.
+        SI unit, or one unit per item if they differ.
     of
         Kind of its items.
     find
-        From a cycle to the largest values of the items over the positions, shape (items, ...).
+        Function from a cycle to the largest values of the items over the positions, shape (items, ...).
     over
         Reduction over positions and items: `LARGEST`, `LEAST`, `MOST`, `FIXED` or `AVERAGE`.
     fields
-        Keys of the fields that it takes.
+        Keys of the fields that it needs.
     everywhere
-        Whether ill-conditioned positions count too.
+        Whether ill-conditioned positions are included.
     listed
-        Whether a design's row has it by default.
+        Whether it is in a design's row by default.
     asked
-        Whether it is computed only if named.
+        Whether it is computed only on request.
     limit
-        Key of its limit, under `[limits]` or in the table of its part; empty without one.
+        Key of its limit, under `[limits]` or in the table of its part; empty if it has no limit.
     rigid
-        Whether it belongs to the rigid motion, which no theory of the links changes.
+        Whether it depends only on the rigid motion, which is the same in all theories.
     exact
-        Whether no number of positions changes it.
+        Whether it is independent of the number of positions.
     here
-        Whether it describes the given positions, so that no other instants belong to it.
+        Whether it describes the given positions, so that no other instants may be added.
     whole
         Whether it belongs to the whole run and cannot be merged from chunks; an `AVERAGE` does.
     power
-        Largest power of the loads by which its magnitude grows: relative errors count as many times.
+        Largest power of the loads in its magnitude; relative errors are multiplied by it.
     remains_of
-        The larger figure to a share of which the answer is settled.
+        Larger figure to which the convergence tolerance is relative.
     follows
-        Figure that changes alike between theories and instants, so that errors use its change.
+        Figure that changes in proportion between theories and instants; errors use its change.
     """
 
     key: str
@@ -132,11 +132,11 @@ class Figure:
     follows: Figure | None = None
 
     def of_motion(self, scene: Scene) -> bool:
-        """Whether it is found in the rigid motion, at instants between the positions too."""
+        """Whether it is evaluated in the rigid motion, also at instants between the positions."""
         return (self.rigid or not scene.labels) and not self.here
 
     def units(self, scene: Scene) -> list[str]:
-        """Unit of every item."""
+        """Unit of each item."""
         if not isinstance(self.unit, str):
             return _listed(scene, self.unit)
         return [self.unit] * len(items_of(scene, self.of))
@@ -153,11 +153,11 @@ class RangeCheck:
     of
         Kind of the items, see `items_of`.
     by
-        Key of the figure that is checked, with the same items.
+        Key of the checked figure, which has the same items.
     refuses
-        Keys of figures of the same items; their limits cannot be judged outside the range.
+        Keys of figures with the same items; their limits cannot be judged outside the range.
     quantity
-        From scene and values of the figure, shape (items, ...), to the checked quantity.
+        Function from the scene and values of the figure, shape (items, ...), to the checked quantity.
     """
 
     range: Range
@@ -176,17 +176,17 @@ class Limit:
     figure
         Key of the figure.
     bound
-        In the figure's SI unit; of many designs an array.
+        Bound in the figure's SI unit; an array if there are many designs.
     least
-        Whether the bound is a lower one.
+        Whether it is a lower bound.
     item
-        Name of the bounded item, for a figure of beams that of a link; empty for all items.
+        Name of the item (for a figure of beams, the name of the link); empty for all items.
     unit
         SI unit of the bound; empty if the output may be a length or an angle.
     of
         Kind of the figure's items.
     named
-        Whether the scene bounds the figure by its name, not by a key under `[limits]` or of a part.
+        Whether the scene limits the figure by its name instead of by a key under `[limits]` or of a part.
     """
 
     figure: str
@@ -199,29 +199,29 @@ class Limit:
 
     @property
     def kind(self) -> str:
-        """Key under [limits]; the figure's key if the scene bounds it by name."""
+        """Key under [limits]; the figure's key if the scene limits it by name."""
         return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
 
     def kept(self, value: Any) -> Flags:
-        """Whether values keep the limit, bool; an unknown value does not."""
+        """Whether values meet the limit, bool; an unknown value does not."""
         return np.asarray(value >= self.bound if self.least else value <= self.bound)
 
     def used(self, value: Any) -> Reals:
-        """Share of the limit that values use up, above 1 if it is broken: a quotient, if the bound is positive."""
+        """Utilisation of the limit by values, above 1 if it is violated; a quotient if the bound is positive."""
         size = np.maximum(value, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = self.bound / size if self.least else size / self.bound
         return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
 
     def margin(self, value: Any) -> Reals:
-        """Distance from the bound relative to it, negative if the limit is broken; 1 for an infinite figure."""
+        """Distance from the bound / bound, negative if the limit is violated; 1 for an infinite figure."""
         size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
         left = (value - self.bound if self.least else self.bound - value) / size
         return np.where(np.isposinf(left), 1.0, left)
 
 
 def sole(found: Largest) -> Largest:
-    """Return the largest values of the scene with an axis for its only item."""
+    """Return the largest values of the scene, with an axis for its only item."""
     return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
 
 
@@ -251,17 +251,17 @@ class ValueSearch(RowSearch):
 
 
 def whole(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Figures of the scene from its values at every position."""
+    """Return the search for a figure of the scene, from its values at every position."""
     return ValueSearch(lambda cycle: [values(cycle)])
 
 
 def each(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Figures of items from their values at every position."""
+    """Return the search for figures of items, from their values at every position."""
     return ValueSearch(values)
 
 
 def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Least values of items over the positions that count, from their values at every position."""
+    """Search for the smallest values of items over the included positions, from their values at every position."""
 
     def find(cycle: Cycle) -> Largest:
         rows = [np.where(cycle.counted, row, np.inf) for row in values(cycle)]
@@ -271,19 +271,19 @@ def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """The figure of the scene that is the largest of several rows of values at every position."""
+    """Search for a figure of the scene: the largest of several rows of values at every position."""
     return lambda cycle: sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
 
 
 def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """A figure of the scene that belongs to no position."""
+    """Search for a figure of the scene that does not belong to a position."""
     return lambda cycle: sole(
         Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
     )
 
 
 def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Figures of items over the whole cycle, from their values, shape (items, ...)."""
+    """Search for figures of items over the whole cycle, from their values, shape (items, ...)."""
 
     def find(cycle: Cycle) -> Largest:
         found = [np.broadcast_to(each, cycle.columns[:-1]) for each in values(cycle)]
@@ -294,7 +294,7 @@ def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def drive_names(mechanism: Mechanism) -> list[str]:
-    """Names of the drives, numbered if several have the same."""
+    """Names of the drives, numbered if several drives have the same name."""
     names = [drive.name for drive in mechanism.drives]
     if len(set(names)) < len(names):
         return [f"{name}.{number}" for number, name in enumerate(names, 1)]
@@ -302,18 +302,18 @@ def drive_names(mechanism: Mechanism) -> list[str]:
 
 
 def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
-    """Per drive: its name, the word for its coordinate, and the units of coordinate and effort."""
+    """For each drive: its name, the word for its coordinate, and the units of its coordinate and effort."""
     kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
     return [(name, *kinds[drive.turns]) for name, drive in zip(drive_names(mechanism), mechanism.drives, strict=True)]
 
 
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Per joint: its name and that of the link that bears the stated load; the parent bears the opposite."""
+    """For each joint: its name, and the link on which the stated load acts; the opposite load acts on the parent."""
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
 
 
 def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
-    """Every named point that moves, once, with the number of a link that has it."""
+    """Every moving named point, once, with the number of a link that contains it."""
     seen = set(mechanism.links[0].points)
     for number, link in enumerate(mechanism.links[1:], 1):
         for point in link.points:

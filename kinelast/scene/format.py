@@ -21,7 +21,7 @@ from kinelast.scene.units import Quantity
 
 
 class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
-    """A cross-section by its dimensions; the keys are the arguments of the shape function, in order."""
+    """A cross-section, given by its dimensions; the keys are the arguments of the shape function, in order."""
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return the dimensions at both ends of the beam [m]; `table` is for messages."""
@@ -151,21 +151,21 @@ def _or_none(sizes: Any) -> Any:
 
 
 class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
-    """Any outline by its corners: coordinate in the plane of motion, then normal to it. Restrained against torsion."""
+    """Any outline, by its corners: coordinate in the plane of motion, then normal to it. Restrained against torsion."""
 
     points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in order [from `drawing`]
     holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: corners of each hole [none]
-    #: DXF file beside the scene: one closed outline, and holes; y in the plane of motion [none]
+    #: DXF file in the scene's folder: one closed outline, and holes; y in the plane of motion [none]
     drawing: str | None = None
 
 
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
-    """Any shape by its section properties."""
+    """Any shape, given by its section properties."""
 
     A: q.Area  #: cross-sectional area
     #: second moment of area
     I: q.SecondMoment  # noqa: E741
-    c: q.Size | None = None  #: distance of the outermost fibre [stress is unknown]
+    c: q.Size | None = None  #: distance to the outermost fibre [stress is unknown]
     shear_area: q.Area | None = None  #: shear area [no shear deformation]
 
 
@@ -231,14 +231,14 @@ class BeamTable(StrictTable, frozen=True, kw_only=True):
 class LinkTable(StrictTable, frozen=True, kw_only=True):
     """A link with points, beams, masses and outline."""
 
-    #: names (the shape is drawn), or coordinates in link axes, as in `{A = [0, 0], B = ["30 cm", 0]}`
+    #: names (the shape is drawn), or coordinates in link axes, such as `{A = [0, 0], B = ["30 cm", 0]}`
     points: list[str] | dict[str, Place]
     length: q.Size | None = None  #: length of a link with two points [as drawn]
     section: str | None = None  #: name under `[sections]`, or a standard name
     material: str | None = None  #: name under `[materials]`, or a standard name
     #: pairs of points joined by beams [consecutive points]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    strain: Strain | None = None  #: free strain of the beams, positive: longer than drawn [0]
+    strain: Strain | None = None  #: free strain of the beams; positive if longer than drawn [0]
     temperature: q.Warming | None = None  #: temperature rise since the drawn length [0]
     rigid: bool = False  #: `true`: no bending
     mass: q.Mass | None = None  #: mass of a rigid link [from section and material]
@@ -271,7 +271,7 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     #: maximum number of integration steps; a step takes about 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
-    #: output of the machine: a point or angle, as in `"C"` or `"rocker.angle"` [chosen by the program]
+    #: output of the machine: a point or angle, such as `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
     #: distance from its rest position at which the output counts as settled [2 % of the residual amplitude]
     settled: q.Allowance | None = None
@@ -285,13 +285,13 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     title: str = ""  #: heading of the report [name of the file]
     source: str = ""  #: source of the data
     units: LengthUnit = "m"  #: unit of lengths without a unit
-    #: TOML file beside the scene with more materials and sections [none]
+    #: TOML file in the scene's folder with more materials and sections [none]
     library: str | None = None
     structure_only: bool = False  #: `true`: an incomplete scene, only for `--structure`
     materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of the links
     sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of the links
     points: dict[Name, Place]  #: coordinates of the points, drawn near the start
-    links: dict[Name, LinkTable]  #: links, one of them `ground`
+    links: dict[Name, LinkTable]  #: links; one of them is `ground`
     sliders: dict[Name, tables.SliderTable] = field(default_factory=dict)  #: links that slide on other links
     slots: dict[Name, tables.SlotTable] = field(default_factory=dict)  #: pins in straight slots
     welds: dict[Name, tables.WeldTable] = field(default_factory=dict)  #: rigid connections of links at points
@@ -303,7 +303,7 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     loads: list[tables.LoadTable] = field(default_factory=list)  #: forces and moments in addition to inertia and weight
     gears: list[tables.GearTable] = field(default_factory=list)  #: gears that couple the coordinates of two joints
     springs: list[tables.SpringTable] = field(default_factory=list)  #: springs and dampers
-    limits: tables.LimitsTable = field(default_factory=tables.LimitsTable)  #: limits of figures
+    limits: tables.LimitsTable = field(default_factory=tables.LimitsTable)  #: limits on figures
     run: RunTable = field(default_factory=RunTable)  #: positions, theory, accuracy, output
     sweep: tables.SweepTable = field(default_factory=tables.SweepTable)  #: parameter study
     #: derivatives of figures
@@ -320,7 +320,7 @@ else:
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
-    """Return a quantity from its value in a file; msgspec's `dec_hook`. `per_length`: metres per length unit."""
+    """Convert a value in a file to a quantity; used as msgspec's `dec_hook`. `per_length`: metres per length unit."""
     if issubclass(kind, q.Direction):
         return kind.read(value)
     if issubclass(kind, Quantity | q.Sizes):
@@ -332,7 +332,7 @@ Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class ContactTable(StrictTable, frozen=True, kw_only=True):
-    """Contact of two links, rolling or, with a normal, slipping along the tangent."""
+    """Contact of two links: rolling or, if a normal is given, slipping along the tangent."""
 
     links: tuple[str, str]  #: both links
     at: Place  #: point of contact in the drawing
@@ -343,7 +343,7 @@ class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
     links: tuple[str, str]  #: both links
-    type: str  #: such as `revolute`, `prismatic`, `spherical`, `rigid`, or another usual name
+    type: str  #: such as `revolute`, `prismatic`, `spherical`, `rigid`, or another common name
     at: tuple[q.Length, q.Length, q.Length] | None = None  #: position [origin]
     axis: tuple[Part, Part, Part] | None = None  #: direction of the axis; normal of a point or plane contact [z]
     normal: tuple[Part, Part, Part] | None = None  #: normal of a line contact; second axis of a universal joint
@@ -357,4 +357,4 @@ class ChainTable(StrictTable, frozen=True, kw_only=True):
     source: str = ""  #: source of the data
     units: LengthUnit = "m"  #: unit of lengths without a unit
     fixed: str | None = None  #: fixed link [`ground`, or the first link in the file]
-    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: joints between two links each
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)  #: joints, each between two links

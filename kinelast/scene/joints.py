@@ -19,7 +19,7 @@ from rigid.arrays import Complex
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:
-    """Return all sliders by name, including those of slots; add the blocks of the slots to the bodies."""
+    """Return all sliders by name, including slots; add the blocks of the slots to the bodies."""
     links = {name: body.link for name, body in bodies.items()}
     sliders = {name: _slider(name, table, links, places) for name, table in scene.sliders.items()}
     for name, slot in scene.slots.items():
@@ -35,7 +35,7 @@ def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Point
 def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link], places: Points) -> Slider:
     """Return the slider of a table: its line passes through the drawn point and is fixed in the link `on`.
 
-    The axes of the block of a slot are along the line.
+    The axes of a slot's block are along the line.
     """
     slides = isinstance(table, SliderTable)
     where, key = (f"sliders.{name}", "through") if slides else (f"slots.{name}", "point")
@@ -98,7 +98,7 @@ FRICTION_KEYS = ("friction", "viscosity", "radius", "length")
 
 
 def _tables_with(scene: SceneTable, mechanism: Mechanism, keys: Iterable[str]) -> Iterator[tuple[str, JointTable, int]]:
-    """Yield the joints with one of the keys: the name, the table, and the number of joints of this name."""
+    """Yield the joints with one of the keys: name, table, and number of joints with this name."""
     shared, sliders = Counter(point for link in mechanism.links for point in link.points), mechanism.slider_points
     names = [*(point for point, count in shared.items() if count > 1), *sliders]
     for name, table in scene.joints.items():
@@ -181,7 +181,7 @@ def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Poin
 
 
 def _turn(where: str, link: Link, places: Points) -> Complex:
-    """Return the drawn x axis of a link as a unit vector; arbitrary for a link with one point."""
+    """Return the x axis of a link as drawn, as a unit vector; arbitrary for a link with one point."""
     turn: Complex | None = 1 + 0j if len(link.points) == 1 else drawn_direction(link, places)
     if turn is None:
         raise fault(where, "links", f'draw two points of the link "{link.name}", which fix its angle')

@@ -30,7 +30,7 @@ def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRet
 
 
 def _same_size(name: str) -> list[str]:
-    """Return similar sections of a misspelt family, such as flat 25x8 for flatt 25x8."""
+    """Return similar sections for a misspelt family, such as flat 25x8 for flatt 25x8."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
@@ -52,7 +52,7 @@ def _library() -> dict[str, Any]:
 
 @cache
 def named_material(name: str) -> MaterialTable | None:
-    """Return a material of the library, such as "S235"; None if not found."""
+    """Return a material from the library, such as "S235"; None if not found."""
     words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
     if words is None:
         return None
@@ -63,7 +63,7 @@ def named_material(name: str) -> MaterialTable | None:
 def named_section(name: str) -> forms.SectionTable | None:
     """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if not found.
 
-    The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
+    The first dimension is in the plane of motion. Hollow sections are cold formed, with the corners of EN 10219-2.
     """
     match = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
     if match is None:
@@ -85,7 +85,7 @@ def named_section(name: str) -> forms.SectionTable | None:
     return _sized(shape, sizes)
 
 
-FAMILIES = {  # by name: shape and keys of the sizes in the order of the name
+FAMILIES = {  # by name: shape, and keys of the dimensions in the order of the name
     "RHS": ("box", ("depth", "width", "wall")),
     "SHS": ("box", ("depth", "width", "wall")),
     "PIPE": ("tube", ("outer", "wall")),
@@ -101,12 +101,12 @@ CORNERS = (
 
 
 def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
-    """Return the sizes of a family of the library by their keys."""
+    """Return the dimensions of a family in the library, by key."""
     return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
 
 
 def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.SectionTable | None:
-    """Return a section by its sizes; None if a size is not positive."""
+    """Return a section from its dimensions; None if one is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
@@ -122,7 +122,7 @@ def _key(name: str) -> str:
 
 
 def library_entries(kind: str) -> list[tuple[str, str]]:
-    """Return names of the library that a scene may use directly, each with its properties and their source.
+    """Return the names in the library that a scene can use directly, each with its properties and their source.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def library_entries(kind: str) -> list[tuple[str, str]]:
     return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
 
 
-EXAMPLES = (  # of families of any size
+EXAMPLES = (  # names of families with any dimensions
     ("RHS 60x40x3", "EN 10219-2; any depth x width x wall, mm"),
     ("SHS 40x3", "EN 10219-2; any side x wall, mm"),
     ("pipe 33.7x2.6", "any outer diameter x wall, mm; CHS likewise"),

@@ -48,7 +48,7 @@ class FigureBound:
     per_length: float
 
     def within(self, unit: str) -> float:
-        """Return the bound in the SI unit of its figure; raise SceneError for another dimension."""
+        """Return the bound in the SI unit of its figure; raise SceneError if the dimension differs."""
         try:
             return Quantity.of_unit(unit, self.given, self.per_length)
         except ValueError as error:
@@ -86,7 +86,7 @@ class Output:
 
 
 def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
-    """Yield all limits of a scene that is otherwise built."""
+    """Yield all limits of a scene that is otherwise complete."""
     limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
     for part in PARTS:
@@ -106,13 +106,13 @@ def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
 
 
 def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
-    """Return the distance from rest below which the output has settled [m or rad]; None if not given."""
+    """Return the distance from the rest position below which the output has settled [m or rad]; None if not given."""
     given = table.run.settled
     return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]
 
 
 def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, given: Quantity) -> tuple[Any, str]:
-    """Return the allowed output error and its unit; the unit is empty if length or angle is unknown."""
+    """Return the allowed output error and its unit, which is empty if it may be a length or an angle."""
     output, unit = build_output(table, mechanism), given.unit
     meant = unit if output is None else "m" if output.point else "rad"
     if unit not in ("", meant):
@@ -149,7 +149,7 @@ def sets_limit(path: str) -> bool:
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
-    """Return the output named by a scene, a point or LINK.angle; None without an output.
+    """Return the output that a scene names, a point or LINK.angle; None if it names none.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
 
 
 def require_studies(table: SceneTable) -> None:
-    """Raise if a study names an unknown number or an impossible value."""
+    """Raise if a study refers to an unknown number or an impossible value."""
     for path, given in table.tolerances.items():
         tolerance(table, path, given)
     for path, (low, high) in table.optimize.variables.items():
@@ -199,7 +199,7 @@ def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTabl
     Raises
     ------
     SceneError
-        Unknown number, wrong unit, or tolerance not greater than zero.
+        The number is unknown, the unit is wrong, or the tolerance is not greater than zero.
     """
     place = place_of(table, path)
     entry = given if isinstance(given, tables.ToleranceTable) else tables.ToleranceTable(plus_minus=given)

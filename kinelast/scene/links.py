@@ -24,7 +24,7 @@ Points = Mapping[str, Any]
 
 
 def drawn_places(scene: SceneTable) -> dict[str, Complex]:
-    """Return the drawing [m]: all places under [points] and the points of the ground with coordinates."""
+    """Return the drawing [m]: all positions under [points], and the points of the ground with coordinates."""
     places = {name: vector(place) for name, place in scene.points.items()}
     ground = scene.links.get(GROUND)
     if ground is not None and isinstance(ground.points, dict):
@@ -33,7 +33,7 @@ def drawn_places(scene: SceneTable) -> dict[str, Complex]:
 
 
 def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex]:
-    """Return the points of a link in link axes [m]: first at 0, second on x', unless coordinates are given."""
+    """Return the points of a link in link axes [m]: the first at 0, the second on x', or as given."""
     where = f"links.{name}"
     if not table.points:
         raise fault(where, "points", "a link needs at least one point")
@@ -71,7 +71,7 @@ def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dic
 
 
 def drawn_direction(link: Link, places: Points) -> Complex | None:
-    """Return the drawn x axis of a link as unit vector; None unless two points are drawn apart."""
+    """Return the x axis of a link as drawn, as a unit vector; None unless two points are drawn apart."""
     if link.name == GROUND:
         return 1 + 0j
     drawn = [point for point in link.points if point in places]
@@ -92,8 +92,8 @@ BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "cent
 class LinkModel:
     """A link of a scene.
 
-    It has the mechanical model, the cross-section of every beam, a flag of rigid links, and the outline [m]. A hidden
-    link has no table in the scene. `numbers` has the table entry of every beam.
+    It contains the mechanical model, the cross-section of every beam, whether it is rigid, and the outline [m]. A
+    hidden link has no table in the scene. `numbers` gives the table entry of every beam.
     """
 
     link: Link
@@ -150,16 +150,16 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
 
 
 def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collection[str]) -> list[LinkModel]:
-    """Join collinear beams at points without joint, mass or load: a named place does not divide a beam.
+    """Join collinear beams at points without a joint, mass or load, because a named point does not divide a beam.
 
     Parameters
     ----------
     mechanism
-        With its loads.
+        Mechanism with its loads.
     bodies
         One per link of the mechanism.
     kept
-        Names of links that stay as they are.
+        Names of links that are left unchanged.
     """
     if all(len(body.sections) < 2 or body.link.name in kept for body in bodies):
         return [*bodies]
@@ -176,7 +176,7 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
 
 
 def _joined(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
-    """Join collinear beams of one section at free points of a link."""
+    """Join collinear beams with the same section at free points of a link."""
     beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
     while (point := _between(body.link, beams, sections, fixed)) is not None:
         first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
@@ -225,7 +225,7 @@ def _ground(table: LinkTable, points: Points) -> LinkModel:
 
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
-    """Return point masses per link: of the link, and of [masses] for the first moving link with the point."""
+    """Return the point masses of each link: its own, and those in [masses] for the first moving link with the point."""
     by_link: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
@@ -309,7 +309,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
 
 
 def _in_order(points: Points) -> list[str]:
-    """Return names of points in the order of the beams: a point between two earlier points divides their beam."""
+    """Return names of points in the order of the beams. A point between two earlier points divides their beam."""
     drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
     order: list[str] = []
     for name, place in drawn.items():
@@ -360,7 +360,7 @@ def _lump(where: str, table: LinkTable, link: Link) -> Lump:
 
 
 def _outline(name: str, table: LinkTable, points: Points) -> tuple[Complex, ...]:
-    """Return the corners of the drawing of a link in link axes [m]."""
+    """Return the corners of a link's outline in link axes [m]."""
     for corner in table.outline:
         if isinstance(corner, str):
             known_point(f"links.{name}", "outline", corner, points, name)

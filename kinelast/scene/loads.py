@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
     from rigid.dynamics import CurveLaw
 
-COVER_TOLERANCE = 1e-12  # gap between the table and the run, relative to the run
-MIN_SPACING = 1e-12  # smallest distance of table entries relative to the length of the table
+COVER_TOLERANCE = 1e-12  # largest gap between the table and the run, relative to the run
+MIN_SPACING = 1e-12  # smallest distance between table entries, relative to the length of the table
 
 
 def build_load(
@@ -57,7 +57,7 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
-    """Raise unless the link has the point and, if it has beams, one of them ends at it."""
+    """Raise unless the link has the point and, if the link has beams, one of them ends at it."""
     known_point(where, key, point, link.points, link.name)
     if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
         raise fault(where, key, f'no beam of "{link.name}" ends at the point "{point}": add one')
@@ -75,7 +75,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
         if (beam.start, beam.end) == table.beam:
             return LineLoad(link.name, beam_number, start, end, turning, law)
         if (beam.end, beam.start) == table.beam:
-            # Given from the other end of the beam, the beam axes are reversed.
+            # If a load is given from the other end of the beam, the beam axes are reversed.
             sense = -1 if turning else 1
             return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
     known = ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none: the link has no section"
@@ -136,9 +136,9 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
 ) -> CurveLaw | None:
-    """Return the factor of a load or effort; None without a table. A table over time must cover the duration [s].
+    """Return the factor of a load or effort; None if there is no table. A table over time must cover the duration [s].
 
-    `links`, `sliders` are the names that there are.
+    `links` and `sliders` are the existing names.
     """
     if table.table is None:
         require_absent(where, table, ("against", "extend"), "belongs to a table: give that too")
@@ -160,9 +160,9 @@ def factor_law(
     ):
         allowed = "two entries at one place are a step, in a linear table"
         raise fault(where, "table", f"expected increasing {GROWING[unit]}; {allowed}")
-    at[steps] = np.nextafter(at[steps], -np.inf)  # the second entry is valid at the step
+    at[steps] = np.nextafter(at[steps], -np.inf)  # at a step, the second entry applies
     try:
-        # Times are checked only here: a search between positions may go slightly beyond the run.
+        # Times are checked only here, because a search between positions may go slightly beyond the run.
         extend = "hold" if coordinate is None else table.extend or "error"
         curve = table_curve(at, factor, table.interpolation, extend, unit == "rad")
     except TableError as error:

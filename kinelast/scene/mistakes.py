@@ -1,6 +1,6 @@
-"""All mistakes of a scene's text at once: each is reported, repaired in a copy by a guess, and the search goes on.
+"""All errors in a scene's text at once: report each, repair it in a copy by a guess, and continue.
 
-Mistakes that only follow from a repair are not reported.
+Errors that only result from a repair are not reported.
 """
 
 import re
@@ -16,9 +16,9 @@ from kinelast.scene.parts import PARTS
 
 MAX_MISTAKES = 100  # reported
 MAX_CHARACTERS = 2_000_000  # read in all repeated checks
-Path = tuple[Any, ...]  # names, and indices from 0
+Path = tuple[Any, ...]  # path: names, and indices from 0
 ALONE = ("run", "limits", "fatigue", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
-STAND_INS = {  # replacements of entries that cannot be repaired, so that others may refer to them
+STAND_INS = {  # replacements for entries that cannot be repaired, so that others can refer to them
     "masses": 1.0,
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
@@ -27,17 +27,17 @@ STAND_INS = {  # replacements of entries that cannot be repaired, so that others
 }
 OF_ITSELF = re.compile(
     r'expected|there is no|the (point|link) "[^"]*" has no'
-)  # mistakes that do not depend on other entries
+)  # errors that do not depend on other entries
 TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tuple[SceneError, ...]:
-    """Return the mistakes of a TOML text, without the file name, in the order of the checks.
+    """Return the errors in a TOML text, without the file name, in the order of the checks.
 
     Parameters
     ----------
     check
-        Function that raises SceneError for the first mistake in the tables.
+        Function that raises SceneError for the first error in the tables.
     """
     errors, kept, left_out = _unreadable(text)
     try:
@@ -59,7 +59,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
-    """Return syntax errors of a text, the text without their lines, and the tables of these lines."""
+    """Return the syntax errors of a text, the text without their lines, and the tables of these lines."""
     errors: list[SceneError] = []
     lines, left_out = text.splitlines(), set()
     while len(errors) < MAX_MISTAKES:
@@ -81,7 +81,7 @@ def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
 
 
 def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
-    """Return the reported line, or if that line is valid by itself the nearest invalid line above."""
+    """Return the reported line or, if that line is valid by itself, the nearest invalid line above."""
     reported = re.search(r"at line (\d+)", error.problem)
     last = min(int(reported[1]), len(lines)) - 1 if reported else len(lines) - 1
     return next((at for at in range(last, -1, -1) if not _reads(lines[at])), last if lines[last].strip() else None)
@@ -109,21 +109,21 @@ def _table_of_line(lines: list[str], at: int) -> Path:
 
 @dataclass
 class _Copy:
-    """A copy of the tables of a file in which mistakes are repaired one by one.
+    """A copy of the tables of a file in which errors are repaired one by one.
 
     Attributes
     ----------
     found
-        Mistakes so far.
+        Errors so far.
     doubtful
-        Entries with removed or guessed keys; mistakes that depend on them are not reported. () means any entry,
-        after an unreadable line.
+        Entries with removed or guessed keys; errors that depend on them are not reported. () means any entry, after an
+        unreadable line.
     seen
-        Paths of the mistakes so far.
+        Paths of the errors so far.
     gone
         Paths of removed entries.
     numbers
-        For each list of tables, the numbers in the file of the remaining tables.
+        For each list of tables, the file numbers of the remaining tables.
     """
 
     tables: dict[str, Any]
@@ -134,7 +134,7 @@ class _Copy:
     numbers: dict[str, list[int]] = field(default_factory=dict)
 
     def mended(self, error: SceneError) -> bool:
-        """Repair a mistake, report it unless it follows from another, and return True if repaired."""
+        """Repair an error, report it unless it results from another, and return True if it was repaired."""
         path = path_of(error.table, error.key)
         entry = self._entry(path)
         place = self._in_file(entry) + path[len(entry) :]
@@ -142,13 +142,13 @@ class _Copy:
             return self._key_taken(path, entry) or self._entry_taken(entry)
         self.seen.add(place)
         self.found.append(self._numbered(error, path))
-        if path == ("structure_only",):  # all other keys mean something else then
+        if path == ("structure_only",):  # all other keys mean something else in that case
             return False
         ways = self._renamed, self._example_put, self._any_put
         return any(way(path, error.problem) for way in ways) or self._key_taken(path, entry) or self._entry_taken(entry)
 
     def _follows(self, problem: str, path: Path, entry: Path) -> bool:
-        """Return True if a mistake may follow from a repair."""
+        """Return True if an error may result from a repair."""
         if path[:1] in self.gone or self.gone & {*pairwise(path)} or self._names_what_is_gone(problem):
             return True
         if () in self.doubtful and problem.startswith("the table is missing"):
@@ -159,7 +159,7 @@ class _Copy:
         return bool(self.doubtful and depends) and (self._at(path) is None or not OF_ITSELF.match(problem))
 
     def _names_what_is_gone(self, problem: str) -> bool:
-        """Return True if a message misses a removed name, or one that may be in an unreadable line."""
+        """Return True if a message reports as missing a name that was removed, or that may be in an unreadable line."""
         unknown = re.search(r'(?:no|the) (\w+) "([^"]*)"', problem)
         if not unknown or not re.search(r"\bno\b", problem):
             return False
@@ -215,7 +215,7 @@ class _Copy:
         return bool(there)
 
     def _key_taken(self, path: Path, entry: Path) -> bool:
-        """Remove a key from its table; for an item of a list the whole list."""
+        """Remove a key from its table; for an item of a list, remove the whole list."""
         while path and path != entry and not isinstance(path[-1], str):
             path = path[:-1]
         holder = self._at(path[:-1])
@@ -248,9 +248,9 @@ class _Copy:
         return True
 
     def _stand_in(self, entry: Path) -> Any:
-        """Return a replacement for an entry that others may refer to; None if not found."""
+        """Return a replacement for an entry that others may refer to, or None."""
         if len(entry) == 2 and entry[0] == "points":
-            return [0.0173 * len(self.found), 0.0291]  # all at different places
+            return [0.0173 * len(self.found), 0.0291]  # all at different positions
         if entry[0] != "links" or len(entry) != 2:
             return deepcopy(STAND_INS.get(entry[0])) if len(entry) == 2 else None
         points = self._at((*entry, "points")) or [*self.tables.get("points", ())][:1]
@@ -260,11 +260,11 @@ class _Copy:
         return {"points": points, "rigid": True, "mass": 1.0, "inertia": 1.0, "center": center}
 
     def _entry(self, path: Path) -> Path:
-        """Return the path of the top-level entry, or of the top-level table, that a path leads into."""
+        """Return the path of the top-level entry or table that contains a path."""
         return path[:2] if path and path[0] not in ALONE else path[:1]
 
     def _at(self, path: Path) -> Any:
-        """The content at a path; None without one."""
+        """The content at a path; None if there is none."""
         node: Any = self.tables
         for part in path:
             if isinstance(node, list):
@@ -284,7 +284,7 @@ class _Copy:
         return entry
 
     def _numbered(self, error: SceneError, path: Path) -> SceneError:
-        """Return a mistake with the number of its entry in the file."""
+        """Return an error with the number of its entry in the file."""
         entry = self._entry(path)
         there = self._in_file(entry)
         if there == entry or not error.table.startswith(f"{entry[0]}["):
@@ -294,7 +294,7 @@ class _Copy:
 
 
 def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
-    """Move the content of a key to another key, and return True if that was possible."""
+    """Move the content of a key to another key; return True if that was possible."""
     there, content = holder.get(new), holder[key]
     if there is None:
         holder[new] = content

@@ -1,4 +1,4 @@
-"""Moving joints that drives, gears and end stops name."""
+"""Moving joints to which drives, gears and end stops refer."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +15,7 @@ Drive = PinDrive | SliderDrive
 def moved_joint(
     where: str, inside: str, table: JointNameTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]
 ) -> Drive:
-    """Return the joint named in a table; `inside` prefixes the keys in messages."""
+    """Return the joint that a table names; `inside` prefixes the keys in messages."""
     if not table.unique:
         raise fault(where, f"{inside}link", "expected either link or slider")
     if table.turns:
@@ -28,7 +28,7 @@ def moved_joint(
 
 
 def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
-    """Return the pin of a rotating link: the named one, or the only pin of both links."""
+    """Return the pin of a rotating link: the named one, or the only pin that both links share."""
     link = table.name
     known_name(where, f"{inside}link", link, links)
     known_name(where, f"{inside}on", table.on, links)

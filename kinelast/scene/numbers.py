@@ -63,12 +63,12 @@ def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str
     holds
         The condition, bool or array of bool.
     problem
-        Message, or a function that returns it. The function gets a selector of the wrong design in an array.
+        Message, or a function that returns it. The function receives a selector of the invalid design in an array.
 
     Raises
     ------
     SceneError
-        The message is about the first wrong design; `designs` has the rows of all.
+        The message is about the first invalid design; `designs` contains the rows of all.
     """
     if isinstance(holds, np.ndarray):
         wrong = np.flatnonzero(~holds)
@@ -89,7 +89,7 @@ def _picked(value: Any, row: int | None) -> Any:
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
-EXPECTED = {  # words on quantities in messages, by their SI units
+EXPECTED = {  # names of quantities in messages, by SI unit
     "s": 'a time, as in "50 ms"',
     "rad": 'an angle, as in "30 deg"',
     "m": 'a length, as in "20 mm"',
@@ -108,15 +108,15 @@ EXPECTED = {  # words on quantities in messages, by their SI units
 
 
 def require_unit(table: str, key: str, value: Any, unit: str) -> None:
-    """Raise if a quantity has another unit; a bare number has any."""
+    """Raise if a quantity has another unit; a bare number fits any."""
     if value.unit not in ("", unit):
         raise fault(table, key, f"expected {EXPECTED[unit]}, got {float(value):g} {value.unit}")
 
 
 MIN_PRINTED_ERROR = 1e-4  # smaller relative errors are below the printed digits
-UNRELIABLE = 0.25  # error relative to the figure, beyond which the figure is marked as unreliable
+UNRELIABLE = 0.25  # figures with a larger relative error are marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
-MIN_PRINTED_STRESS = 1e-3  # in the stress unit of the report; smaller stresses are printed with a prefix
+MIN_PRINTED_STRESS = 1e-3  # in the report's stress unit; smaller stresses are printed with a prefix
 DisplayUnits = Mapping[str, tuple[float, str]]
 """Units of a report: by SI unit, the conversion factor and the name of the unit."""
 SI: DisplayUnits = {}
@@ -142,7 +142,7 @@ REPORT_UNITS = {  # by SI unit: conversion factor and unit of the report
 
 
 def scale_of(largest: float, unit: str) -> tuple[float, str]:
-    """Return the factor and the prefixed unit that suit a quantity of this size.
+    """Return the factor and prefixed unit that suit a quantity of this size.
 
     >>> scale_of(0.00146, "m")
     (1000.0, 'mm')
@@ -160,7 +160,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
 
 
 def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
-    """Return factor and unit of an area, volume etc., in the largest length unit that suits."""
+    """Return the factor and unit for an area, volume etc., in the largest suitable length unit."""
     if not 0.0 < size < math.inf:
         return 1.0, unit
     name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")
@@ -197,7 +197,7 @@ def error_percent(share: float) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = SI) -> str:
-    """Format a number with its unit: that of the report, or an SI unit with a prefix.
+    """Format a number with the report's unit, or with an SI unit and a prefix.
 
     >>> quantity(0.00146, "m")
     '1.46 mm'

@@ -30,7 +30,7 @@ AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {"backlash": "play between teeth is", "wear": "wear is", "contact": "contact is", "impact": "impact is"}
 DID = "; did you mean "
-ELSEWHERE = {  # the right table of keys that users try in other tables
+ELSEWHERE = {  # the right table for keys that users try in other tables
     "friction": "it belongs under [joints.NAME]",
     "viscosity": "it belongs under [joints.NAME]",
     "clearance": "it belongs under [bearings.NAME]",
@@ -44,13 +44,13 @@ ELSEWHERE = {  # the right table of keys that users try in other tables
 }
 
 
-MAX_PARTS = 32  # parts of a dotted key; the time of tomllib grows with their square
+MAX_PARTS = 32  # maximum parts of a dotted key; the time of tomllib grows with their square
 PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 TOO_DEEP = re.compile(rf"{PART}(?:[ \t]*\.[ \t]*{PART}){{{MAX_PARTS}}}")
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text, or raise TOMLDecodeError, also for a key of more than `MAX_PARTS` parts."""
+    """Return the tables of a TOML text, or raise TOMLDecodeError, also for a key with more than `MAX_PARTS` parts."""
     deep = TOO_DEEP.search(text) if text.count(".") >= MAX_PARTS else None
     if deep is not None:
         line = text.count("\n", 0, deep.start()) + 1
@@ -67,14 +67,14 @@ def parse_toml(text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         problem = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
         raise fault("", "", f"not readable as TOML: {problem}{_toml_hint(text, str(error))}") from None
-    except ValueError:  # limit of Python on the digits of an integer
+    except ValueError:  # Python limits the number of digits of an integer
         raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
 
 
 KEY = r"""\s*[\w."'-]+\s*=\s*"""
 HINTS: tuple[
     tuple[str, Callable[[re.Match[str]], str]], ...
-] = (  # patterns of invalid lines, and the likely correction
+] = (  # patterns of invalid lines, and their likely correction
     (
         r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
         lambda found: f'put a text in straight quotes, ", not in {found[1]}',
@@ -116,7 +116,7 @@ def leaves(node: Any, kind: type[Value]) -> Iterator[Value]:
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
-    """Return True if the tables describe joints in space (structure only); raise TypeError if they are not a dict."""
+    """Return True if the tables describe spatial joints (structure only); raise TypeError if they are not a dict."""
     if not isinstance(raw, Mapping):
         raise TypeError(f"expected the tables of a scene's file as a dictionary, got {shown(raw)}")
     joints = raw.get("joints")
@@ -137,13 +137,13 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
-    """Return tables with some top-level entries parsed again; errors as in `parse_scene`."""
+    """Return tables with some top-level entries parsed again; raises the same errors as `parse_scene`."""
     fields, hook = _fields(SceneTable), partial(read_quantity, per_length=PER_LENGTH[table.units])
     return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
 
 def parsed(raw: Mapping[str, Any], whole: type[Whole]) -> Whole:
-    """Return the validated tables of a scene or of a chain of joints in space; errors as in `parse_scene`."""
+    """Return the validated tables of a scene or of a spatial chain of joints; errors as in `parse_scene`."""
     fields = _fields(whole)
     for key in raw:
         if key not in fields:
@@ -189,7 +189,7 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
 
 
 def check_name(table: str, name: str) -> None:
-    """Raise if a name has other characters than letters, digits, - and _."""
+    """Raise if a name has characters other than letters, digits, - and _."""
     if not NAME.fullmatch(name):
         raise fault(table, f'"{name}"', "a name may have the letters A-Z and a-z, digits, - and _")
 
@@ -222,7 +222,7 @@ def _found(value: Any, path: str) -> Any:
 
 
 def _path(path: str) -> str:
-    """Return the path of a validator with indices from 1."""
+    """Return the validator's path with indices from 1."""
     path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
     return path.replace("[...]", "").lstrip(".")
 
@@ -276,7 +276,7 @@ def _literals(kind: Any, path: str, value: Any) -> list[str]:
 
 
 def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo]:
-    """Return the fields of the table at a path; of several possible tables, that of the given shape."""
+    """Return the fields of the table at a path; if several tables are possible, the one with the given shape."""
     tables = _tables(kind)
     for name in re.findall(r"[^.\[\]]+", re.sub(r"\[\d+\]", "", path)):
         fields = [field for table in tables for field in msgspec.structs.fields(table) if field.encode_name == name]

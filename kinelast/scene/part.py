@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from symbols import Mark
 
 Built = TypeVar("Built")
-ALONE = ""  # name of a part with a single table in a scene
+ALONE = ""  # name of a part that has a single table in a scene
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """Input of the part builders: mechanism and tables.
+    """Input for the part builders: mechanism and tables.
 
-    `beams` lists every beam by its link and its number there; `made_of` has its section and material. `laws` has a law
-    or an effort for each drive; only laws are callable. `materials_of` finds materials by name, `poisson_of` the
-    Poisson's ratio of one.
+    `beams` lists every beam by its link and its number in that link; `made_of` gives its section and material. `laws`
+    contains a law or an effort for each drive; only laws are callable. `materials_of` finds materials by name, and
+    `poisson_of` returns the Poisson's ratio of a material.
     """
 
     table: SceneTable
@@ -72,25 +72,25 @@ class Part(Generic[Built]):
     words
         Description of that key.
     table
-        Type of the table; None if the drive table has the data.
+        Type of the table; None if the drive table contains the data.
     build
-        Function from mechanism and tables to the built parts by name; raises SceneError.
+        Function from the mechanism and tables to the built parts by name; raises SceneError.
     figures
         Figures of the part. `Figure.limit` is the key of the table with its limit, such as `rolling.life`.
     row
-        Function from the readings of a run and the name of a part to a row of the summary without the figures. None
-        without such rows.
+        Function from the readings of a run and the name of a part to a row of the summary without the figures. None if
+        there are no such rows.
     section
         Key of the part's rows in the summary, if different from `key`.
     of_output
         Figures that depend on the output of the machine.
     joint_row
-        From the readings of a run and the number of a joint to entries of the joint's row in the summary.
+        Function from the readings of a run and the number of a joint to entries of the joint's row in the summary.
     findings
-        Findings on its parts in a run.
+        Function that yields the findings on its parts in a run.
     faults
-        From a scene and values of all items of the figures `needs` to reasons why its parts do not work, each with a
-        flag of shape (...): then no limit can be judged.
+        Function from a scene and the values of all items of the figures `needs` to reasons why its parts do not work,
+        each with a flag of shape (...). If there are any, no limit can be judged.
     formulas
         Inputs of the formulas, in words; the stated errors do not include their uncertainty.
     columns
@@ -107,19 +107,19 @@ class Part(Generic[Built]):
     loads
         Function from the built parts to their loads on the mechanism.
     owned
-        Function from tables and scene to its tables by the names of the built parts, if the names differ.
+        Function from tables and scene to its tables, by the names of the built parts, if the names differ.
     drive_row
-        Key of the part's row in the summary of a drive; empty without a row.
+        Key of the part's row in the summary of a drive; empty if it has no row.
     alone
-        True if a scene has a single table of it, without a name.
+        True if a scene has a single, unnamed table of it.
     on_axis
         True if its numbers can be arrays of designs.
     more_than_limits
-        Keys that limit one figure and change another.
+        Keys that limit one figure and affect another.
     usual
-        For each attribute of a built part: description, usual lower and upper bound, their unit, and an example.
+        For each attribute of a built part: description, usual lower and upper bound, unit, and example.
     stand_in
-        Replacement of a table with mistakes; None if no other table refers to such a part.
+        Replacement for an invalid table; None if no other table refers to such a part.
     """
 
     key: str
@@ -161,7 +161,7 @@ class Part(Generic[Built]):
         return scene.parts[self.key]
 
     def rows(self, reader: Reader) -> dict[str, Any]:
-        """Return the part's section of the summary, by key; empty without rows."""
+        """Return the part's section of the summary, by key; empty if it has no rows."""
         if self.row is None:
             return {}
         keys = [figure.key for figure in self.figures]
@@ -189,14 +189,14 @@ class Part(Generic[Built]):
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
-        """Return True if a table key is only the limit of a figure; `required_KEY` gives a limit with a default."""
+        """Return True if a table key only limits a figure; `required_KEY` is a limit with a default."""
         limits = key, f"required_{key}"
         return key not in self.more_than_limits and any(each.limit in limits for each in self.figures)
 
 
 def _unit(figure: Figure, scene: Scene, item: str) -> str | None:
     """Return the unit of an item's figure; None if the item does not have the figure."""
-    if isinstance(figure.unit, str):  # do not list the items: the mechanism may be wrong
+    if isinstance(figure.unit, str):  # do not list the items, because the mechanism may be invalid
         return figure.unit
     return dict(zip(items_of(scene, figure.of), figure.units(scene), strict=True)).get(item)
 

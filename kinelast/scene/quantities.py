@@ -1,4 +1,4 @@
-"""The kinds of quantities in a scene: the forms that a file may hold for each, and the words to ask for it."""
+"""Kinds of quantities in a scene: the forms in which a file may give them, and their names in messages."""
 
 from cmath import rect
 from contextlib import suppress
@@ -7,17 +7,17 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.units import Quantity, shown
 
-MAX_LENGTH = 1e4  # [m]: no machine is longer; kinelast.figures.inputs questions links of more than 90 m
-MAX_SIZE_RATIO = 1e3  # larger / smaller size at the ends of a beam
-MAX_COORDINATE = 1e9  # [rad or m] of a drive; a larger angle has no digits left within a turn
+MAX_LENGTH = 1e4  # [m] no machine is longer; kinelast.figures.inputs questions links of more than 90 m
+MAX_SIZE_RATIO = 1e3  # larger / smaller dimension at the ends of a beam
+MAX_COORDINATE = 1e9  # [rad or m] largest drive coordinate; a larger angle has no digits left within a turn
 
 
 class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",), most=MAX_LENGTH):
-    """Length, or a coordinate of a place [m]."""
+    """Length, or a coordinate of a position [m]."""
 
     @classmethod
     def bound(cls, number: float) -> str:
-        """Return the bound that a number violates, in words."""
+        """Describe the bound that a number violates."""
         return f"shorter than {MAX_LENGTH:g} m" if abs(number) >= MAX_LENGTH else super().bound(number)
 
 
@@ -36,13 +36,13 @@ class PlaneAngle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("r
 
 
 class PressureAngle(PlaneAngle, expected='an angle above 0 and below 90 deg, as in "30 deg"', above=0.0, most=pi / 2):
-    """Pressure angle that is allowed [rad]."""
+    """Allowed pressure angle [rad]."""
 
 
 class Allowance(
     Quantity, expected='a length, as in "0.1 mm", or an angle, as in "0.1 deg"', units=("m", "rad"), above=0.0
 ):
-    """How far an output may be off [m or rad]."""
+    """Allowed error of an output [m or rad]."""
 
 
 class Abscissa(
@@ -54,11 +54,11 @@ class Abscissa(
 
 
 class Share(Quantity, expected='a share, as in "2 %" or 0.02', above=0.0, most=1.0):
-    """Part of a whole, above 0 and below 1."""
+    """Fraction of a whole, above 0 and below 1."""
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """From a number, or a string that ends in %."""
+        """Read a number, or a string that ends in %."""
         if isinstance(value, str) and value.endswith("%"):
             with suppress(ValueError):
                 return super().read(float(value[:-1]) / 100)
@@ -77,7 +77,7 @@ class Speed(
 
 
 class CamSpeed(Quantity, expected='a speed of rotation, as in "100 rad/s" or "-3000 rpm"', units=("rad/s",), most=1e12):
-    """Speed of a cam's shaft, positive counter-clockwise [rad/s]."""
+    """Speed of a camshaft, positive counter-clockwise [rad/s]."""
 
 
 class Time(Quantity, expected='a time, as in "50 ms" or 0.05', units=("s",)):
@@ -85,15 +85,15 @@ class Time(Quantity, expected='a time, as in "50 ms" or 0.05', units=("s",)):
 
 
 class Duration(Time, above=0.0):
-    """Time that something lasts [s]."""
+    """Duration [s]."""
 
 
 class Expansion(Quantity, expected='an expansion, as in "12e-6 1/K" or 12e-6', units=("1/K",)):
-    """Thermal expansion [1/K]."""
+    """Coefficient of thermal expansion [1/K]."""
 
 
 class Warming(Quantity, expected='a change of temperature, as in "40 K" or 40', units=("K",)):
-    """Change of temperature [K]."""
+    """Temperature change [K]."""
 
 
 class Ratio(
@@ -102,7 +102,7 @@ class Ratio(
     'or for a rack a length per angle, as in "20 mm/rad"',
     units=("rad/rad", "m/rad", "rad/m"),
 ):
-    """Change of a coordinate over that of another [1, m/rad, rad/m]."""
+    """Change of one coordinate / change of another [1, m/rad, rad/m]."""
 
 
 class Mass(Quantity, expected='a mass, as in "200 g" or 0.2', units=("kg",), least=0.0):
@@ -130,13 +130,13 @@ class LoadRating(Quantity, expected='a load, as in "19.5 kN" or 19500', units=("
 
 
 class SlidingSpeed(Quantity, expected='a speed of sliding, as in "0.2 m/s" or 0.2', units=("m/s",), above=0.0):
-    """Speed of sliding [m/s]."""
+    """Sliding speed [m/s]."""
 
 
 class PressureSpeed(
     Quantity, expected='a pressure times a speed, as in "1.8 MPa m/s" or 1.8e6', units=("W/m^2",), above=0.0
 ):
-    """Pressure times speed of sliding [W/m^2]."""
+    """Pressure times sliding speed [W/m^2]."""
 
 
 class Moment(Quantity, expected='a moment, as in "3 N m" or 3', units=("N m",)):
@@ -165,7 +165,7 @@ class GearRatio(
     units=("rad/rad", "rad/m", "m/rad"),
     above=0.0,
 ):
-    """Angle of a motor over the coordinate that it drives [1, rad/m], or the other way round [m/rad]."""
+    """Motor angle / driven coordinate [1, rad/m], or the inverse [m/rad]."""
 
 
 class Pressure(Quantity, expected='a pressure, as in "160 bar" or 16e6', units=("Pa",), above=0.0):
@@ -173,13 +173,13 @@ class Pressure(Quantity, expected='a pressure, as in "160 bar" or 16e6', units=(
 
 
 class FlowRate(Quantity, expected='a flow, as in "20 l/min" or 3.3e-4', units=("m^3/s",), above=0.0):
-    """Volume per time [m^3/s]."""
+    """Flow: volume per time [m^3/s]."""
 
 
 class Stiffness(
     Quantity, expected='a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"', units=("N/m", "N m/rad"), least=0.0
 ):
-    """Stiffness of a spring [N/m], or of one that turns [N m/rad]."""
+    """Stiffness of a linear spring [N/m] or a torsion spring [N m/rad]."""
 
 
 class DampingConstant(
@@ -188,7 +188,7 @@ class DampingConstant(
     units=("N s/m", "N m s/rad"),
     least=0.0,
 ):
-    """Force per speed [N s/m], or moment per speed of rotation [N m s/rad]."""
+    """Force per speed [N s/m], or moment per angular speed [N m s/rad]."""
 
 
 class Compliance(Quantity, expected='a compliance, as in "2e-8 m/N" or 2e-8', units=("m/N",), least=0.0):
@@ -232,13 +232,13 @@ class ShearRigidity(AxialRigidity, expected='a shear rigidity, as in "3 MN" or 3
 
 
 class Sizes(tuple[float, float]):
-    """A size at the two ends of a beam [m]: `[start, end]`, linear between, or one size for both."""
+    """A dimension at the two ends of a beam [m]: `[start, end]`, linear in between, or one value for both."""
 
     expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """From a number, a string, or a list of two; ValueError tells the form expected."""
+        """Read a number, a string, or a list of two; the ValueError states the expected form."""
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
@@ -252,13 +252,13 @@ class Direction(complex):
     """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
 
     expected: ClassVar[str] = 'a direction, as in [1, 0], or an angle, as in "30 deg"'
-    each: Any = None  # of many designs their unit vectors, shape (designs, 1)
+    each: Any = None  # unit vectors of many designs, shape (designs, 1)
 
     @classmethod
     def read(cls, value: object) -> Self:
-        """From a list of two numbers or a string; ValueError tells the form expected."""
+        """Read a list of two numbers or a string; the ValueError states the expected form."""
         if isinstance(value, str):
-            with suppress(ValueError):  # whose message would speak of lengths too
+            with suppress(ValueError):  # its message would also mention lengths
                 return cls(_exact(PlaneAngle.read(value)))
         elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
             way = complex(*value)
@@ -268,7 +268,7 @@ class Direction(complex):
 
 
 def _exact(angle: float) -> complex:
-    """Unit vector of an angle [rad], without round-off at the quarter turns."""
+    """Unit vector at an angle [rad], without round-off at quarter turns."""
     unit = rect(1.0, angle)
     return complex(
         *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))

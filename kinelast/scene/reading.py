@@ -1,4 +1,4 @@
-"""Readings of a run, as in summary.json: figures with unit, error and place; findings on their reliability."""
+"""Readings of a run, as in summary.json: figures with unit, error and location, and findings on their reliability."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
 
-MAX_MARKS = 24  # listed positions with a fault
+MAX_MARKS = 24  # maximum number of listed positions with a fault
 
 
 class Reading(Struct, frozen=True, kw_only=True):
-    """Value in its SI unit, null if it is not finite. JSON leaves out entries that are UNSET.
+    """Value in its SI unit, null if it is not finite. JSON omits entries that are UNSET.
 
     Attributes
     ----------
     error
         Error in the same unit, null if it is unknown for the reason `error_unknown`.
     error_measured, unreliable, endless
-        True for an error measured by a check, for a large error, and for an infinite value.
+        True for, in this order, an error measured by a check, a large error, and an infinite value.
     name, on, label, point
         Figure in words; its item, beam and point.
     along, xi, fibre
-        Place on the beam: distance from its start, relative to its length, and side.
+        Location on the beam: distance from its start, the same relative to its length, and side.
     time, drive
         Instant, and coordinates of the drives by name.
     between_positions
@@ -63,7 +63,7 @@ class Reading(Struct, frozen=True, kw_only=True):
 
 
 def reading(value: Any, unit: str, **more: Any) -> Reading:
-    """Return a value with its unit and further entries of `Reading`.
+    """Return a value with its unit and other entries of `Reading`.
 
     >>> reading(float("inf"), "m").value is None
     True
@@ -72,7 +72,7 @@ def reading(value: Any, unit: str, **more: Any) -> Reading:
 
 
 def known(value: Any) -> float | None:
-    """Return a number, None if it is not finite."""
+    """Return the number, or None if it is not finite."""
     size = float(value)
     return size if math.isfinite(size) else None
 
@@ -83,7 +83,7 @@ ORDER = (POOR, CAUTION, OPEN, GOOD)
 
 @dataclass(frozen=True)
 class Finding:
-    """A finding on reliability: level, heading and sentence. `advice` is the cause and the remedy in brief."""
+    """A finding on reliability: level, heading and sentence. `advice` briefly states the cause and the remedy."""
 
     level: str
     heading: str
@@ -118,18 +118,18 @@ class Reader:
         return {name: reading(value, unit) for (name, _, unit, _), value in pairs}
 
     def at_position(self, position: int) -> dict[str, Any]:
-        """Return time and coordinates of the drives at a position."""
+        """Return the time and the drive coordinates at a position."""
         motion = self.results.motion
         return {"time": reading(motion.time[position], "s"), "drive": self.coordinates(motion.drive[:, position])}
 
     def at_peak(self, peak: Peak) -> dict[str, Any]:
-        """Return time and coordinates of the drives at a peak; empty if it has no time."""
+        """Return the time and the drive coordinates at a peak; empty if it has no time."""
         if math.isnan(peak.time):
             return {}
         return {"time": reading(peak.time, "s"), "drive": self.coordinates(peak.drive)}
 
     def marks(self, there: Flags) -> list[dict[str, Any]]:
-        """Return counted positions with a property; of many the first, the last and some between."""
+        """Return included positions with a property; if there are many, the first, the last and some in between."""
         at = np.flatnonzero(there & self.results.cycle.counted)
         some = at if len(at) <= MAX_MARKS else at[np.linspace(0, len(at) - 1, MAX_MARKS).astype(int)]
         return [self.at_position(int(position)) for position in some]
@@ -154,7 +154,7 @@ class Reader:
         return reading(value, unit, **self.error_of(peak, unit), **more, **self.at_peak(peak))
 
     def of_item(self, key: str, name: str) -> Reading | None:
-        """Return a figure of an item; None if the figure has no such item."""
+        """Return the figure of an item, or None if the figure has no such item."""
         figure = self.results.figures.by_key[key]
         items = items_of(self.scene, figure.of)
         if name not in items:

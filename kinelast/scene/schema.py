@@ -1,6 +1,6 @@
-"""Tables of a scene for other tools: JSON Schemas for editors, and Python classes with typed fields.
+"""Scene tables for other tools: JSON Schemas for editors, and Python classes with typed fields.
 
-`hatch_build.py` writes the schemas at installation; `python -m kinelast.scene.schema` writes them again.
+`hatch_build.py` writes the schemas at installation; `python -m kinelast.scene.schema` rewrites them.
 """
 
 import re
@@ -23,7 +23,7 @@ from kinelast.scene.units import Quantity
 SCHEMAS: Mapping[str, type[Struct]] = {"scene.schema.json": SceneTable, "chain.schema.json": ChainTable}
 """Published schemas by file: of a planar mechanism, and of a spatial chain.
 
-With both in one schema, an editor would report a mistake only for the file as a whole.
+If both were in one schema, an editor could only report an error for the file as a whole.
 """
 
 
@@ -49,9 +49,9 @@ WORDS = re.compile(r"#: (.*)")
 
 
 def key_words(table: type[Struct]) -> dict[str, str]:
-    """Return the descriptions of a table's keys: the `#:` comments of its fields and of its base tables.
+    """Return the descriptions of a table's keys, from the `#:` comments on its fields and those of its base tables.
 
-    A default that differs from the field's follows in brackets.
+    A default that differs from the field's own is given in brackets at the end.
     """
     words: dict[str, str] = {}
     for part in reversed(table.__mro__):
@@ -63,11 +63,11 @@ def key_words(table: type[Struct]) -> dict[str, str]:
 
 @cache
 def _commented(table: type[Struct]) -> Mapping[str, str]:
-    """Return the descriptions of a table's own fields; cached, since finding the source parses its file."""
+    """Return the descriptions of a table's own fields; cached, because finding the source means parsing its file."""
     from inspect import getsource
 
     words: dict[str, str] = {}
-    if "key_words" in vars(table):  # a table made from parts has no source
+    if "key_words" in vars(table):  # a table built from parts has no source
         return {**vars(table)["key_words"]}
     comments: list[str] = []
     for line in getsource(table).splitlines():
@@ -113,13 +113,13 @@ def _quantity_schema(kind: Any) -> dict[str, Any]:
 
 
 def _without_null(schema: Any) -> Any:
-    """Return a schema without null, which TOML does not have; optional keys are omitted instead."""
+    """Return a schema without null, because TOML has no null; optional keys are omitted instead."""
     if isinstance(schema, list):
         return [_without_null(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
-    if "prefixItems" in kept:  # a pair; taplo uses an older draft, which only has `items`
+    if "prefixItems" in kept:  # a pair; taplo uses an older draft that only has `items`
         parts = kept["prefixItems"]
         alike = all(part == parts[0] for part in parts)
         kept["items"] = parts[0] if alike else {"anyOf": parts}

@@ -39,7 +39,7 @@ class Material:
 
 @dataclass(frozen=True)
 class SectionSource:
-    """Origin of a section in the file: section name, shape, sizes [m], material name (may be empty)."""
+    """Origin of a section in the file: section name, shape, dimensions [m], material name (may be empty)."""
 
     section: str
     shape: str
@@ -51,8 +51,8 @@ class SectionSource:
 class CrossSection:
     """Section of a beam with its mass per length at the start [kg/m] and the taper of `rigid.Beam.mass_taper`.
 
-    `rotary` is the density for rotary inertia [kg/m^3], 0 if neglected or unknown. `source` has the names of section
-    and material in the file, and the free strain.
+    `rotary` is the density for rotary inertia [kg/m^3], 0 if neglected or unknown. `source` contains the names of
+    section and material in the file, and the free strain.
     """
 
     section: Section
@@ -62,7 +62,7 @@ class CrossSection:
     rotary: Real = 0.0
 
     def beam(self, start: str, end: str) -> Beam:
-        """Return the beam of this section between two points."""
+        """Return the beam with this section between two points."""
         taper = self.section.taper
         inertia = self.rotary * self.section.inertia if any_nonzero(self.rotary) else 0.0
         return Beam(start, end, self.mass_per_length, self.mass_taper, inertia, taper.EI if taper else (1.0,))
@@ -73,7 +73,7 @@ class CrossSection:
 
     @property
     def rigid(self) -> Section:
-        """The same dimensions with infinite stiffness, for stresses; a tapered beam has no stresses."""
+        """Section with the same dimensions and infinite stiffness, for stresses. A tapered beam has no stresses."""
         if self.section.taper is not None:
             return Section(yield_stress=self.section.yield_stress)
         return replace(self.section, EA=inf, EI=inf, kGA=inf, strain=0.0)
@@ -131,7 +131,7 @@ def cross_section(
 def _made(
     shape: forms.SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
-    """Return section and mass taper of a shape and material; `shear` includes shear deformation."""
+    """Return the section and mass taper for a shape and material; `shear` includes shear deformation."""
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
     if isinstance(shape, forms.Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
@@ -187,7 +187,7 @@ def _strained(
     expansion: float | None,
     material: str = "",
 ) -> Section:
-    """Return a section with the free strain of the beam: given strain plus thermal strain."""
+    """Return a section with the beam's free strain: given strain plus thermal strain."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
     total = 0.0 if strain is None else real(strain)
@@ -201,7 +201,7 @@ def _strained(
 
 
 def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], dict[str, str]]:
-    """Return self-contained tables of a scene: with sections and materials from other files.
+    """Return self-contained tables of a scene, with sections and materials from other files included.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
 
     Returns
     -------
-    The same tables, or new ones, without `library` and with the corners of every drawing; and the texts of the files.
+    The same tables, or new ones without `library` and with the corners of every drawing; and the texts of the files.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
     texts: dict[str, str] = {}
     parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}
     if not isinstance(raw, Mapping):
-        return raw, {}  # the parser reports that
+        return raw, {}  # the parser reports this error
     name = raw.get("library")
     if isinstance(name, str):
         texts[name] = read_as(name, (".toml",), read, "", "library")
@@ -261,7 +261,7 @@ def read_as(
 
 
 def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
-    """Return the materials and sections in the text of a library."""
+    """Return the materials and sections from the text of a library."""
     try:
         tables = read_toml(text)
     except tomllib.TOMLDecodeError as error:
@@ -271,7 +271,7 @@ def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
         raise fault("", "library", f"{name}: a library has only [materials.NAME] and [sections.NAME], got {other}")
     for section, table in _mapping(tables, "sections").items():
         bare = next((key for key, size in table.items() if isinstance(size, int | float)), None)
-        if bare is not None:  # its unit would depend on the scene
+        if bare is not None:  # without a unit, its value would depend on the scene
             raise fault("", "library", f'{name}: {bare} of "{section}" needs a unit, as in "{table[bare]} mm"')
     return {kind: _mapping(tables, kind) for kind in ("materials", "sections")}
 
@@ -299,13 +299,13 @@ def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[s
 
 
 def making(scene: SceneTable, link: str, number: int) -> SectionSource:
-    """Return section and material of a beam of a link by its number."""
+    """Return the section and material of a beam of a link, given by its number."""
     table = scene.links[link]
     entry = None if table.beams is None else table.beams[number]
     beam = entry if isinstance(entry, forms.BeamTable) else forms.BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
     section = scene.sections.get(name) or named_section(name)
-    assert section is not None  # otherwise the link could not be built
+    assert section is not None  # otherwise the link cannot be built
     keys = section.__struct_fields__ if isinstance(section, forms.Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)

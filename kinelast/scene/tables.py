@@ -29,7 +29,7 @@ class SliderTable(StrictTable, frozen=True, kw_only=True):
 
     link: str  #: sliding link
     on: str = "ground"  #: link that carries the line
-    through: str  #: point of `link`; the line passes through its drawn place and is fixed in `on`
+    through: str  #: point of `link`; the line passes through it as drawn and is fixed in `on`
     direction: q.Direction  #: direction of the line in the drawing
 
 
@@ -53,14 +53,14 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
 
     compliance: q.Compliance | None = None  #: displacement per force [0]
     rotation: q.TurnCompliance | None = None  #: rotation per moment of a driven pin, weld or slider [0]
-    #: offset of the unloaded pin centres in drawing axes, later link minus earlier link [0]
+    #: offset between the unloaded pin centres in drawing axes, later link minus earlier link [0]
     gap: Place | None = None
     turn: q.PlaneAngle | None = None  #: offset of the angle of a driven pin, weld or slider [0]
     #: Coulomb coefficient; the moment of a pin is coefficient x `radius` x force [0]
     friction: Annotated[float, Meta(ge=0, le=10)] | None = None
     viscosity: q.DampingConstant | None = None  #: viscous friction [0]
     radius: q.Size | None = None  #: pin radius, needed for its `friction`
-    #: guide length of a slider, `through` at its middle; its end forces rub too [none]
+    #: guide length of a slider, with `through` at its middle; the forces at its ends also cause friction [none]
     length: q.Size | None = None
 
 
@@ -70,7 +70,7 @@ class SegmentTable(StrictTable, frozen=True, kw_only=True):
     #: all curves except constant speed start and end at rest
     curve: Curve
     duration: q.Duration  #: duration of the segment
-    to: q.AngleOrLength | None = None  #: coordinate at the end, except of a dwell
+    to: q.AngleOrLength | None = None  #: coordinate at the end, except for a dwell
     by: q.AngleOrLength | None = None  #: change of the coordinate, instead of `to`
 
 
@@ -98,7 +98,7 @@ class AgainstTable(StrictTable, frozen=True, kw_only=True):
 
 
 class JointNameTable(AgainstTable, frozen=True, kw_only=True):
-    """A joint coordinate of a gear; it is named as in a drive."""
+    """A joint coordinate of a gear, named as in a drive."""
 
     at: str | None = None  #: pin about which `link` turns on `on` [the only pin of both]
 
@@ -110,17 +110,17 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     start: q.AngleOrLength | None = None
     speed: q.Speed | None = None  #: constant speed; with an `effort`, the speed at the start
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None  #: segments of the motion, instead of `speed`
-    #: cubic spline through times from 0 and coordinates, instead of `speed`; or a CSV file beside the scene
+    #: cubic spline through times (from 0) and coordinates, instead of `speed`; or a CSV file in the scene's folder
     motion: Annotated[list[tuple[q.Time, q.AngleOrLength]], Meta(min_length=4)] | str | None = None
     repeat: bool = False  #: `true`: repeat the law or motion from its end
     effort: q.ForceOrMoment | None = None  #: moment or force along the coordinate; the motion is computed
     #: factor of the effort over time, angle or travel [1]
     table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
-    interpolation: Interpolation = "linear"  #: between entries of the table
+    interpolation: Interpolation = "linear"  #: interpolation between entries of the table
     #: `"hold"`: constant beyond the ends of the table, which otherwise must cover the run
     extend: Literal["hold"] | None = None
-    motor: Name | None = None  #: its motor, under `[motors]` [none]
+    motor: Name | None = None  #: motor, under `[motors]` [none]
     cylinder: Name | None = None  #: cylinder of a slider, under `[cylinders]` [none]
     unevenness: q.Share | None = None  #: allowed (largest - smallest) / constant speed; sizes the flywheel [no limit]
 
@@ -143,75 +143,74 @@ class LoadTable(StrictTable, frozen=True, kw_only=True):
     """A force or moment at a point, or a distributed force along a beam."""
 
     link: str  #: loaded link
-    point: str | None = None  #: point of action; or use `beam`
+    point: str | None = None  #: point of application; or use `beam`
     force: tuple[q.Force, q.Force] | None = None  #: components `[x, y]` [none]
-    moment: q.Moment | None = None  #: at the point [none]
+    moment: q.Moment | None = None  #: moment at the point [none]
     beam: tuple[str, str] | None = None  #: two points of the link: a load per length between them
     start: tuple[q.ForcePerLength, q.ForcePerLength] | None = None  #: load per length `[x, y]` at the first point
-    #: load per length at the second point, linear between [as `start`]
+    #: load per length at the second point, linear in between [same as `start`]
     end: tuple[q.ForcePerLength, q.ForcePerLength] | None = None
     #: axes of the components: `"fixed"` in the drawing, or `"turning"` with the (bent) link or beam
     axes: Literal["fixed", "turning"] = "fixed"
-    #: `"one way"`: acts only while the point moves against it; `"both ways"`: reverses with the motion
-    #: [acts as given]
+    #: `"one way"`: acts only while the point moves against it; `"both ways"`: always opposes the motion [acts as given]
     resists: Literal["both ways", "one way"] | None = None
-    #: factor over time, angle or travel; two equal places are a step [1]
+    #: factor over time, angle or travel; two equal abscissas make a step [1]
     table: Annotated[list[tuple[q.Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None  #: variable of the table [time]
-    interpolation: Interpolation = "linear"  #: between entries of the table
+    interpolation: Interpolation = "linear"  #: interpolation between entries of the table
     #: `"hold"`: constant beyond the ends of the table, which otherwise must cover the run
     extend: Literal["hold"] | None = None
 
 
 class SpringTable(StrictTable, frozen=True, kw_only=True):
-    """A spring with damper between points of two links, or a torsion spring about their pin."""
+    """A spring and damper between points of two links, or a torsion spring about their pin."""
 
     link: str  #: link of the first end
     on: str = "ground"  #: link of the second end
     point: str | None = None  #: first end, on `link`
     anchor: str | None = None  #: second end, on `on`
-    length: q.Length | None = None  #: length with tension `preload` [0]
+    length: q.Length | None = None  #: length at which the tension is `preload` [0]
     at: str | None = None  #: pin of both links, for a torsion spring, instead of `point`
-    #: angle between the links with moment `preload` [0]
+    #: angle between the links at which the moment is `preload` [0]
     angle: q.PlaneAngle | None = None
     stiffness: q.Stiffness | None = None  #: stiffness of the spring [0]
-    damping: q.DampingConstant | None = None  #: parallel damper [0]
+    damping: q.DampingConstant | None = None  #: damper in parallel [0]
     preload: q.ForceOrMoment | None = None  #: tension, or moment against an increasing angle [0]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
-    """Limits of a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
+    """Limits on a link. Deflections and buckling are upper limits; safety, endurance and life are lower limits."""
 
-    deflection: q.Size | None = None  #: displacement across the axis from the rigid position [no limit]
+    deflection: q.Size | None = None  #: displacement normal to the axis, from the rigid position [no limit]
     chord: q.Size | None = None  #: deflection from the line through the displaced ends [no limit]
     safety: Factor | None = None  #: yield stress / von Mises stress [no limit]
     buckling: Factor | None = None  #: load / critical load of the whole mechanism [no limit]
-    endurance: Factor | None = None  #: safety against the endurance limit, needs `[fatigue]` [no limit]
+    endurance: Factor | None = None  #: safety factor against the endurance limit, needs `[fatigue]` [no limit]
     life: q.Duration | None = None  #: fatigue life of a link, needs `[fatigue]` [no limit]
 
 
 LEAST_ALLOWED = ("safety", "endurance", "life")  # lower limits
 
 
-Amount = float | str  # in the unit of the number or figure that it is for
+Amount = float | str  # value in the unit of the number or figure to which it applies
 
 
 class BoundTable(StrictTable, frozen=True, kw_only=True):
-    """Bounds of a figure."""
+    """Bounds on a figure."""
 
     most: Amount | None = None  #: upper limit
     least: Amount | None = None  #: lower limit
 
 
 class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
-    """Limits of all links, of single links, and of the output."""
+    """Limits on all links, on single links, and on the output."""
 
     output: q.Allowance | None = None  #: output error [no limit]
-    #: distance of the output from its final place after the drives stop [no limit]
+    #: distance of the output from its final position after the drives stop [no limit]
     residual: q.Allowance | None = None
     #: time after the stop until the output stays within `settled` of `[run]` [no limit]
     settling: q.Duration | None = None
-    #: limits of single links, added to the general ones
+    #: limits on single links, in addition to the general ones
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
     #: any figure, such as `"joint_force.A"`: an upper limit, or `most` and `least`
     figures: dict[str, Amount | BoundTable] = field(default_factory=dict)
@@ -221,15 +220,15 @@ Entry = float | str
 
 
 class RangeTable(StrictTable, frozen=True, kw_only=True):
-    """Range of a number, both ends included."""
+    """Range of a number, including both ends."""
 
     start: Entry = field(name="from")  #: first value
     end: Entry = field(name="to")  #: last value
-    count: Annotated[int, Meta(ge=2)] | None = None  #: values on the grid; without it the range is sampled
+    count: Annotated[int, Meta(ge=2)] | None = None  #: number of values on the grid; without it, the range is sampled
 
 
 class SweepTable(StrictTable, frozen=True, kw_only=True):
-    """A parameter study: numbers that vary, figures of each design, choice of the best design."""
+    """A parameter study: varied numbers, figures of each design, and choice of the best design."""
 
     #: range or list of values, by path such as `"sections.bar.depth"`
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
@@ -237,7 +236,7 @@ class SweepTable(StrictTable, frozen=True, kw_only=True):
     method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
     samples: Annotated[int, Meta(ge=1)] | None = None  #: number of samples
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0  #: random seed
-    #: CSV file beside the scene: a design per row, paths (units in brackets) as headings [none]
+    #: CSV file in the scene's folder: one design per row, paths (with units in brackets) as headings [none]
     table: str | None = None
     figures: list[str] = field(default_factory=list)  #: figures of each design [figures of the summary]
     #: figure to minimize among the designs within `[limits]` [the first of `figures`]
@@ -256,7 +255,7 @@ class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):
 class ToleranceTable(StrictTable, frozen=True, kw_only=True):
     """Tolerance of a number."""
 
-    plus_minus: Amount  #: half of the range, in its unit or per cent
+    plus_minus: Amount  #: half the range, in the number's unit or per cent
     #: `"uniform"`, or `"normal"` with standard deviation `plus_minus` / 3
     distribution: Literal["uniform", "normal"] = "uniform"
 
@@ -265,7 +264,7 @@ class PathTable(StrictTable, frozen=True, kw_only=True):
     """Desired path of a point."""
 
     point: str  #: name
-    places: Annotated[list[Place], Meta(min_length=1)]  #: desired place at each position
+    places: Annotated[list[Place], Meta(min_length=1)]  #: desired position of the point at each position of the run
 
 
 class OptimizeTable(StrictTable, frozen=True, kw_only=True):

@@ -14,8 +14,8 @@ from kinelast.scene import quantities, sections, units, variables
 from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import SceneTable
 
-LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
-MAX_PAGE_BYTES = 64_000_000  # of a report
+LARGEST_FILE = 4_000_000  # bytes of a table with 100,000 entries
+MAX_PAGE_BYTES = 64_000_000  # bytes of a report
 PAGES = ".html", ".htm"
 
 
@@ -38,7 +38,7 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(content: bytes, path: str) -> str:
-    """Return the text of a scene file, or the scene inside a report; raise SceneError without one."""
+    """Return the text of a scene file, or of the scene inside a report; raise SceneError if there is none."""
     if content[:15].lower() == b"<!doctype html>":
         return _carried(content, path)
     try:
@@ -111,7 +111,7 @@ def scene_name(path: Path) -> str:
 
 @contextmanager
 def of_file(path: str) -> Iterator[None]:
-    """Add the path of the file to the message of a mistake."""
+    """Add the path of the file to an error message."""
     try:
         yield
     except SceneError as error:
@@ -120,7 +120,7 @@ def of_file(path: str) -> Iterator[None]:
         raise SceneError(path, "", "", "lists or tables in one another go too deep for a scene") from None
 
 
-DIGITS = range(12, 18)  # numbers are written with as many digits as reproduce their last bit
+DIGITS = range(12, 18)  # numbers are written with enough digits to reproduce their last bit
 Rows = Iterable[Sequence[str | float]]
 SCHEMA = "#:schema"
 
@@ -162,7 +162,7 @@ def written(
 
 
 def with_tables(text: str, tables: Mapping[str, Any]) -> str:
-    """Return the text of a scene with the given sections and materials instead of its library."""
+    """Return the text of a scene with the given sections and materials in place of its library."""
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -183,7 +183,7 @@ def _token(number: int) -> str:
 
 
 def scene_to_begin_with(text: str) -> str:
-    """Return the text of a scene with the installed schema in its first line, for completion in editors."""
+    """Return the text of a scene with the path of the installed schema in its first line, for completion in editors."""
     schema = Path(__file__).parents[1] / "scene.schema.json"
     rest = text.partition("\n")[2].lstrip("\n") if text.startswith(SCHEMA) else text
     return f"{SCHEMA} {schema.as_uri()}\n{rest}"
@@ -196,7 +196,7 @@ def _put(document: Any, table: SceneTable, place: variables.Place, value: float)
         if isinstance(node, dict) and name not in node:
             node[name] = {}
         if isinstance(following, int) and not isinstance(node[name], list):
-            node[name] = [node[name], node[name]]  # one size for both ends of a beam
+            node[name] = [node[name], node[name]]  # one dimension for both ends of a beam
         node = node[name]
     last = place.names[-1]
     there = node[last] if not isinstance(node, dict) or last in node else None
@@ -211,7 +211,7 @@ def _value(table: SceneTable, place: variables.Place, written: Any) -> float | N
 
 
 def _forms(place: variables.Place, there: Any, value: float) -> Iterator[Any]:
-    """Yield forms of a value: in the unit of the value that it replaces, finally in the SI unit."""
+    """Yield forms of a value: in the unit of the value that it replaces and, last, in the SI unit."""
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
         if isinstance(there, str) and units.FORM.fullmatch(there.translate(units.TYPESET)):

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.error import likely, plain
 
-# Units of mechanisms. The registry of pint takes thirty times as long to load, and an angle has no dimension there,
-# so that 50 Hz would be read as 50 rad/s.
+# Units of mechanisms. The default registry of pint takes thirty times as long to load. It also treats an angle as
+# dimensionless, so 50 Hz would be read as 50 rad/s.
 DEFINITIONS = """
 nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
@@ -52,10 +52,10 @@ USUAL = {  # units of most scenes, converted without pint, which takes 0.2 s to 
     "kg/m^3": (1.0, "kg/m^3"), "kg m^2": (1.0, "kg m^2"),
     "N m^2": (1.0, "N m^2"), "MN": (1e6, "N"), "kN/m": (1000.0, "N/m"),
 }  # fmt: skip
-MAX_BITS = 10_000  # of a printed integer
-MAX_CHARACTERS = 80  # of a quantity in a message
-MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # the fourth power (second moment of area) is still finite
-# An exponent has one digit, and there is no power of a power: the parser of units would expand any power.
+MAX_BITS = 10_000  # bits of a printed integer
+MAX_CHARACTERS = 80  # characters of a quantity in a message
+MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # its fourth power (second moment of area) is still finite
+# Exponents have one digit, and a power of a power is not allowed, because the unit parser would expand any power.
 POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
 # "Nm" without a space; an exponent belongs to the metre.
@@ -65,7 +65,7 @@ TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": 
 
 @cache
 def registry() -> Any:
-    """Return the registry of all units that scenes may use."""
+    """Return the registry of all units that scenes can use."""
     import pint
 
     units: Any = pint.UnitRegistry(None)
@@ -89,7 +89,7 @@ class Quantity(float):
     per_length
         Metres per length unit of the file if `unit` is empty, otherwise 1.
     each
-        Values of several designs, shape (designs, 1), in which case the instance itself is nan; otherwise None. See
+        Values for several designs, shape (designs, 1); the instance itself is then nan. None for a single design. See
         `kinelast.scene.numbers`.
     written
         Unit as written in the file; empty for a number without a unit.
@@ -121,7 +121,8 @@ class Quantity(float):
         Raises
         ------
         ValueError
-            Neither a number nor a string, unknown unit, wrong dimension, or out of bounds; with the expected value.
+            The value is neither a number nor a string, has an unknown unit or the wrong dimension, or is out of bounds.
+            The message states the expected value.
 
         Examples
         --------
@@ -168,7 +169,7 @@ class Quantity(float):
 
     @classmethod
     def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
-        """Convert a number or a text with a unit to an SI unit ("1" is dimensionless). `per_length` as in `read`.
+        """Convert a number, or text with a unit, to an SI unit ("1" is dimensionless). `per_length` is as in `read`.
 
         Raises
         ------
@@ -209,7 +210,7 @@ class Quantity(float):
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
     """Return the factor from a unit to the SI unit of the same dimension, and that unit; None if not found.
 
-    Cached, because pint takes longer than the deflection. Raises the errors of its parser.
+    Cached, because pint takes longer than computing the deflection. Raises the errors of its parser.
     """
     if name in USUAL and USUAL[name][1] in units:
         return USUAL[name]
@@ -229,7 +230,7 @@ def _float(value: float) -> float:
 
 
 def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
-    """Return the message on an unknown unit, with the most similar unit of the right dimension."""
+    """Return the message about an unknown unit, with the most similar unit of the right dimension."""
     name = names if isinstance(names, str) else next(iter(names))
     dimension = registry().get_dimensionality
     dimensions = [dimension(registry().parse_units(unit)) for unit in units]
@@ -243,7 +244,7 @@ def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value of a file as text for a message."""
+    """Return a value from a file as text for a message."""
     if isinstance(value, str):
         return f'"{plain(value, MAX_CHARACTERS)}"'
     if isinstance(value, bool):
@@ -259,7 +260,7 @@ def written_like(there: Any, value: float, unit: str, digits: int, per_bare: flo
     Parameters
     ----------
     per_bare
-        SI value of a number 1 without a unit.
+        SI value of the number 1 without a unit.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Numbers of a scene by their paths: `sections.bar.depth`, `points.B.x`, `drives.crank.speed`, `loads[1].force.y`.
+"""Numbers of a scene and their paths: `sections.bar.depth`, `points.B.x`, `drives.crank.speed`, `loads[1].force.y`.
 
-Every number of a file can be a variable. An entry of a list of tables has its number from 1, or the name of its link
-or slider if that is unique. Components are x and y, or [1] and [2].
+Every number of a file can be a variable. An entry in a list of tables is given by its number from 1, or by the name of
+its link or slider if that is unique. Components are x and y, or [1] and [2].
 """
 
 import cmath
@@ -27,11 +27,11 @@ PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
 STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables of studies, which do not describe the machine
-NAMED = {  # keys with the name of a table; the numbers of that table have paths
+NAMED = {  # keys that contain the name of a table; the numbers in that table have paths
     "section": 'write [sections.NAME] with shape, depth and width, and use paths such as "sections.NAME.depth"',
     "material": 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"',
 }
-MAX_COMPARED = 3000  # numbers of a file compared with a misspelt path
+MAX_COMPARED = 3000  # maximum number of paths that are compared with a misspelt one
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Place:
-    """Place of a number in the tables.
+    """Location of a number in the tables.
 
     Attributes
     ----------
@@ -69,17 +69,17 @@ class Place:
 
     @property
     def per_bare(self) -> float:
-        """SI value of the number 1 without a unit at this place."""
+        """SI value of the number 1 without a unit at this location."""
         return self.per_length if self.variable.unit == "m" else 1.0
 
 
 def value_at(table: SceneTable, place: Place, text: Any) -> float:
-    """Return a value, written as in the file, in the SI unit of the number.
+    """Convert a value, written as in the file, to the SI unit of the number.
 
     Raises
     ------
     SceneError
-        Wrong dimension or value out of range.
+        The dimension is wrong, or the value is out of range.
     """
     variable = place.variable
     try:
@@ -110,14 +110,14 @@ def put(node: Any, names: Sequence[Any], value: Any) -> Any:
         return value
     name, *rest = names
     if isinstance(name, int):
-        parts = list(node) if isinstance(node, list) else [node, node]  # one size for both ends of a beam
+        parts = list(node) if isinstance(node, list) else [node, node]  # one dimension for both ends of a beam
         parts[name] = put(parts[name], rest, value)
         return parts
     return {**(node or {}), name: put((node or {}).get(name), rest, value)}
 
 
 def place_of(table: SceneTable, path: str) -> Place:
-    """Return the location of a number in parsed tables by its path.
+    """Return the location of a number in parsed tables, given its path.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def place_of(table: SceneTable, path: str) -> Place:
 
 
 def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
-    """Return the location of the length of a link drawn without one; raise SceneError for other paths."""
+    """Return the location of the length of a link that is drawn without one; raise SceneError for other paths."""
     places = drawn_places(table)
     if isinstance(link.points, dict) or len(link.points) != 2 or not {*link.points} <= places.keys():
         advice = f'name the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
@@ -195,7 +195,7 @@ def _called(entry: Any) -> str | None:
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Return key, name in the file and value of one part of a path; raise LookupError if not found."""
+    """Return the key, name in the file, and value of one part of a path; raise LookupError if not found."""
     if isinstance(node, msgspec.Struct) and name is not None:
         names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
         return names[name], name, getattr(node, names[name])
@@ -223,7 +223,7 @@ def _unknown(table: SceneTable, path: str) -> SceneError:
 
 
 def _read(place: Place, text: Any) -> Any:
-    """Read a value by the type of the value at a place."""
+    """Read a value according to the type of the value at a location."""
     if isinstance(place.leaf, Sizes):
         return Size.read(text, place.per_length)
     if isinstance(place.leaf, Direction):
@@ -287,7 +287,7 @@ def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
 
 
 def replaced(node: Any, keys: tuple[Any, ...], value: Any) -> Any:
-    """Return parsed tables with another value at a place."""
+    """Return parsed tables with another value at a location."""
     if not keys:
         return value
     key, *rest = keys

@@ -36,7 +36,7 @@ def wrapped_lines(text: str) -> list[str]:
 
 
 def loop_lines(graph: Graph) -> list[str]:
-    """Each loop as a walk over nodes and branches."""
+    """Describe each loop as a walk over nodes and branches."""
     lines = []
     for number, loop in enumerate(topology.fundamental_loops(graph), 1):
         steps = []
@@ -52,7 +52,7 @@ def loop_lines(graph: Graph) -> list[str]:
 
 
 def rank_lines(ranks: Mobility) -> list[str]:
-    """Ranks of the kinematic and the static side, and how clear the decision is."""
+    """Describe the ranks of the kinematic and static matrices, and how clearly they are determined."""
     m, h = int(ranks.mobility), int(ranks.hyperstaticity)
     kinematic = (ranks.kinematic_unknowns, ranks.kinematic_equations, int(ranks.kinematic_rank))
     static = (ranks.static_unknowns, ranks.static_equations, int(ranks.static_rank))
@@ -78,11 +78,11 @@ def redundancy_lines(names: Sequence[str]) -> list[str]:
     return wrapped_lines("redundant: statics does not determine the forces in " + ", ".join(names))
 
 
-MAX_NAMED = 3  # contacts named in a message
+MAX_NAMED = 3  # maximum number of contacts named in a message
 
 
 def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = (), title: str = "") -> str:
-    """Structure of a mechanism or scene as text; `contacts` are cams and slipping gears as drawn.
+    """Describe the structure of a mechanism or scene; `contacts` are cams and slipping gears as drawn.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
 
 
 def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[str]:
-    """Groups in the order of solution, or the reason why there are none; a contact is no lower pair."""
+    """Groups in order of solution, or the reason why there are none (a contact is not a lower pair)."""
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
@@ -169,7 +169,7 @@ def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[
 
 
 def _bars(graph: Graph) -> list[str]:
-    """Bars with their nodes; incidence and loop matrix if they fit the width."""
+    """Bars with their nodes, and the incidence and loop matrices if they fit the width."""
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
@@ -228,7 +228,7 @@ def _transmitted_text(joint: topology.SpatialJoint) -> str:
 def _input_output_laws(
     freedoms: Sequence[Sequence[str]], graph: Graph, rates: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 ) -> list[str]:
-    """With one degree of freedom: all rates relative to the first that is not zero."""
+    """For one degree of freedom: all rates relative to the first that is not zero."""
     if rates.shape[1] == 0:
         return ["no motion"]
     if rates.shape[1] != 1:

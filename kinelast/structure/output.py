@@ -133,7 +133,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
 
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the structure files of a scene to its folder; return the outcome with the text."""
+    """Write the structure files of a scene to its folder; return the outcome with its text."""
     return guarded(task.name, partial(_structure, task))
 
 
@@ -146,7 +146,7 @@ def _structure(task: Task) -> Outcome:
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
-    """Files of a structure, and a phrase about its diagram."""
+    """Files of a structure, and a phrase that describes its diagram."""
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""

@@ -18,7 +18,7 @@ from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
 
 NAME = "manifest.json"
-MAX_VALUE_CHARACTERS = 60  # characters of a value in a message
+MAX_VALUE_CHARACTERS = 60  # maximum number of characters of a value in a message
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ChunkChecksum:
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
-        """True if a content matches the checksum."""
+        """True if the content matches the checksum."""
         return len(content) == self.size and hashlib.sha256(content).hexdigest() == self.sha256
 
 
@@ -50,13 +50,13 @@ class Manifest:
     identity
         Inputs that determine the figures, including the versions of the software.
     designs, chunk
-        Number of designs; number per chunk, except for the last.
+        Number of designs, and number per chunk except for the last one.
     store
         Name of the file or folder with the designs.
     columns
         Units by column name, in the order of the store; empty until a chunk is complete.
     failed
-        Why chunks failed, by index.
+        Reasons why chunks failed, by index.
     kept
         Checksums of the chunks in a complete store.
     complete
@@ -89,7 +89,7 @@ class Manifest:
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions of software that affects last digits of figures and bytes of files."""
+    """Versions of the software that affects the last digits of figures and the bytes of files."""
     found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -97,7 +97,7 @@ def versions() -> dict[str, str]:
 
 
 def manifest_bytes(manifest: Manifest) -> bytes:
-    """Serialise a manifest as JSON; equal content gives equal bytes."""
+    """Serialise a manifest as JSON; equal contents give equal bytes."""
     data = asdict(manifest)
     data["identity"] = dict(manifest.identity)
     data["failed"] = {str(number): why for number, why in sorted(manifest.failed.items())}
@@ -110,7 +110,7 @@ def _digest(data: Mapping[str, Any]) -> str:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Read the manifest of a folder; None without a manifest.
+    """Read the manifest of a folder; None if it has none.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
-    """Raise RequestError if a folder holds a sweep with other inputs; the message lists the differences."""
+    """Raise RequestError if a folder contains a sweep with other inputs; the message lists the differences."""
     there, here = _flat(kept), _flat(requested)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:

@@ -34,20 +34,20 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from rigid import counted
 
-MIN_ANNOUNCED = 10.0  # [s] shortest duration of an announced sweep
-TRIAL_DESIGNS = 200  # designs from which the duration is estimated
-MAX_PAGED = 1_000_000  # designs on one page
+MIN_ANNOUNCED = 10.0  # [s] shortest duration of a sweep that is announced
+TRIAL_DESIGNS = 200  # number of designs used to estimate the duration
+MAX_PAGED = 1_000_000  # maximum number of designs on one page
 MIN_DESIGN_TIME = 1e-7  # [s]
-CHUNK_TIME = 1.0  # [s] on one core; lost if a run is stopped
+CHUNK_TIME = 1.0  # [s] time per chunk on one core, which is lost if a run is stopped
 MAX_TRIAL = 0.3  # [s] duration of a trial; a longer one is the last
 ADVICE = "positions or --jobs"
-MAX_REASONS = 20  # most frequent reasons in the summary
+MAX_REASONS = 20  # number of most frequent reasons in the summary
 ERROR_UNKNOWN = "designs are computed without vibration; only a full answer has an error"
-MAX_SHOWN = 3  # numbers of the best design in the closing line
+MAX_SHOWN = 3  # maximum number of values of the best design in the closing line
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute the designs of a scene and write its folder; all errors become the outcome.
+    """Compute the designs of a scene and write its folder; any error becomes the outcome.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], A
 
 
 def _duration(evaluation: Evaluation) -> float:
-    """Time per design on one core [s], from the first ones."""
+    """Time per design on one core [s], measured for the first designs."""
     evaluation(0, 1)  # warm-up
     count, took = 0, 0.0
     for count in (1, min(TRIAL_DESIGNS, evaluation.plan.count)):
@@ -160,8 +160,8 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """Designs per chunk: about `CHUNK_TIME`, rounded; the same as before if a sweep is resumed."""
-    with suppress(RequestError):  # raised again at the start of the sweep
+    """Designs per chunk, rounded, to take about `CHUNK_TIME`; the same as before if a sweep is resumed."""
+    with suppress(RequestError):  # this error is raised again at the start of the sweep
         if folder and (kept := read_manifest(folder)):
             return kept.chunk
     return min(count, max(1, int(round_down(CHUNK_TIME / max(each, MIN_DESIGN_TIME)))))

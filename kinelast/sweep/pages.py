@@ -22,9 +22,9 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-MAX_GRID = 1000  # designs over which a report has a slider
-FOLDER = "designs"  # in the scene's folder
-"""Contains a folder for each selected design, named by its index."""
+MAX_GRID = 1000  # maximum number of designs for a slider in a report
+FOLDER = "designs"  # subfolder of the scene's folder
+"""It contains a folder for each selected design, named by its index."""
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
@@ -55,7 +55,7 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
 
 
 def design_text(document: Document, number: int, values: Mapping[str, float], file: str) -> str:
-    """Text of the scene of one design, from the swept scene and its file name."""
+    """Text of the scene for one design, from the swept scene and its file name."""
     return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
@@ -71,17 +71,17 @@ def write_pages(
     task
         Swept scene, and the folder of its sweep.
     evaluation
-        Evaluation of the designs.
+        Evaluates the designs.
     tally
         Tally with all designs stored.
     positions
-        Number of positions of a single design; default: the scene's.
+        Number of positions for a single design; by default that of the scene.
     batch
         Number of designs with pages, and whether existing pages are reused.
 
     Returns
     -------
-    Exit status, and error lines of failed pages; the sweep itself is complete.
+    Exit status, and error lines for failed pages; the sweep itself is complete.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
     columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
@@ -118,7 +118,7 @@ def write_pages(
 
 
 def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
-    """Data for a slider over the only varied number, under `what_if`; empty if several numbers vary.
+    """Data under `what_if` for a slider over the only varied number; empty if several numbers vary.
 
     `here` is the index of the design in the ascending values.
     """
@@ -145,7 +145,7 @@ def _folders(
     resume: bool,
     progress: Progress,
 ) -> tuple[list[int], int, str]:
-    """Write the folders of selected designs, all or none.
+    """Write the folders of all selected designs or of none.
 
     Returns the designs with a page, the status, and the errors. Pages show full answers by the scene's own theory.
     """
@@ -164,7 +164,7 @@ def _folders(
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
                 outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", beside[number]))
-                if outcome.interrupted:  # an interrupted integration keeps a part only
+                if outcome.interrupted:  # an interrupted integration only keeps a part
                     raise KeyboardInterrupt
                 if outcome.unwritten:  # discard all, so that --resume writes all
                     raise RequestError(outcome.line.replace(str(part), str(target)))

@@ -1,8 +1,8 @@
 """Execution of a sweep of any size: chunks in parallel, each stored when complete.
 
-Chunks are computed in processes, or on the workers of a dask scheduler. Such a worker receives the sweep once, when it
-joins, then only indices of chunks. dask reassigns the chunks of a lost worker. The scheduler holds only as many chunks
-as keep the workers busy, so its memory does not grow with the sweep.
+Chunks are computed in processes, or on the workers of a dask scheduler. A worker receives the sweep once, when it
+joins, and after that only indices of chunks. dask reassigns the chunks of a lost worker. The scheduler only queues
+enough chunks to keep the workers busy, so its memory does not grow with the sweep.
 """
 
 import secrets
@@ -25,9 +25,9 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-MAX_TRIES = 3  # attempts at a chunk whose process dies
-MAX_NAMED = 5  # chunks named in a message
-MAX_FAILED = 10  # failed chunks that stop a run
+MAX_TRIES = 3  # attempts at a chunk if its process dies
+MAX_NAMED = 5  # maximum number of chunks named in a message
+MAX_FAILED = 10  # number of failed chunks that stops a run
 
 
 class Compute(Protocol):
@@ -67,7 +67,7 @@ class ChunkWork:
     manifest: Manifest
 
     def __call__(self, number: int) -> Chunk | str:
-        """Return the chunk, or why it failed."""
+        """Return the chunk, or the reason why it failed."""
         first, last = self.manifest.span(number)
         try:
             with stops_kept(), np.errstate(all="ignore"):  # nan is reported as missing
@@ -93,32 +93,32 @@ def run_plan(
 ) -> SweepState:
     """Compute all designs of a sweep and store them in a folder.
 
-    Complete chunks survive interruption; `resume` continues with the rest. The final bytes are the same in any case.
+    Complete chunks survive an interruption; `resume` continues with the rest. The final bytes are the same in any case.
 
     Parameters
     ----------
     count
         Number of designs.
     compute
-        Computes designs first to last - 1, see `Compute`. A row must depend on the index of its design only.
+        Computes designs first to last - 1, see `Compute`. A row must depend only on the index of its design.
     identity
         Inputs that determine the figures, as JSON data; versions are added.
     chunk
         Designs per chunk, about one second of work.
     jobs
-        Number of parallel processes; 1: this process only.
+        Number of parallel processes; 1 means this process only.
     scheduler
-        Address of a dask scheduler whose workers compute, such as "tcp://host:8786".
+        Address of a dask scheduler, such as "tcp://host:8786", whose workers compute the chunks.
     progress
-        Progress callback; also reports what is stored after an interruption.
+        Progress callback; after an interruption it also reports how much is stored.
     resume
         True to continue with stored chunks.
 
     Raises
     ------
     RequestError
-        If the folder holds another sweep, or this one without `resume`; if it is locked by another run or cannot be
-        written; or if too many chunks fail.
+        If the folder contains another sweep, or this one and `resume` is False; if it is locked by another run or
+        cannot be written; or if too many chunks fail.
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
@@ -230,7 +230,7 @@ def _chunk_results(
 
 
 def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
-    """Return a chunk with the same columns as the others, else an error message."""
+    """Return a chunk if it has the same columns as the others, or else an error message."""
     if isinstance(answer, Lost):
         return f"its process ended {MAX_TRIES} times ({answer.how}); if memory ran out, use smaller chunks"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
@@ -269,7 +269,7 @@ def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepSt
 
 
 def _not_written(error: OSError, folder: Path) -> str:
-    """Reason why a file of a folder is not written."""
+    """Reason why a file in a folder cannot be written."""
     return "not written: " + plain(f"{error.filename or folder}: {(error.strerror or str(error)).lower()}", 300)
 
 
@@ -307,7 +307,7 @@ def cluster_answers(
             progress.tell(f'--scheduler: "{shown}" has no worker yet, waiting for one: dask worker {shown}')
         yield from _results(client, name, numbers)
     finally:
-        with suppress(Exception):  # if the scheduler is gone
+        with suppress(Exception):  # the scheduler may be gone
             client.unregister_worker_plugin(name)
         client.close(timeout=1)
 
@@ -337,7 +337,7 @@ def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
 
 
 def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[int, Any], None, None]:
-    """Yield results as they arrive, and submit as many chunks as keep the workers busy."""
+    """Yield results as they arrive, and submit enough chunks to keep the workers busy."""
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 

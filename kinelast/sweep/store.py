@@ -1,8 +1,8 @@
 """Storage of a sweep's designs: one file per chunk, written completely or not at all.
 
-Up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined to one CSV file. Larger sweeps are a Parquet
-data set, a folder with the chunks' files, which any Parquet reader opens as one table. The bytes do not depend on the
-processes that computed the chunks, nor on their order.
+For up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined into one CSV file. A larger sweep is a
+Parquet data set, i.e. a folder with the chunks' files, which any Parquet reader opens as one table. The bytes do not
+depend on the processes that computed the chunks, nor on their order.
 """
 
 import csv
@@ -23,13 +23,13 @@ from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes, quot
 from kinelast.sweep.manifest import NAME, ChunkChecksum, Manifest, manifest_bytes
 from kinelast.tasks.request import RequestError
 
-MAX_CSV = 100_000  # designs in a CSV store
-BLOCK = 10_000  # rows read at once
+MAX_CSV = 100_000  # maximum number of designs in a CSV store
+BLOCK = 10_000  # number of rows read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
-JOURNAL = "kept.txt"  # checksums of chunks until all are complete
+JOURNAL = "kept.txt"  # file with the checksums of chunks until all are complete
 NUMBER, REASON = "design", "reason"  # columns of every store
 THEORY, VERDICT = "theory", "verdict"
-TEXTS = THEORY, VERDICT  # further text columns of a scene's sweep
+TEXTS = THEORY, VERDICT  # other text columns of a scene's sweep
 
 Columns = Mapping[str, Any]
 
@@ -53,7 +53,7 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     units
         Units, which become part of the column headings.
     reasons
-        Why a design lacks figures, or empty.
+        Reason why a design has no figures, or empty.
     """
     table = Table(
         (
@@ -83,7 +83,7 @@ class Store:
         Raises
         ------
         RequestError
-            If the folder contains a file that belongs to no chunk.
+            If the folder contains a file that does not belong to a chunk.
         """
         if manifest.complete and self.name == CSV:
             contents = self._csv_chunks(manifest)
@@ -104,7 +104,7 @@ class Store:
         return self.parts / f"{number:010}{self._end}"
 
     def _require_own(self, manifest: Manifest) -> None:
-        """Raise RequestError if the data set contains a file that belongs to no chunk: readers would include it."""
+        """Raise RequestError if the data set contains a file that is not a chunk: readers would include it."""
         with suppress(OSError):
             for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
                 name = entry.name.removesuffix(self._end)
@@ -186,7 +186,7 @@ class Store:
         put(self.folder / NAME, manifest_bytes(manifest))
 
     def join(self, manifest: Manifest) -> None:
-        """Join the chunks to one CSV file; a Parquet data set needs no joining."""
+        """Join the chunks into one CSV file; a Parquet data set needs no joining."""
         if self.name == CSV:
             put(self.folder / CSV, _csv_header(manifest), *map(self._place, range(manifest.chunks)))
 
@@ -232,7 +232,7 @@ def _content(path: Path) -> bytes:
 
 
 def _csv_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
-    """Change cells of CSV rows, by row; other rows stay unchanged."""
+    """Change cells of CSV rows, by row; other rows remain unchanged."""
     lines, rows, first = content.decode().split("\n"), [], 0
     reader = csv.reader(f"{line}\n" for line in lines)
     for at, row in enumerate(reader):

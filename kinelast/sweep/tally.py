@@ -1,4 +1,4 @@
-"""Tally of the designs of a sweep, and full answers of the best."""
+"""Tally of the designs of a sweep, and full answers for the best ones."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 
-MAX_LEADING = 1000  # best designs kept as candidates for a full answer
-SHORTLIST = 8  # best designs with a full answer
-MAX_NEAR = 4  # further designs with a full answer, because it may change their outcome
+MAX_LEADING = 1000  # number of best designs kept as candidates for a full answer
+SHORTLIST = 8  # number of best designs with a full answer
+MAX_NEAR = 4  # number of other designs with a full answer, because it may change their outcome
 MIN_MARGIN = -0.5  # designs with a smaller margin cannot be saved by the full answer
 IN_FULL, ERROR = " in full", " error"  # suffixes of column names
-NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # in reasons; they differ by design
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # these differ between designs
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Aim:
 
     @property
     def sign(self) -> float:
-        """Sign that makes the aim a minimum."""
+        """Sign that turns the aim into a minimum."""
         return -1.0 if self.largest else 1.0
 
 
@@ -79,7 +79,7 @@ class Rows:
         return self._unit_of(self._si.get(name, ""))[0]
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Columns of designs first to last - 1, and why some have no figures."""
+        """Columns for designs first to last - 1, and the reasons why some have no figures."""
         columns, reasons = self.evaluation(first, last)
         shown = {name: values * self.factor(name) for name, values in columns.items()}
         later = {name + end: np.full(last - first, np.nan) for name in self.bent for end in (IN_FULL, ERROR)}
@@ -98,7 +98,7 @@ class Rows:
             yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
 
     def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
-        """Cells of the full answers, by index of the design and column name."""
+        """Cells with the full answers, by index of the design and column name."""
         return {
             number: {
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
@@ -112,22 +112,22 @@ class Rows:
 
 @dataclass
 class Tally:
-    """Summary of a sweep: counts, reasons without figures, ranges, the best; optionally all designs.
+    """Summary of a sweep: counts, reasons for missing figures, ranges, and the best designs; optionally all designs.
 
     Attributes
     ----------
     limits_kept
-        Number of designs that keep all limits by quasi-static figures; None without limits.
+        Number of designs that meet all limits by quasi-static figures; None if there are no limits.
     leading
-        Best designs that keep all limits, best first.
+        Best designs that meet all limits, best first.
     short
-        Designs that violate a limit, closest to the limit first.
+        Designs that violate a limit, those closest to the limit first.
     best
-        Best design; with limits, the best that is acceptable by its full answer.
+        Best design; if there are limits, the best one that is acceptable by its full answer.
     answered
         Full answers by index of the design, in order of computation.
     near
-        Number of examined designs without full answer, though vibration and errors may change their outcome.
+        Number of examined designs that have no full answer although vibration and errors may change their outcome.
     """
 
     aim: Aim
@@ -165,7 +165,7 @@ class Tally:
 
     @property
     def accepted(self) -> Verdict | None:
-        """Verdict on the best design; None without limits, or if no design keeps them."""
+        """Verdict on the best design; None if there are no limits, or if no design meets them."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
         return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
@@ -191,11 +191,11 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 @dataclass(eq=False)
 class FullAnswers:
-    """Computes full answers of selected designs: the best, and those with an outcome that may still change.
+    """Computes full answers for selected designs: the best ones, and those with an outcome that may still change.
 
-    The last answer's ratio of full to quasi-static figure predicts whether other designs keep their limits (`room`).
-    First the best predicted design is answered, until no better one is left. Then designs with a prediction that
-    differs from their quasi-static outcome, or that might still be the best.
+    The ratio of the full to the quasi-static figure in the last answer predicts whether other designs meet their limits
+    (`room`). First, the best predicted design is solved, until no better one is left. Next come designs with a
+    prediction that differs from their quasi-static outcome, or that might still be the best.
     """
 
     rows: Rows
@@ -241,7 +241,7 @@ class FullAnswers:
 
     @property
     def _near(self) -> Any:
-        """True for each unanswered design with an outcome that vibration or errors may change, shape (designs,)."""
+        """True for each design without a full answer and with an outcome that may change with it, shape (designs,)."""
         best = self.aims[self.passed].min(initial=np.inf)
         better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
         return self.left & ((self.expected != self.before) | better)

@@ -1,11 +1,11 @@
-"""Requests, tasks and outcomes. The root defines options: fields of a request that the command line sets."""
+"""Requests, tasks and outcomes. This module defines options: fields of a request that the command line sets."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 CHECKS = ("nonlinear", "solid")
-ELEMENTS = 16  # per beam, default of --check
+ELEMENTS = 16  # elements per beam, default of --check
 MAX_ELEMENTS = 4096
 MAX_PIXELS = 7680
 MAX_SPEEDS = 10_000
@@ -32,13 +32,13 @@ class Option:
     read
         Function from text to value; raises `OptionError`.
     flags
-        Flags; default: from the field's name.
+        Flags; by default derived from the field's name.
     choices
         Permitted values; empty if not limited.
     belongs
         Field of the option that this one requires.
     bare
-        Value of the bare flag.
+        Value of the flag if none is given.
     many
         True if the option can be repeated; its value is a tuple.
     writes
@@ -64,7 +64,7 @@ class Option:
 
 
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
-    """Define a dataclass field as an option; without metavar and choices it is a switch, False by default."""
+    """Define a dataclass field as an option. Without metavar and choices it is a switch, False by default."""
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
     return field(default=default, metadata={"option": Option(group, help, metavar, default, **words)})
@@ -103,7 +103,7 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def are_checks(text: str) -> bool:
-    """True if a word can only be checks, not a scene."""
+    """True if a word can only mean checks, not a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
@@ -138,7 +138,7 @@ def _number_or_text(word: str) -> str | float:
 
 
 def share(text: str) -> float:
-    """Read a fraction or per cent."""
+    """Read a fraction or a percentage."""
     from kinelast.scene.quantities import Share
 
     try:
@@ -190,6 +190,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message lists all names anyway
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message already lists all names
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

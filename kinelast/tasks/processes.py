@@ -14,14 +14,14 @@ from typing import Any, Generic, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
-EXIT_DELAY = 2.0  # [s] for a worker to end by itself
+EXIT_DELAY = 2.0  # [s] time for a worker to end by itself
 T = TypeVar("T")
 A = TypeVar("A")
 
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task after the death of its process; `how` describes the end."""
+    """Result of a task if its process died; `how` describes the end."""
 
     how: str
 
@@ -64,14 +64,14 @@ def map_surviving(
 ) -> Generator[tuple[T, A | Lost], None, None]:
     """Yield tasks with their results, in order of completion, from parallel processes.
 
-    A process gets its next task before its last result is yielded. No process survives the generator.
+    A process receives its next task before its last result is yielded. No process outlives the generator.
 
     Parameters
     ----------
     work
         Function, sent to every process once. Function, tasks and results must be picklable; no task may be None.
     tries
-        Attempts at a task whose process dies, before it is `Lost`.
+        Number of attempts at a task if its process dies; after these it is `Lost`.
     """
     queue, deaths, workers = _Queue(tasks), Counter[T](), list[_Worker]()
     try:
@@ -110,7 +110,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # before interrupts are blocked, which its start would undo
+    resource_tracker.ensure_running()  # start it before interrupts are blocked, because its start would unblock them
     with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()

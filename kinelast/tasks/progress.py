@@ -54,7 +54,7 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] until a swallowed stop is raised again
+AGAIN = 0.5  # [s] time until a swallowed stop is raised again
 _asked: list[int] = []
 """Signals received."""
 
@@ -71,8 +71,8 @@ class StoppedError(BaseException):
 def stoppable() -> Iterator[None]:
     """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
-    Ignored signals stay ignored. C libraries may replace or clear an exception while they are loaded. A replaced one is
-    taken for the stop (`stops_kept`); a cleared `StoppedError` is raised again.
+    Ignored signals stay ignored. C libraries may replace or clear an exception while they are loaded. A replaced
+    exception is treated as the stop (`stops_kept`); a cleared `StoppedError` is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -126,7 +126,7 @@ def stops_kept() -> Iterator[None]:
 
 
 def _is_handled(kind: type[BaseException]) -> bool:
-    """True while an exception of a kind, or one caused by it, is handled."""
+    """True while an exception of a given type, or one caused by it, is being handled."""
     error = sys.exception()
     while error is not None and not isinstance(error, kind):
         error = error.__context__
@@ -148,7 +148,7 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNALS)) -> Iterator[None]:
-    """Block stop signals during steps that belong together; processes started meanwhile inherit this."""
+    """Block stop signals during steps that belong together; processes started in the meantime inherit this."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,4 +1,4 @@
-"""Requests: options of a scene in addition to its tables, and of a run over scenes.
+"""Requests: options for a scene in addition to its tables, and for a run over several scenes.
 
 The command builds its parser from these fields.
 """
@@ -27,12 +27,12 @@ SCENE, CHECKING, PICTURES, DESIGNS, RUNNING = GROUPS = ("scene", "checks", "pict
 
 
 class RequestError(ValueError):
-    """A request cannot be met."""
+    """A request cannot be fulfilled."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Options of one scene: all inputs of its results except its file."""
+    """Options for one scene: all inputs to its results except its file."""
 
     # fmt: off
     positions: int | None = option(SCENE, "positions over the cycle, instead of the scene's own", "N",
@@ -117,7 +117,7 @@ class Request:
 
     @property
     def nonlinear(self) -> bool:
-        """True if the whole mechanism is checked geometrically nonlinear, with vibration."""
+        """True if the whole mechanism is checked with geometric nonlinearity and vibration."""
         return "nonlinear" in self.checks
 
     @property
@@ -126,7 +126,7 @@ class Request:
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
-        """Theory of the request, else of the scene."""
+        """Theory of the request, or else that of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
         return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
@@ -134,7 +134,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Batch:
-    """Options of a run over scenes: scenes, kind of run, folder, processes."""
+    """Options for a run over scenes: scenes, kind of run, folder, processes."""
 
     # fmt: off
     scenes: tuple[str, ...] = option(SCENE,

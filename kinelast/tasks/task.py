@@ -1,4 +1,4 @@
-"""Scenes named by arguments, their tasks and outcomes, and the live editor; an error stops only its own scene."""
+"""Scenes named by arguments, their tasks and outcomes, and the live editor. An error only stops its own scene."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from kinelast.tasks.request import RequestError
 if TYPE_CHECKING:
     from kinelast.figures.report import Report
 
-MAX_ARGUMENT = 200  # characters of an argument in a message
-FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # endings of files of other programs
+MAX_ARGUMENT = 200  # maximum number of characters of an argument in a message
+FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # file extensions of other programs
 MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
@@ -86,7 +86,7 @@ def _paths(argument: str) -> list[Path] | str:
 
 
 def foreign_words(argument: str) -> str:
-    """Advice on a file or link of another program; empty for others."""
+    """Advice on a file or web link of another program; empty for anything else."""
     linked = argument.startswith(("http://", "https://")) and "?" in argument
     if linked or Path(argument).suffix.lower() in FOREIGN:
         return f"of another program: --import {plain(argument, MAX_ARGUMENT)!r} writes its scene"
@@ -128,9 +128,9 @@ def _folder(path: Path) -> str:
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses; the command returns the largest of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
-MESSAGE = 1000  # characters of a line
+MESSAGE = 1000  # maximum number of characters of a line
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # distribution by imported name, if different
+TO_INSTALL = {  # distribution by imported name, if they differ
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -177,7 +177,7 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
     fewer
         Advice for the case that memory runs out.
     place
-        Target of the results, for disk errors without file name.
+        Target of the results, for disk errors without a file name.
     """
     try:
         with stops_kept():
@@ -212,7 +212,7 @@ def missing_package(error: BaseException) -> str:
     return f'the package "{name}" is not installed: pip install "{TO_INSTALL.get(name, name)}"'
 
 
-GROUP = "kinelast.editor"  # entry point that names a module
+GROUP = "kinelast.editor"  # an entry point that names a module
 
 
 class NoEditorError(LookupError):

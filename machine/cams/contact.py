@@ -15,7 +15,7 @@ HERTZ_RANGE = Range(
 
 
 def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poisson: Real) -> Real:
-    """Return the modulus E* of the contact of two materials in plane strain [Pa].
+    """Return the contact modulus E* of two materials in plane strain [Pa].
 
     1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, with Young's moduli [Pa] and Poisson's ratios.
     """
@@ -42,7 +42,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
 
     Examples
     --------
-    Roark's coefficient 0.591 for a cylinder on a plane, both of one material with 0.3 as Poisson's ratio:
+    Roark's coefficient is 0.591 for a cylinder on a plane of the same material, with Poisson's ratio 0.3:
 
     >>> modulus = contact_modulus(1.0, 0.3, 1.0, 0.3)
     >>> round(float(line_pressure(1.0, 1.0, 2.0, modulus)), 3)

@@ -28,7 +28,7 @@ class Cam:
     Attributes
     ----------
     link, drive
-        Numbers of the follower's link and of the drive that the cam moves.
+        Numbers of the follower's link and of the drive coordinate that the cam moves.
     centre
         Centre of the camshaft in ground axes [m], complex.
     speed
@@ -92,7 +92,7 @@ class CamCourse:
     normal
         Unit normal at the contact, from the cam to the follower.
     influence
-        Displacement of the follower at the contact, or of the roller centre, per unit of the drive's coordinate.
+        Displacement of the follower at the contact (or of the roller centre) per unit of the drive's coordinate.
     pitch_curvature
         Curvature of the roller centre's path in cam axes [1/m], positive if convex; nan for a face.
     radius
@@ -133,7 +133,7 @@ class CamCourse:
     def pressure_angle(self) -> Reals:
         """Angle between the normal and the displacement of the contact by the drive [rad], within a quarter turn.
 
-        It is defined in a dwell too; nan if the drive does not move the contact.
+        It is also defined in a dwell; nan if the drive does not move the contact.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -153,16 +153,16 @@ class CamCourse:
         return np.where((self.radius < 0.0) & ~self.undercut, -self.radius, np.inf)
 
     def force(self, effort: Any) -> Reals:
-        """Return the contact force along the normal for an effort of the drive [N]; negative if the cam would pull.
+        """Return the contact force along the normal that replaces a drive effort [N]; negative if the cam would pull.
 
-        The force follows from virtual work, so it is defined at rest too.
+        The force follows from virtual work, so it is also defined at rest.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
         """Return the torque of the shaft for a contact force [N m], counter-clockwise."""
-        with np.errstate(invalid="ignore"):  # infinite force with a line of action through the shaft
+        with np.errstate(invalid="ignore"):  # an infinite force may act along a line through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
@@ -177,12 +177,12 @@ class CamCourse:
         return np.where(self.undercut, np.nan, sum_)
 
     def preload(self, effort: Any) -> Reals:
-        """Return the smallest spring effort that keeps the contact [N m or N], at least 0."""
+        """Return the smallest spring effort that maintains contact [N m or N], at least 0."""
         return np.asarray(np.maximum(-np.asarray(effort) * np.sign(self.lever), 0.0))
 
     @property
     def face_margin(self) -> Reals:
-        """Return the distance of the contact from the nearer end of the face [m], negative beyond; nan for a roller."""
+        """Return the distance from the contact to the nearer end of the face [m], negative beyond; nan for a roller."""
         if self.cam.face is None:
             return self.along
         start, end = self.cam.face
@@ -195,7 +195,7 @@ def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -
     Parameters
     ----------
     pace
-        Speed of the motion / speed of the cam, shape that broadcasts to (..., positions).
+        Speed of the motion / speed of the cam; broadcasts to (..., positions).
     outer
         True for the flank of a ring around the roller.
     """
@@ -227,7 +227,7 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
 
 
 def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
-    """Return the contact of a face through P along e, n = i e: the relative velocity there is along the face.
+    """Return the contact of a face through P along e, with n = i e, at which the relative velocity is along it.
 
     Let u be the velocity of P relative to the cam and D the angular velocity of the face relative to the cam. The
     contact is then at s = -n.u/D from P. The radius of the cam is the speed of the contact along the cam divided by D.

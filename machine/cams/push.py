@@ -1,4 +1,4 @@
-"""Contact forces of cams on their followers, which replace the efforts of the driven coordinates."""
+"""Contact forces that cams exert on their followers, in place of drive efforts."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,14 +14,14 @@ from rigid.kinematics import by_laws, unit_motion
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-MIN_DETERMINANT = 1e-12  # of the levers, relative; below, the forces of several cams are undetermined
+MIN_DETERMINANT = 1e-12  # smallest relative size of the levers; below it the forces of several cams are undetermined
 
 
 @dataclass(frozen=True, eq=False)
 class CamPush:
-    """Load of cams: contact forces that replace the drive efforts of the rigid mechanism.
+    """Load from cams: the contact forces that replace the drive efforts of the rigid mechanism.
 
-    A drive keeps its effort at positions without a lever of its cam.
+    A drive keeps its effort at positions at which its cam has no lever.
 
     Attributes
     ----------
@@ -29,11 +29,12 @@ class CamPush:
         The cams with contact forces.
     laws
         Laws of all drives, from time to coordinate, rate and acceleration. The normals always belong to this motion,
-        also for a motion at the same positions at rest.
+        even if the mechanism is at rest in the same positions.
     names
         Names of the cams.
     differ
-        Zeros of shape (designs, 1) if a cam differs between designs; the mechanism reads the number of designs here.
+        Zeros of shape (designs, 1) if a cam differs between designs, so that the mechanism can read the number of
+        designs.
     """
 
     cams: tuple[Cam, ...]
@@ -43,7 +44,7 @@ class CamPush:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Points of action: the roller centre, or both ends of a face, which share the force by their levers."""
+        """Points of application: the roller centre, or both ends of a face, which share the force by the lever rule."""
         return [(cam.follower, point) for cam in self.cams for point in cam.points]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
@@ -82,7 +83,7 @@ class CamPush:
 
 
 def _lever(unit: Motion, course: CamCourse) -> Any:
-    """Return the drive effort of a contact force of 1 N."""
+    """Return the drive effort that corresponds to a contact force of 1 N."""
     cam = course.cam
     arm = course.follower if cam.face is None else course.contact
     velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (

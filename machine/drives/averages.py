@@ -6,7 +6,7 @@ import numpy as np
 
 from rigid.arrays import Reals
 
-MAX_DIFFERENCE = 1e-6  # of equal time steps, relative to a step
+MAX_DIFFERENCE = 1e-6  # tolerance of equal time steps, relative to a step
 
 
 def mean(values: Any, weight: Any = 1.0) -> Reals:
@@ -33,7 +33,7 @@ def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Weighted mean of the positive part; that of a power, times the duration, is the consumed energy."""
+    """Weighted mean of the positive part. For a power, this mean times the duration is the consumed energy."""
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 
@@ -45,8 +45,8 @@ def time_weights(time: Any, period: Any = np.nan) -> Reals:
     time
         Instants [s], shape (..., positions).
     period
-        Period of the motion [s]. If the instants cover one period without repeating its start, the interval between the
-        last and the first counts too.
+        Period of the motion [s]. If the instants cover one period without repeating its start, the interval from the
+        last to the first is included.
     """
     time = np.asarray(time, float)
     if time.shape[-1] < 2:

@@ -1,4 +1,4 @@
-"""Counterweights and springs that balance a machine: least squares over its cycle, in closed form.
+"""Counterweights and springs that balance a machine, by closed-form least squares over its cycle.
 
 A counterweight on a link pinned to the ground adds to the link's first moment of mass. The shaking force and the effort
 of gravity are linear in that moment. The effort of a torsion spring at the pin is linear in its stiffness and its
@@ -27,7 +27,7 @@ class Balance:
     Attributes
     ----------
     amounts
-        One per influence, in its unit, shape (influences,); the solution of minimum norm.
+        One per influence, in its unit, shape (influences,): the minimum-norm solution.
     before, after
         The quantity without and with these amounts, real or complex, shape (..., positions).
     """
@@ -38,7 +38,7 @@ class Balance:
 
     @property
     def share(self) -> float:
-        """Remaining root mean square, relative to that without amounts; 0 for a quantity of zero."""
+        """Root mean square with the amounts, relative to that without them; 0 if the quantity is zero."""
         before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
         return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
 
@@ -87,13 +87,13 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Shaking force of a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
+    """Shaking force due to a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 
 
 def weight_effort(motion: Motion) -> Reals:
-    """Effort of every drive against gravity at rest [N m or N], shape (drives, ..., positions)."""
+    """Efforts that hold the mechanism at rest against gravity [N m or N], shape (drives, ..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     weight = mass * motion.mechanism.gravity
     tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)

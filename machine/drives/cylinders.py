@@ -13,7 +13,7 @@ ROD_RANGE = Range(
     "buckling safety of a rod", "slenderness", "Roloff/Matek 2007, section 8.5: Euler, steel E335", least=89.0,
     outside="a thicker rod yields before it buckles: compare its stress with the yield stress",
 )  # fmt: skip
-"""Slenderness for which Euler's formula of the rod holds."""
+"""Slenderness of the rod for which Euler's formula applies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Cylinder:
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
     """Return the pressure difference across the piston [Pa]: force / piston area, or / ring area if the rod pulls.
 
-    `force` [N] is along the drive's coordinate, which extends the rod. Range: any static force, without friction.
+    `force` [N] is along the drive's coordinate, which extends the rod. Range: any static force; friction is neglected.
     """
     return np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
 
@@ -75,7 +75,7 @@ def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
     """Return the flow into the cylinder at a rate of its stroke [m^3/s].
 
-    Area times rate, for an incompressible fluid without leakage at any rate.
+    Area times rate. Range: incompressible fluid, no leakage, any rate.
     """
     return np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
 

@@ -11,16 +11,16 @@ UNEVENNESS_RANGE = Range(
     "inertia of a flywheel", "unevenness", "Norton, Design of Machinery, chapter 11: constant speed", most=0.1,
     outside="the effort depends on the speed: integrate the motion under the mean effort",
 )  # fmt: skip
-"""Speed fluctuation for which the flywheel formula holds."""
+"""Speed fluctuation for which the flywheel formula applies."""
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
-    """Return the largest minus the smallest stored energy in a cycle with constant mean effort [J], shape (...).
+    """Return largest minus smallest stored energy in a cycle with constant mean effort [J], shape (...).
 
     Parameters
     ----------
     effort
-        Effort of the drive over one cycle without its end [N m], shape (..., positions).
+        Effort of the drive over one cycle, without the end point [N m], shape (..., positions).
     coordinate
         Coordinate of the drive [rad], shape (..., positions).
     travel
@@ -40,7 +40,7 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Return the total inertia [kg m^2] for a speed fluctuation, (largest - smallest) / mean speed.
+    """Return the total inertia [kg m^2] that gives a speed fluctuation, (largest - smallest) / mean speed.
 
     The total includes flywheel, machine, motor and gear; `added_inertia` gives the flywheel alone.
 
@@ -57,7 +57,7 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 def added_inertia(total: Any, machine: Any) -> Reals:
     """Return the inertia to add to a machine for a total inertia, at least 0 [kg m^2], shape (...).
 
-    The smallest inertia of the machine counts, so a varying inertia keeps the speed within the allowed fluctuation.
+    The smallest inertia of the machine is used, so that the fluctuation stays within its limit if the inertia varies.
 
     Parameters
     ----------

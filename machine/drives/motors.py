@@ -1,4 +1,4 @@
-"""Motors with gearboxes: torque, speed and inertia at the motor shaft, and the gear ratio of least torque."""
+"""Motors with gearboxes: torque, speed and inertia at the motor shaft, and the gear ratio for the least torque."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +21,7 @@ class Motor:
         Continuous torque, short-term torque at any speed, and torque at rest [N m], at the motor shaft. The available
         torque falls linearly from stall to zero at `top_speed`.
     rated_speed, top_speed
-        Highest speed with the rated torque, and highest speed [rad/s].
+        Highest speed at the rated torque, and highest speed of all [rad/s].
     rotor_inertia, gear_inertia
         Inertias at the motor shaft [kg m^2].
     gear_ratio
@@ -55,7 +55,7 @@ class Motor:
 
 
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
-    """Return the effort at the gearbox input without its ratio [N m or N].
+    """Return the effort at the gearbox input, not yet divided by the ratio [N m or N].
 
     The efficiency divides the effort if the motor drives, and multiplies it if the load drives. Range: an efficiency
     that is equal in both directions, at any load and speed.
@@ -94,12 +94,12 @@ def available_torque(motor: Motor, speed: Any) -> Reals:
 
 
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
-    """Return the gear ratio of the smallest rms motor torque, shape (...).
+    """Return the gear ratio that minimises the rms motor torque, shape (...).
 
-    The mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of the effort at the gearbox, C that of
-    the torque that accelerates rotor and gearbox; so n^4 = A / C. The ratio is limited to the one at which the motor
-    reaches its rated or top speed; a drive without acceleration gets this limit. Range: efficiency and rotor do not
-    depend on the ratio.
+    The mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of the effort at the gearbox, and C is
+    that of the torque that accelerates the rotor and gearbox. Hence n^4 = A / C. The ratio is limited to the one at
+    which the motor reaches its rated or top speed; a drive without acceleration gets this limit. Range: efficiency and
+    rotor do not depend on the ratio.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)

@@ -18,7 +18,7 @@ LOAD_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "ISO 281:2007, least of C0 and 0.5 C", most=0.5,
     outside="a larger load deforms the raceways: choose a larger bearing",
 )  # fmt: skip
-"""Equivalent load / dynamic rating for which ISO 281 holds."""
+"""Equivalent load / dynamic rating for which ISO 281 applies."""
 SLIP_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "bearing makers' minimum load, balls 0.01, rollers 0.02", least=0.01,
     outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
@@ -33,25 +33,25 @@ OVERLAP_RANGE = Range(
     BEARING_LIFE, "swing over the angle between elements", "Harris and Kotzalas 2007, section 11.10", least=1.0,
     outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
 )  # fmt: skip
-"""Swing, relative to the spacing of the rolling elements, for which the life formula holds."""
+"""Swing, relative to the spacing of the rolling elements, for which the life formula applies."""
 PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
     outside="the pin yields, and the formula no longer holds",
 )  # fmt: skip
-"""Yield stress / stress of an elastic pin."""
+"""Yield stress / stress for which a pin is elastic."""
 EYE_RANGE = Range(
     "stress of an eye", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic", least=1.0,
     outside="the eye yields, and the formula no longer holds",
 )  # fmt: skip
-"""Yield stress / stress of an elastic eye."""
+"""Yield stress / stress for which an eye is elastic."""
 HOLE_RANGE = Range(
     "notch factor of an eye", "hole over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", 0.15, 0.75
 )
-"""Hole / width for which the eye formula holds."""
+"""Hole / width for which the eye formula applies."""
 EDGE_RANGE = Range(
     "notch factor of an eye", "edge over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", least=1.0
 )
-"""Edge distance / width for which the eye formula holds."""
+"""Edge distance / width for which the eye formula applies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class Rolling:
         return course.mean_force(self.exponent)
 
     def revolutions(self, course: JointCourse) -> Reals:
-        """Life in revolutions, shape (...); a swing to and fro counts by its angle.
+        """Life in revolutions, shape (...). A swing counts by the angle that it covers back and forth.
 
         References
         ----------
@@ -102,9 +102,9 @@ class Rolling:
             return np.asarray(factor * ratio**self.exponent * MILLION)
 
     def life(self, course: JointCourse) -> Reals:
-        """Return the life [s], shape (...); infinite if nothing turns.
+        """Return the life [s], shape (...); infinite if the bearing does not turn.
 
-        The path of a swinging bearing counts as revolutions. Ranges: see `revolutions`.
+        The angle that a swinging bearing covers is converted to revolutions. Ranges: see `revolutions`.
 
         References
         ----------
@@ -124,10 +124,10 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return swing / swing that moves a rolling element to the location of the next, shape (...).
+        """Return the swing relative to the one that moves each rolling element to the next, shape (...).
 
-        Elements move half as far as the ring, so that swing is 4 pi / Z. The result is nan at rest, or for an unknown
-        number of elements.
+        Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
+        number of elements is unknown.
         """
         turning = np.where(course.travel > 0.0, self.elements, np.nan)
         return np.asarray(course.swing * turning / (4.0 * np.pi))
@@ -162,7 +162,7 @@ class Guide:
     width: Real
 
     def _parts(self, course: JointCourse) -> tuple[Reals, Reals]:
-        """Pressures of the transverse force and, at the ends, of the moment [Pa], shape (..., positions) each."""
+        """Pressure of the transverse force, and that of the moment at the ends [Pa], shape (..., positions) each."""
         even = np.abs(course.across) / (self.length * self.width)
         return even, np.abs(course.moment) * 6.0 / (self.width * np.square(self.length))
 
@@ -290,7 +290,7 @@ class Eye:
     def net(self, course: JointCourse) -> Reals:
         """Return the tension of the net section F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
-        The whole force counts in any direction.
+        The whole force is used, whatever its direction.
         """
         return np.asarray(np.abs(course.force) / self.net_area)
 

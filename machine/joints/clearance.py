@@ -10,12 +10,12 @@ from rigid.arrays import Complexes, Flags, Integers, Reals
 from rigid.closures import displacements
 from rigid.plane import ZERO
 
-MIN_FORCE = 0.01  # contact counts as lost below this force, relative to the largest
-DIRECTIONS = 180  # in the search for the worst displacement of a point
+MIN_FORCE = 0.01  # contact is lost below this force, relative to the largest
+DIRECTIONS = 180  # number of directions searched for the worst displacement of a point
 
 
 def contact_losses(course: JointCourse, closed: bool) -> Flags:
-    """Return flags of lost contact between a position and the next, bool, shape (..., positions).
+    """Flag the loss of contact between each position and the next, bool, shape (..., positions).
 
     Contact is lost if the force, linear between positions, falls below `MIN_FORCE` of its maximum, or if its direction
     turns by more than a right angle. The pin then moves to the other side of its hole and knocks. The direction is in
@@ -46,8 +46,8 @@ def clearance_effects(
 ) -> tuple[Reals, Reals]:
     """Return displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
 
-    First order in the clearances, for rigid links: each pin displaces the output by its influence. Range: clearances
-    and displacements that are small relative to the links, away from dead points.
+    The result is of first order in the clearances and holds for rigid links: each pin displaces the output by its
+    influence. Range: clearances and displacements that are small relative to the links, away from dead points.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def clearance_effects(
 
 
 def _influence(motion: Motion, number: int, gap: complex, link: int, point: complex | None) -> Complexes:
-    """Return the displacement of an output for a gap of a joint in ground axes."""
+    """Return the displacement of an output due to a joint gap given in ground axes."""
     none = [ZERO] * len(motion.places)
     gaps = [*none[:number], np.asarray(gap), *none[number + 1 :]]
     shift, turning, _ = displacements(motion.closures, gaps, none, [ZERO] * len(motion.mechanism.links))

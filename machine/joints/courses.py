@@ -10,7 +10,7 @@ from rigid import JointForces, Motion
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 CUBE = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # net turns in a run; a joint with fewer swings
+MIN_TURNS = 0.5  # net turns in a run; a joint with fewer only swings
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class JointCourse:
 
     @cached_property
     def known(self) -> Reals:
-        """1 if force and rate are known, otherwise 0, shape (..., positions)."""
+        """1 if force and rate are known, otherwise 0; shape (..., positions)."""
         return np.where(np.isfinite(self.force) & np.isfinite(self.rate) & (self.weight > 0.0), 1.0, 0.0)
 
     @cached_property
@@ -59,11 +59,11 @@ class JointCourse:
 
     @property
     def travel(self) -> Reals:
-        """Distance covered in the run, to and fro [rad or m], shape (...)."""
+        """Distance covered in the run, back and forth [rad or m], shape (...)."""
         return np.asarray(self.path.sum(axis=-1))
 
     def mean_force(self, exponent: float = CUBE) -> Reals:
-        """Constant force of the same life [N], shape (...): power mean over the distance covered.
+        """Constant force that gives the same life [N], shape (...): power mean over the distance covered.
 
         For a joint at rest it is the power mean over time.
 
@@ -87,7 +87,7 @@ class JointCourse:
 
     @property
     def swing(self) -> Reals:
-        """Angle between the extreme positions, or of the net turns if the joint rotates on [rad], shape (...)."""
+        """Angle between the extreme positions, or net angle if the joint keeps turning [rad], shape (...)."""
         return np.asarray(np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns)))
 
     @property
@@ -106,7 +106,7 @@ class JointCourse:
         return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
-        """Turns of the force's direction in a link's axes during a run, shape (...).
+        """Number of turns of the force direction in a link's axes during a run, shape (...).
 
         About 0, the force stays on one side of the ring: a point load, which allows a loose fit. At 1 or more, it moves
         around the ring: a circumferential load, which needs a tight fit.

@@ -9,9 +9,9 @@ from rigid.arrays import Integers, Reals
 
 
 def cycles_of(course: Any) -> Reals:
-    """Return the rainflow cycles of a repeating stress.
+    """Count the rainflow cycles of a repeating stress.
 
-    The count starts and ends at the largest value. The largest range is then from peak to valley, and all cycles are
+    The count starts and ends at the largest value. The largest range then goes from peak to valley, and all cycles are
     complete.
 
     Parameters
@@ -39,7 +39,7 @@ def cycles_of(course: Any) -> Reals:
 def reversals(courses: Any) -> Integers:
     """Number of turning points of repeating stresses along the last axis, shape (...)."""
     signs = np.sign(np.diff(courses, axis=-1, append=courses[..., :1]))
-    for _ in range(2):  # a constant piece gets the sign of the piece before it, cyclically
+    for _ in range(2):  # a constant piece takes the sign of the previous piece, cyclically
         at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
         last = np.maximum.accumulate(at, axis=-1)
         signs = np.take_along_axis(signs, last, -1)
@@ -50,7 +50,7 @@ def reversals(courses: Any) -> Integers:
 def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
     """Return Miner's sum of one repetition of a stress: the consumed share of the life.
 
-    It is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles count too, see
+    It is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles also count, see
     `FatigueStrength.cycles`.
 
     Parameters
@@ -58,7 +58,7 @@ def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -
     course
         Stress [Pa], shape (positions,).
     strength
-        Strength of one design: numbers.
+        Strength of one design, as numbers.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Strength of a material in fatigue, the factors of a part that lower it, and the mean stress's share."""
+"""Fatigue strength of a material, the factors by which a part lowers it, and the effect of the mean stress."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +9,7 @@ from machine.ranges import Range
 from rigid.arrays import Real, Reals
 
 GOODMAN, GERBER, SODERBERG = "goodman", "gerber", "soderberg"
-SURFACES = {  # of steel: a and b of k_a = a (S_ut / MPa)^b
+SURFACES = {  # surface factor of steel: a and b of k_a = a (S_ut / MPa)^b
     "polished": (1.0, 0.0),
     "ground": (1.58, -0.085),
     "machined": (4.51, -0.265),
@@ -17,32 +17,32 @@ SURFACES = {  # of steel: a and b of k_a = a (S_ut / MPa)^b
     "as-forged": (272.0, -0.995),
 }
 """Marin's factor of a steel's surface, k_a = a (S_ut / MPa)^b: a and b."""
-LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] at which the formulas of the size factor begin
-SPREAD = 0.08  # standard deviation of endurance limits over their mean
+LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] bounds of the size factor's formulas
+SPREAD = 0.08  # standard deviation / mean of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
     "surface factor", "modulus in GPa", f"{SHIGLEY}, table 6-2: steel", 190.0, 220.0, "give the factor as a number"
 )
-"""Modulus for which the surface factors, those of steel, hold."""
+"""Young's modulus for which the surface factors (of steel) apply."""
 SIZE_RANGE = Range(
     "size factor", "diameter in mm", f"{SHIGLEY}, equation (6-20)", most=254.0, outside="give the factor"
 )
-"""Diameter for which the size factor holds."""
+"""Diameter for which the size factor applies."""
 CYCLES_RANGE = Range(
     "S-N line", "number of runs", "FKM guideline, 6th ed. 2012, section 2.4: 10^4 cycles or more", least=1e4,
     outside="the true life is known only by strains (low-cycle fatigue)",
 )  # fmt: skip
-"""Cycles for which the stress-life line holds."""
+"""Number of cycles for which the stress-life line applies."""
 YIELD_RANGE = Range(
     "S-N line", "yield stress over stress", "FKM guideline, 6th ed. 2012, section 0.0: elastic stresses", least=1.0,
     outside="the link is bent for good in the first cycle, and its life is not that of the formula",
 )  # fmt: skip
-"""Stress over yield for which the stress-life line holds."""
+"""Stress / yield stress for which the stress-life line applies."""
 
 
 @dataclass(frozen=True, eq=False)
 class FatigueStrength:
-    """Strength of a beam in fatigue; shapes () or (designs, 1).
+    """Fatigue strength of a beam; shapes () or (designs, 1).
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class FatigueStrength:
     slope, knee
         k and N_D of the S-N line N = N_D (endurance / amplitude)^k.
     second_knee, second_slope
-        Cycles at which a second line ends that begins at the knee, and its exponent. Aluminium and austenitic steel
-        have 10^8 and 15; nan if the first knee is the last.
+        Number of cycles at which a second line from the knee ends, and its exponent. They are 10^8 and 15 for aluminium
+        and austenitic steel, and nan if there is only one knee.
 
     References
     ----------
@@ -72,7 +72,7 @@ class FatigueStrength:
 
     @property
     def limit(self) -> Reals:
-        """Amplitude of fully reversed stress that the part bears for ever [Pa]."""
+        """Amplitude of fully reversed stress that the part withstands indefinitely [Pa]."""
         left = (self.knee / np.asarray(self.second_knee)) ** (1.0 / np.asarray(self.second_slope))
         return np.asarray(self.endurance * np.where(np.isnan(left), 1.0, left))
 
@@ -82,8 +82,8 @@ class FatigueStrength:
         Parameters
         ----------
         below
-            Count the damage of amplitudes up to the limit, as in a spectrum that exceeds it: by the slope 2 k - 1, or
-            by the second line continued.
+            Include the damage of amplitudes below the limit, for a spectrum that exceeds it: by the slope 2 k - 1, or
+            by extending the second line.
 
         References
         ----------
@@ -98,7 +98,7 @@ class FatigueStrength:
             return np.where(endless, np.inf, lines)
 
     def of_mean(self, criterion: str) -> Real:
-        """Strength that a steady stress is held against [Pa]: yield of Soderberg's line, else the ultimate."""
+        """Strength to compare a steady stress with [Pa]: yield stress for Soderberg's line, else ultimate strength."""
         return self.yield_stress if criterion == SODERBERG else self.ultimate
 
 
@@ -121,12 +121,12 @@ def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, c
 def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
     """Return the factor by which amplitude and mean can both be scaled before they reach the endurance limit.
 
-    Infinite without stress. A compressive mean counts as zero.
+    Infinite if there is no stress. A compressive mean counts as zero.
 
     Parameters
     ----------
     amplitude, mean
-        Of the stress [Pa], shapes that broadcast with the strength's.
+        Amplitude and mean of the stress [Pa]; their shapes broadcast with those of the strength.
 
     References
     ----------
@@ -135,7 +135,8 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
 
     Examples
     --------
-    An amplitude of 100 MPa about 100 MPa, of a steel of 200 and 400 MPa: 1/(100/200 + 100/400).
+    An amplitude of 100 MPa about a mean of 100 MPa, for a steel with 200 MPa endurance and 400 MPa ultimate strength:
+    1/(100/200 + 100/400).
 
     >>> strength = FatigueStrength(400e6, 250e6, 200e6, 5.0, 1e6)
     >>> float(endurance_safety(100e6, 100e6, strength))
@@ -204,7 +205,7 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Return the factor from the mean endurance limit to the one that a share of all parts has.
+    """Return the factor from the mean endurance limit to the limit that a given share of all parts reaches.
 
     References
     ----------
@@ -216,6 +217,6 @@ def reliability_factor(reliability: float) -> float:
     >>> round(reliability_factor(0.99), 3)
     0.814
     """
-    from statistics import NormalDist  # slow to load, and asked by few
+    from statistics import NormalDist  # slow to load and rarely needed
 
     return 1.0 - SPREAD * NormalDist().inv_cdf(reliability)

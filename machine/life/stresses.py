@@ -1,4 +1,4 @@
-"""Fatigue of beams: stresses of both outer fibres at all stations over the cycle, safety and damage."""
+"""Fatigue of beams: stresses in both outer fibres at all stations over the cycle, safety factor and damage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class FatigueTask:
     criterion
         "goodman", "gerber" or "soderberg".
     notches
-        Fatigue notch factors at start and end of every beam, which multiply the stress there, shape () or (designs, 1).
+        Fatigue notch factors that multiply the stress at the start and end of every beam, shape () or (designs, 1).
     factors
         Factors of the material's endurance limit for every beam, by name.
     """
@@ -49,7 +49,7 @@ class FatigueTask:
 
 @dataclass(frozen=True, eq=False)
 class Fatigue:
-    """Fatigue of every beam at its critical place.
+    """Fatigue of every beam at its critical point.
 
     Attributes
     ----------
@@ -157,15 +157,15 @@ def _taken(values: Reals, index: Integers) -> Reals:
 
 
 def _place(index: Integers) -> tuple[Reals, Integers]:
-    """Return abscissa and fibre of places by their numbers."""
+    """Return the abscissa and fibre of numbered points."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
 
 def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
-    """Return the largest Miner's sum of courses, shape (places, positions), and the number of its location.
+    """Return the largest Miner's sum of stress histories, shape (places, positions), and the number of its location.
 
     The number of cycles is at most half the number of turning points, and no cycle is worse than the largest. If this
-    bound is below the largest sum so far, the course needs no count.
+    bound is below the largest sum so far, the stress history need not be counted.
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)

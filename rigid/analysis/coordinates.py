@@ -29,7 +29,7 @@ class Coordinate(Rated, Protocol):
         ...
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Difference from a value; angles within half a turn. Shape (..., positions)."""
+        """Difference from a value, within half a turn for angles. Shape (..., positions)."""
         ...
 
 
@@ -113,7 +113,7 @@ class PointCoordinate(_Plain):
 
 @dataclass(frozen=True)
 class Offset(_Plain):
-    """Offset of a point from another along a unit vector [m]; default: in height."""
+    """Offset of a point from another along a unit vector [m]; by default, in height."""
 
     link: str
     point: str
@@ -165,7 +165,7 @@ class Distance(_Plain):
 
 @dataclass(frozen=True)
 class PathLength:
-    """Path length of a point [m]: only its rate is available, the speed [m/s]."""
+    """Path length of a point [m]; only its rate, the speed [m/s], is available."""
 
     link: str
     point: str

@@ -80,7 +80,7 @@ def intervals(course: Motion) -> Intervals:
 
 
 def turn_closes(course: Motion) -> bool:
-    """Whether one more step, equal to the last, returns all drives to the start. Full turns are not counted."""
+    """Whether one more step, equal to the last, returns all drives to the start (full turns are ignored)."""
     drive = course.drive
     if drive.shape[-1] < 3:
         return False

@@ -10,7 +10,7 @@ from rigid.kinematics import Motion
 
 TOUCH_TOLERANCE = (
     64 * np.finfo(float).eps
-)  # largest miss that counts as touching a value, relative to the coordinate's size
+)  # largest distance from a value that counts as touching it, relative to the coordinate's size
 
 
 def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
@@ -19,7 +19,8 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
     Parameters
     ----------
     course
-        Motion of one design, the search range; a closed motion includes the step from the last position to the first.
+        Motion of one design, which is the search range; a closed motion includes the step from the last position to the
+        first.
     coordinate
         A `PointCoordinate` (a point's x or y), `LinkAngle`, `Slide`, `Distance` or `Offset` (height difference of two
         points). Angles that differ by full turns are equal.

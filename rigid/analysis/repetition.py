@@ -1,4 +1,4 @@
-"""Period of a mechanism: common period of its drives, and number of periods until links return."""
+"""Period of a mechanism: common period of its drives, and number of periods until the links return."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,9 +15,9 @@ from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle: 11 positions each of 360
+MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle, which leaves 11 of 360 positions for each
 RATIO_TOLERANCE = 1e-9  # relative difference of equal ratios, which differ by round-off
-TURNS = (1, 2, 4, 8)  # turns after which links of a mechanism without gears may return
+TURNS = (1, 2, 4, 8)  # numbers of turns after which links of a mechanism without gears may return
 CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the size, or of a unit vector
 NEAR_STEPS = 72  # steps per turn, so fine that a mechanism far from change points need not be tracked
 STEPS_PER_TURN = 64  # positions per turn or period for tracking several drives
@@ -30,12 +30,12 @@ class Repetition:
     Attributes
     ----------
     turn
-        One turn of the first drive at constant speed, or the longest of the repeated laws, times the number of periods
-        that return the drive [s]; None without either.
+        One turn of the first drive at constant speed, or the longest of the repeated laws times the number of periods
+        that return the drive [s]; None if there is neither.
     period
-        Period of the whole state [s], shape (designs, 1) if it differs by design; nan without period.
+        Period of the whole state [s], shape (designs, 1) if it differs between designs; nan if there is none.
     why
-        Reason for a missing period, otherwise "".
+        Reason why there is no period, otherwise "".
     """
 
     turn: Any
@@ -44,7 +44,7 @@ class Repetition:
 
 
 def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Repetition:
-    """Common period of drives at constant speed, with repeated laws, or at rest; None: effort."""
+    """Common period of drives at constant speed, with repeated laws, or at rest; None stands for an effort."""
     turns: list[Any] = []
     rounds: list[float] = []
     why = ""
@@ -107,8 +107,8 @@ def _least_common(periods: Sequence[float]) -> float:
 def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], drives: Repetition) -> Repetition:
     """Number of common drive periods until the mechanism returns.
 
-    Gears, and links that reach another assembly, may need several. A mechanism that does not close throughout the first
-    period is returned unchanged.
+    Gears, and links that reach another assembly, may need several periods. For a mechanism that does not close
+    throughout the first period, the input is returned unchanged.
     """
     if drives.why or drives.turn is None:
         return drives

@@ -16,12 +16,12 @@ from rigid.reach import stops
 from rigid.transmission import transmission_angles
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # golden section ratio
-MAX_ITERATIONS = 80  # enough golden-section steps to reach round-off
+MAX_ITERATIONS = 80  # number of golden-section steps that reaches round-off
 
 
 @dataclass(frozen=True, eq=False)
 class LimitPosition:
-    """Extreme value of a coordinate. A drive of this coordinate instead would have a dead centre here.
+    """Extreme value of a coordinate. If this coordinate were driven, it would have a dead centre here.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class DeadPoint:
     drive
         Drive coordinates at the position [rad or m], shape (drives,).
     joint
-        Joint between the links that align, or joint that opens.
+        Joint between the links that become aligned, or joint that opens.
     """
 
     kind: Literal["stop", "singular"]
@@ -61,7 +61,8 @@ class DeadPoint:
 def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
     """Extreme values of a coordinate over a motion, found as zeros of its rate to round-off.
 
-    For one design. Extremes closer together than two positions are not detected; the ends of the motion are excluded.
+    This works for one design. Extremes closer together than two positions are not detected, and the ends of the motion
+    are excluded.
     """
     between = intervals(course)
     turns = turning_points(between, coordinate)
@@ -78,7 +79,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
-    """Reversals of a coordinate: interval number, fraction of the interval, and whether the coordinate rose before."""
+    """Reversals of a coordinate: interval number, fraction of the interval, and whether it was rising before."""
     low, high = between.rates(coordinate)
     after = np.sign(np.roll(high, -1))
     if not turn_closes(between.course):
@@ -124,10 +125,10 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
 
 
 def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
-    """Rate of one coordinate over the rate of another, shape (..., positions).
+    """Rate of one coordinate / rate of another, shape (..., positions).
 
-    With one drive it does not depend on the drive's rate, which may be zero.
-    With several drives it is computed from the rates of this motion.
+    With one drive, the ratio does not depend on the drive's rate, which may be zero. With several drives, it is
+    computed from the rates of this motion.
     """
     if len(course.drive) == 1:
         course = with_rates(course, 1.0)
@@ -138,7 +139,7 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
 def dead_points(course: Motion) -> list[DeadPoint]:
     """Stops of a mechanism, and singular positions that it passes. For one design only.
 
-    Between positions, minima of the sine between links are searched. A singular position is only detected if the
+    Between positions, minima of the sine between links are sought. A singular position is only detected if the
     neighbouring positions are close enough.
     """
     points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
@@ -157,7 +158,7 @@ def dead_points(course: Motion) -> list[DeadPoint]:
 
 
 def _lowest(between: Intervals, number: int) -> Motion:
-    """Position of smallest sine within one interval before or after an interval's start, by golden section."""
+    """Position of the smallest sine within one interval before or after an interval's start, by golden section."""
 
     def at(place: float) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))

@@ -98,7 +98,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        first, second = (number(effect) for (effect,) in effects)  # aligned joints give zero, not a number's absence
+        first, second = (number(effect) for (effect,) in effects)  # aligned joints give zero instead of nan
         across = np.conj(second)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = 1.0 / np.asarray((across * first).imag)
@@ -147,7 +147,7 @@ def _inverse(matrix: Reals) -> Reals:
 
 
 def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
-    """Vector to the last joint of a chain, from the origin of the link that its first joint carries [m], complex."""
+    """Vector to the last joint of a chain from the origin of the link that its first joint carries [m], complex."""
     reach = closed.tree[chain[0]].arm_child
     for below, above in pairwise(chain):
         reach = reach - closed.tree[below].arm_parent + closed.tree[above].arm_child

@@ -19,8 +19,8 @@ from rigid.plane import ZERO, number
 SINGULAR = 1e12
 """Condition number above which velocities and forces of a position are nan."""
 MIN_REGULAR_SINE = 1e-2  # positions with a larger sine are never singular
-MIN_CANCELLATION = 4.0  # cancellation up to this ratio of parts to sum is ignored
-TINY = np.finfo(float).tiny  # divisor instead of zero
+MIN_CANCELLATION = 4.0  # cancellation is ignored up to this ratio of the parts to the sum
+TINY = np.finfo(float).tiny  # divisor in place of zero
 
 
 class MotionState(Protocol):
@@ -48,7 +48,7 @@ class MotionState(Protocol):
 
 
 def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
-    """Upper bound of a free pin's rotation for openings of these magnitudes, shape (..., positions).
+    """Upper bound on a free pin's rotation for openings of these magnitudes, shape (..., positions).
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns
 
 
 def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
-    """Upper bound of the force at a cut joint [N] for loads of these magnitudes, shape (..., positions)."""
+    """Upper bound on the force at a cut joint [N] for loads of these magnitudes, shape (..., positions)."""
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
@@ -76,7 +76,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 
 
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
-    """Largest rotation of a free pin for a unit displacement [rad/m], and for a unit rotation, of a cut joint."""
+    """Largest rotation of a free pin for a unit displacement [rad/m] and for a unit rotation of a cut joint."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO
@@ -103,7 +103,7 @@ def _pins(closed: Closure) -> list[int]:
 
 
 def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
-    """Sine of a group; if it closes at sliders, also limited by their short levers."""
+    """Sine of a group; if the group closes at sliders, their short levers also limit it."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
         if not closing.turns:
@@ -139,13 +139,13 @@ def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
     """Condition number of every group in motion: relative errors are this times eps, shape (..., positions).
 
-    1/s^2 at rest, larger after another singular group. At a smooth passage through a singular position, let r be the
-    largest rotation for the openings over the actual one: r^2 times the same ratio of accelerations.
+    It is 1/s^2 at rest, and larger after another singular group. At a smooth passage through a singular position it is
+    r^2 times the ratio r of accelerations, where r is the largest rotation for the openings / the actual rotation.
 
     Parameters
     ----------
     openings
-        From `displacements`, of the velocities and of the accelerations.
+        Residuals from `displacements`, of the velocities and of the accelerations.
     """
     conditions: list[Columns] = []
     before: Columns = 1.0
@@ -169,7 +169,7 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
-    """Growth of relative round-off by cancellation: upper bound of a figure over its size, at least 1."""
+    """Growth of relative round-off by cancellation: upper bound on a figure / its size, at least 1."""
     return np.maximum(1.0, bound / (MIN_CANCELLATION * np.maximum(done, TINY)))
 
 

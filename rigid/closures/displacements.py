@@ -9,7 +9,7 @@ from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
 Openings = list[list[tuple[Columns, Columns]]]
-"""Per group, residual of each cut joint before its free joints move: displacement, complex, and rotation."""
+"""For each group, the residual of each cut joint before its free joints move: displacement, complex, and rotation."""
 
 
 def displacements(
@@ -32,8 +32,8 @@ def displacements(
         Per link, factor of an arm that gives the displacement of its end: i times the rotation for small displacements
         (start with ZERO), i eps - w^2 for accelerations (start with -w^2).
     flank
-        Loaded flanks of gear teeth, see `JointForces`; teeth then stay in contact whatever the gaps. Without it, the
-        gears' ratios hold, as in a motion without gaps.
+        Loaded flanks of gear teeth, see `JointForces`; the teeth then stay in contact for any gaps. Without it, the
+        gear ratios apply, as in a motion without gaps.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def displacements(
 def _gear_input(
     place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
 ) -> Columns:
-    """Motion that a gear gives its follower, child from parent; `at_joint` is the child's displacement so far."""
+    """Motion that a gear imposes on its follower, child from parent; `at_joint` is the child's displacement so far."""
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:
@@ -93,7 +93,7 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
 def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """Residual of a cut joint: displacement, and rotation if the joint holds it."""
+    """Residual of a cut joint: displacement, and rotation if the joint prevents it."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
     if closing.turns:

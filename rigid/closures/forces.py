@@ -1,4 +1,4 @@
-"""Joint forces in balance with given loads of the links: the transpose of the displacements."""
+"""Joint forces in equilibrium with given loads on the links: the transpose of the displacements."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +15,12 @@ from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
 MAX_UNSTRESSED = 1e-9
-"""A joint has no part in a self-stress of unit size if its component is smaller."""
+"""A joint takes no part in a self-stress of unit size if its component is smaller than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointForces:
-    """Force and moment of every joint on its child link; the parent gets the opposite.
+    """Force and moment of every joint on its child link; the opposite acts on the parent.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class JointForces:
         Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
     moment
         About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is the
-        effort of the gear. It acts through the teeth, not on the parent (`rigid.closures.gears.gear_loads`).
+        effort of the gear. It acts through the teeth instead of on the parent (`rigid.closures.gears.gear_loads`).
     ground_load
         Load on the ground in addition to joints, springs and gears: force [N], complex, and moment about the origin of
         coordinates [N m].
@@ -41,8 +41,8 @@ class JointForces:
     sliding
         Sliding rate of the joint, child from parent [rad/s or m/s], by joint index; friction opposes it.
     feedback
-        Loop gain of friction, shape (..., positions): growth of friction by the loads it causes. From 1 on the
-        mechanism may lock: balance has no or several solutions, and all forces are nan.
+        Loop gain of friction, shape (..., positions): growth of friction due to the loads it causes. At 1 or more the
+        mechanism may lock: equilibrium has no solution or several, and all forces are nan.
     """
 
     closures: tuple[Closure, ...]
@@ -104,7 +104,7 @@ def joint_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Find joint forces in balance with a force, and a moment about its origin, on every link.
+    """Find joint forces in equilibrium with a force, and a moment about the origin, on every link.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def joint_forces(
     tension
         Group index, and index of one of its self-stresses (see `Closure.redundancy`), to be added.
     flank
-        Loaded flanks of gear teeth, see `JointForces`; default: those loaded by the efforts.
+        Loaded flanks of gear teeth, see `JointForces`; by default, those that the efforts load.
     friction
         See `JointForces`.
     """
@@ -203,7 +203,7 @@ def _balance(
 ) -> tuple[Columns, Columns]:
     """Force and moment of tree joint `at` on its child; all other loads of the child are already known.
 
-    `by_gear`: True if the joint's own gear still has to load the other links.
+    `by_gear`: True if the joint's own gear has not yet loaded the other links.
     """
     child = hinge.joint.child
     if by_gear and hinge.joint.gear is not None:
@@ -222,7 +222,7 @@ def _balance(
 
 
 def _generalised_load(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
-    """Generalised force of the links' loads on free tree joint k."""
+    """Generalised force of the link loads on free tree joint k."""
     return _load_along(closed, closed.tree[closed.group.free[k]], closed.group.carried[k], force, moment)
 
 
@@ -265,7 +265,7 @@ def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
 def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:
     """Joint forces in self-equilibrium, one set per redundant constraint of the mechanism.
 
-    `flank`: loaded flanks of gear teeth, see `JointForces`; default: those that each set loads.
+    `flank`: loaded flanks of gear teeth, see `JointForces`; by default, those that each set loads.
     """
     if not any(closed.redundancy for closed in closures):
         return []

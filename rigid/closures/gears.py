@@ -36,7 +36,7 @@ class GearLoad:
 
 
 def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) -> Columns:
-    """Motion that a gear gives its follower, child from parent, when links move.
+    """Motion that a gear imposes on its follower, child from parent, when links move.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
         ratio = joint.sense * joint.gear.ratio
         if driver.turns:
             return ratio * (moved(driver, link)[1] - moved(driver, owner)[1])
-        # racks slide on the ground: the line does not move
+        # racks slide on the ground, so the line does not move
         return ratio * dot(driver.line, moved(driver, link)[0])
     push = teeth.push(flank)
     carrier = joint.parent if teeth.wheel == joint.child else joint.child
@@ -104,7 +104,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
 
 
 def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:
-    """Loads of an effort along the driver's coordinate, for gears without teeth."""
+    """Loads due to an effort along the driver's coordinate, for gears without teeth."""
     assert joint.gear is not None
     owner, link = joint.gear.ends
     if driver.turns:

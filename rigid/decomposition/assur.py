@@ -24,8 +24,8 @@ class AssurGroup:
     drives
         Numbers of the drives of joints inside the group or to placed links.
     group_class
-        1 for links placed only by drives or welds, 2 for a dyad, otherwise the order of the largest contour: links in
-        a loop of the group, or joints within the group on one link. 0 for overconstrained links, which are no Assur
+        1 for links placed only by drives or welds, 2 for a dyad, otherwise the order of the largest contour: links in a
+        loop of the group, or joints within the group on one link. 0 for overconstrained links, which are not an Assur
         group.
     order
         Number of joints to placed links.

@@ -11,7 +11,7 @@ from functools import cached_property
 from rigid.arrays import Reals
 from rigid.joints import Body, Joint
 
-LINK_CONSTRAINTS = 3  # constraints that fix a link in the plane
+LINK_CONSTRAINTS = 3  # number of constraints that fix a link in the plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +68,9 @@ class Group:
 
     @cached_property
     def dyad(self) -> tuple[Joint, Joint, Joint] | None:
-        """Outer joints of a dyad and the inner one between its bodies, or None.
+        """Outer joints of a dyad and the inner joint between its bodies, or None.
 
-        A body is a link with all links welded to it, represented by the first in the tree.
+        A body is a link with all links welded to it, represented by the first one in the tree.
         """
         if not len(self.links) - len(self.fixed) == len(self.free) == 2 or len(self.cut) != 1:
             return None

@@ -171,7 +171,7 @@ class Net:
                 yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield minimal overconstrained sets of unknown links, movable if their dimensions fit."""
+        """Yield minimal overconstrained sets of unknown links, which are movable if their dimensions fit."""
         for links in self._connected(known, unknown):
             joints, freedoms = self.joints(links, known), 3 * len(links)
             moved = sum(joint.moved for joint in joints)

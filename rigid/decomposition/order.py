@@ -15,17 +15,17 @@ from rigid.names import counted
 from rigid.parts import MechanismError
 
 MAX_NAMED = 3  # maximum number of points in a message
-RANK_TOLERANCE = 1e-9  # singular value of mutually driving gears that counts as zero, relative to the largest entry
+RANK_TOLERANCE = 1e-9  # largest singular value of mutually driving gears that counts as zero / largest entry
 
 
 @lru_cache(maxsize=64)
 def structure(mechanism: Mechanism) -> Structure:
-    """Groups of a mechanism in order of solution; independent of drawing, masses and loads.
+    """Groups of a mechanism in order of solution, independent of the drawing, masses and loads.
 
     Raises
     ------
     MechanismError
-        Too few or too many drives or joints, or a drive at an unknown joint.
+        There are too few or too many drives or joints, or a drive at an unknown joint.
     """
     return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears, mechanism.welds)
 
@@ -182,7 +182,7 @@ def _sources(
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
-    """Error for a mechanism without a further group, with the cause."""
+    """Error for a mechanism in which no further group is found, with the cause."""
     joints = net.joints(sorted(unknown), known)
     freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
     names = net.names(unknown)
@@ -203,7 +203,7 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
 
 
 def _unshared(net: Net, links: set[int]) -> str:
-    """Message about points of one link only, where a joint may be missing."""
+    """Message about points that belong to one link only, at which a joint may be missing."""
     joined = {*net.pins, *(slider.point for slider, _, _ in net.sliders.values())}
     alone = [name for at in sorted(links) for name in net.links[at].points if name not in joined]
     if not alone:

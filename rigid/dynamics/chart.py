@@ -16,9 +16,9 @@ from rigid.dynamics.tracking import Tracker
 from rigid.kinematics import Motion
 from rigid.plane import cross, dot
 
-CELLS_PER_TURN = 16  # cells per turn of the drive, or per size of the mechanism
-NODES = 16  # nodes of a polynomial
-SUBDIVISIONS = (1, 2, 4)  # subdivisions of a cell that are tried
+CELLS_PER_TURN = 16  # number of cells per turn of the drive, or per size of the mechanism
+NODES = 16  # number of nodes of a polynomial
+SUBDIVISIONS = (1, 2, 4)  # maximum number of subdivisions of a cell
 TAIL_LENGTH = 3  # number of last coefficients used to test convergence
 TAIL_TOLERANCE = 2e-13  # largest last coefficients, relative to the polynomial's size
 POSTURE_TOLERANCE = 1e-8  # difference of equal positions, relative to the size, or of unit vectors
@@ -103,7 +103,7 @@ class PostureChart:
         return self._read(cell[part], 2 * (place - part) - 1)
 
     def passed(self, coordinate: float) -> bool:
-        """Whether the tracked links match their cell; without a cell, discard the cells behind."""
+        """Whether the tracked links match their cell; if there is no cell, discard the cells behind."""
         here = self.at(coordinate)
         if here is None:
             self._cells = {number: cell for number, cell in self._cells.items() if cell is None}
@@ -113,7 +113,7 @@ class PostureChart:
         return bool(max(away, np.abs(tracker.direction - np.exp(1j * here.angle)).max()) < POSTURE_TOLERANCE)
 
     def _read(self, polynomials: Reals, place: float) -> ChartedPosture:
-        """Evaluate polynomials at a place from -1 to 1."""
+        """Evaluate polynomials at an abscissa from -1 to 1."""
         values = np.cos(ORDERS * math.acos(min(max(place, -1.0), 1.0))) @ polynomials
         count = self._links
         origin, velocity, acceleration = values[: 6 * count].view(complex).reshape(3, count, 1)
@@ -136,7 +136,7 @@ class PostureChart:
         return cell
 
     def _meet(self, near: Reals, other: Reals, edge: float) -> bool:
-        """Whether a cell continues another at its end, 1.0, or start, -1.0."""
+        """Whether a cell continues another at its end (1.0) or start (-1.0)."""
         here, there = self._read(near[-1 if edge > 0 else 0], edge), self._read(other[0 if edge > 0 else -1], -edge)
         away = np.abs(here.origin - there.origin).max() / self._tracker.size
         return bool(max(away, np.abs(np.exp(1j * here.angle) - np.exp(1j * there.angle)).max()) < POSTURE_TOLERANCE)

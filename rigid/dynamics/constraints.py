@@ -1,7 +1,7 @@
 """All joints of a mechanism as constraints on the coordinates (x, y, angle) of moving links.
 
 This is a second formulation, independent of groups, dyads and their order. Joint and gear constraints are deliberately
-reimplemented, so that the two formulations check each other. Derivation: docs/dynamics.md.
+reimplemented so that the two formulations check each other. Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ DRIVE_WEIGHT = 1e6  # weight of the drives' rows, to keep them among the indepen
 class ConstraintTable:
     """All joints of a mechanism; arrays (joints, ..., 1) that broadcast to (joints, ..., positions).
 
-    After the joints follow the pairs of links with coordinates that drive gears; they have no constraint of their own.
-    The owner of a slider is the link with the line, its block the sliding link; for a pin, parent and child.
+    After the joints come the pairs of links whose coordinates drive gears; these add no constraint. The owner of a
+    slider is the link with the line, its block the sliding link; for a pin, parent and child.
 
     Attributes
     ----------
     joints
-        In the order of `Structure.joints`; their number is `count`.
+        Joints in the order of `Structure.joints`; their number is `count`.
     owner, block
         Link numbers, shape (joints,).
     foot, tip
@@ -175,14 +175,14 @@ def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complex
 
 
 def constraint_matrix(here: Constraints) -> Reals:
-    """Constraint Jacobian by (x, y, angle) of moving links, (..., positions, rows, 3 n).
+    """Constraint Jacobian with respect to (x, y, angle) of moving links, (..., positions, rows, 3 n).
 
     Rows: two per joint, (x, y) of a pin or (rotation, across) of a slider; then one per drive and gear. There are more
     rows than columns if the mechanism is redundant.
     """
     table, toward, joints = here.table, here.toward, 2 * here.table.count
     shape, count = here.vector.shape[1:], len(toward)
-    effects = np.empty((*shape, 6, count), complex)  # of (x, y, angle) of block and owner on the gap
+    effects = np.empty((*shape, 6, count), complex)  # effect of (x, y, angle) of block and owner on the gap
     first = effects[..., 0, :] = _last(toward)
     effects[..., 1, :] = 1j * first
     effects[..., 2, :] = _last(1j * here.tip * toward)
@@ -198,7 +198,7 @@ def constraint_matrix(here: Constraints) -> Reals:
 
 
 def _last(values: Complexes) -> Complexes:
-    """Move the first axis last, ten times as fast as numpy's `moveaxis`."""
+    """Move the first axis to the end, ten times as fast as numpy's `moveaxis`."""
     return values.transpose(*range(1, values.ndim), 0)
 
 

@@ -77,7 +77,7 @@ def _inertia_power(motion: Motion, other: Motion) -> Reals:
 
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
-    """Power of the inertia of one motion on the velocities of another."""
+    """Power of the inertia forces of one motion on the velocities of another."""
     mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm

@@ -1,4 +1,4 @@
-"""Laws of loads and efforts: constant, or against time, angle or slide, by formula or table.
+"""Laws of loads and efforts: constant, or as a function of time, angle or slide, by formula or table.
 
 A law takes a motion and returns an array of shape (..., positions), a load factor or the effort of a drive.
 """
@@ -15,8 +15,8 @@ from rigid.kinematics import Motion
 from rigid.laws import TableError
 
 Curve = Callable[[ArrayLike], Reals]
-RANGE_TOLERANCE = 1e-12  # tolerance beyond a table's ends, relative to its range
-MIN_CORNER = 0.02  # least distance of a corner from the line through its neighbours, relative to the table's range
+RANGE_TOLERANCE = 1e-12  # tolerance beyond the ends of a table, relative to its range
+MIN_CORNER = 0.02  # smallest distance of a corner from the line through its neighbours, relative to the table's range
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +28,12 @@ class CurveLaw:
     place
         Time or coordinate at each position of a motion, shape (..., positions).
     curve
-        Factor at a place.
+        Factor at a time or coordinate.
     breaks
-        Places where the curve jumps or has a corner.
+        Abscissas at which the curve jumps or has a corner.
     middle
-        Centre of the angle range of less than half a turn to each side [rad]; None for other coordinates.
+        Centre of the angle range, which extends by less than half a turn to each side [rad]; None for other
+        coordinates.
     """
 
     place: Callable[[Motion], Reals]
@@ -46,7 +47,7 @@ class CurveLaw:
 
 
 def law_of_time(curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
-    """Law of time [s] by a curve; for `breaks` see `CurveLaw`."""
+    """Law of time [s] given by a curve; for `breaks` see `CurveLaw`."""
     return CurveLaw(_time, curve, breaks)
 
 
@@ -60,7 +61,7 @@ def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ())
 
 
 def corners(at: Reals, value: Reals) -> tuple[float, ...]:
-    """Places of jumps, and corners of at least `MIN_CORNER`, in a table held beyond its ends.
+    """Abscissas of jumps, and of corners of at least `MIN_CORNER`, in a table that is held beyond its ends.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def table_curve(
     Raises
     ------
     TableError
-        Too few entries, or entries that do not increase; when called, places outside the table.
+        There are too few entries, or they do not increase; when called, if an abscissa is outside the table.
 
     Examples
     --------

@@ -29,9 +29,9 @@ MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance for cached polynomial postures
 MIN_TOLERANCE = 3e-14  # smallest tolerance: below it, the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"
 """Error kind of an integration interrupted by the user."""
-SEARCH_STEEPNESS = 50.0  # rate of a link per rate of a leading drive, above which a better leading joint is sought
-MAX_STEEPNESS = 1e4  # largest rate of a link per rate of a leading drive
-JUDGED_STEPS = 20  # steps used to extrapolate the number of steps
+SEARCH_STEEPNESS = 50.0  # rate of a link / rate of a leading drive above which a better leading joint is sought
+MAX_STEEPNESS = 1e4  # largest rate of a link / rate of a leading drive
+JUDGED_STEPS = 20  # number of steps used to extrapolate the number of steps
 TINY = np.finfo(float).tiny
 MAX_STEP_RATIO = 1000.0  # largest ratio of expected to allowed steps
 
@@ -55,20 +55,20 @@ def forward(
         Mechanism with scalar lengths. Its drives are the coordinates: those with efforts are integrated, the others
         follow motion laws.
     drives
-        An `Effort` or a motion law per drive.
+        An `Effort` or a motion law for each drive.
     start, rate
         Coordinates [rad or m] and rates at time 0, shape (drives,) or a scalar; ignored for drives with laws.
     duration
         [s].
     tolerance
-        Relative per step; absolute for coordinates in radians and in sizes of the mechanism. It does not bound the
-        error at the end, which a mechanism may amplify.
+        Relative tolerance per step; absolute for coordinates in radians and in sizes of the mechanism. It does not
+        bound the error at the end, because a mechanism may amplify errors.
     most_steps
         Maximum number of steps. The integration stops early if the step sizes predict a thousand times as many.
     on_step
-        Called after every step with the time [s].
+        Called with the time [s] after every step.
     evaluations
-        Maximum number of evaluations of the equation of motion: the step size may decrease without bound.
+        Maximum number of evaluations of the equation of motion, because the step size may decrease without bound.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def _too_slow(run: _Run, steps: Sequence[_Step]) -> bool:
 
 
 def steps_ahead(times: Sequence[float], duration: float) -> float:
-    """Estimate the remaining steps from the latest sizes; 0 if sizes grow or data is scarce.
+    """Estimate the remaining steps from the latest step sizes; 0 if they grow or there is too little data.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 class ForwardError(MechanismError):
     """The motion cannot be continued; `time` [s] is the last valid time.
 
-    `course` is the motion up to that time, or None without any. For the rest see `MechanismError`.
+    `course` is the motion up to that time, or None. For the other attributes see `MechanismError`.
     """
 
     course: IntegratedMotion | None = None
@@ -122,7 +122,7 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
     """Interpolate postures by cubics through positions and velocities at the steps.
 
-    Past a change point within a step, the nearest step may be closer to the other branch.
+    Beyond a change point within a step, the nearest step may be closer to the other branch.
     """
     variant = stretch.lead.variant
     before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)
@@ -159,7 +159,7 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
         whole, balance = whole + rotor * rates * rates[:, None], balance - rotor * rates * second
     balance = balance - np.einsum("jk...,k...->j...", whole, rate2)
     seen = stretch.lead.seen(coasting, _near(stretch, time))
-    if units:  # the variant has no loads of its own
+    if units:  # the variant itself has no loads
         for at, pull, couple in given_loads(seen):
             balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
     for number in free:

@@ -1,8 +1,8 @@
 """Choice of leading joints during integration: replace a drive that reaches its limit.
 
-A drive with given effort is a coordinate of the motion. At a toggle it is at rest while the links move, so it does not
-determine their motion. Another joint replaces it; virtual work reduces the drive's effort to that joint. Derivation:
-docs/dynamics.md.
+A drive with a given effort is a coordinate of the motion. At a toggle position it is at rest while the links move, so
+it does not determine their motion. Another joint replaces it; virtual work reduces the drive's effort to that joint.
+Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -43,7 +43,7 @@ class RightHandSide:
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         self.chart = PostureChart(tracker) if charted and len(drives) == 1 else None
-        if lead.own:  # otherwise the motion is unchanged, and only drives have rotors
+        if lead.own:  # otherwise the motion is the same, and only drives have rotors
             tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
             tracker.rotors = lead.rotors
 
@@ -68,7 +68,7 @@ class RightHandSide:
     def effort(
         self, seen: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
     ) -> Reals:
-        """Efforts reduced to the leading joints at the tracker's posture or a given one; 0 for laws."""
+        """Efforts reduced to the leading joints, at the tracker's posture or a given one; 0 for drives with laws."""
         reduced = np.zeros(len(self.drives))
         rates = self.lead.rates(placed or self.tracker, *(twists or self.tracker.unit_twists)) if self.lead.own else {}
         for number in self.free:

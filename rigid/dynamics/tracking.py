@@ -29,7 +29,7 @@ TOLERANCE = 1e-15  # tolerance of positions, relative to the mechanism's size, o
 MAX_STEP = 0.25  # largest step of the linear prediction, relative to the size, or [rad]
 MAX_PIECES = 1024  # maximum number of such steps between two calls
 MAX_REDUCTION = 0.05  # largest reduction factor of the error before the matrix is updated
-MAX_GAP = 1e-10  # largest gap of a redundant constraint that fits, relative to the size, or [rad]
+MAX_GAP = 1e-10  # largest gap of a redundant constraint that counts as closed, relative to the size, or [rad]
 TINY = np.finfo(float).tiny
 MAX_DEVIATION = 0.25  # largest deviation of a step from the rates at its ends, relative to the step
 MIN_CONDITION = 0.05  # smallest reciprocal condition, relative to the start: below it, rates lose digits
@@ -135,7 +135,7 @@ class Tracker:
         """Move to nearby drive coordinates; if this fails, return to the mark and return False."""
         if self._advance(drive):
             return True
-        # near a singular position the prediction is unreliable: retry from the mark
+        # near a singular position the prediction is unreliable, so retry from the mark
         self._state = self._mark
         if self._advance(drive):
             return True
@@ -179,7 +179,7 @@ class Tracker:
             sign = self._factor(self._here)
             if sign == self._sign:
                 return True
-            # the determinant changes sign at a change point; on another branch the links do not arrive smoothly
+            # the determinant changes sign at a change point; links on another branch do not arrive smoothly
             passed = np.stack([(self.origin - origin)[1:, 0].real, (self.origin - origin)[1:, 0].imag], 1)
             passed = np.concatenate([passed, (self._angle - angle)[1:]], axis=1).ravel()
             off = self._weights * (passed - 0.5 * (ahead + self._influence @ change))
@@ -192,8 +192,8 @@ class Tracker:
     ) -> tuple[Reals, Reals] | None:
         """`equation` at a change point, interpolated from both sides, or None.
 
-        There the rates lose all digits although they are smooth. They are evaluated at offsets along the drive path and
-        interpolated by a polynomial.
+        Rates lose all digits there although they are smooth. They are therefore evaluated at offsets along the drive
+        path and interpolated by a polynomial.
         """
         here = self._state
         unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
@@ -259,7 +259,7 @@ class Tracker:
         """Modified Newton's method for nearby drive coordinates, with reuse of the matrix."""
         ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
-        # with the matrix of a previous step the error reduces at about the same rate
+        # with the matrix of a previous step, the error decreases at about the same rate
         slowness = float(np.abs(self._weights * ahead).max())
         before = 0.0
         for _ in range(MAX_STEPS):

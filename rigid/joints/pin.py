@@ -77,7 +77,7 @@ class PinJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class PinPlace(JointPlace):
-    """Pin at its current place: x and y are constrained, the rotation is free."""
+    """Pin at its current position: x and y are constrained, the rotation is free."""
 
     turns: ClassVar[bool] = True
 

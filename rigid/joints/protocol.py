@@ -66,9 +66,9 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """Gear from the view of its follower: ratio and driving joint.
+    """Gear as seen by its follower: ratio and driving joint.
 
-    `pressure_angle` of its teeth [rad], or None without teeth. `law`: for a follower whose driver is in its own group,
+    `pressure_angle` of its teeth [rad], or None if it has none. `law`: for a follower whose driver is in its own group,
     the factors and joints between links placed before; their changes from the drawing add up to that of the follower.
     """
 
@@ -123,7 +123,7 @@ class Joint(ABC):
     """Letter of the pair in group names: R revolute, P prismatic."""
 
     freedoms: ClassVar[int] = 1
-    """Number of relative freedoms; without any, rigid links form one body."""
+    """Number of relative freedoms; if it is zero, rigid links form one body."""
 
     def at(self, link: int) -> Complex:
         """Joint point in the axes of a link."""
@@ -289,13 +289,13 @@ class JointPlace(ABC):
 
     @abstractmethod
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Displacement at `reach` from the joint, and rotation, by the child's free motion."""
+        """Displacement at `reach` from the joint, and rotation, due to the child's free motion."""
 
     @abstractmethod
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Displacement of the child's point and rotation by the free motion, (gap, turn).
+        """Displacement of the child's point, and rotation, due to the free motion, (gap, turn).
 
-        Also force and moment on the child for an effort along the free motion.
+        It is also the force and moment on the child for an effort along the free motion.
         """
 
     @abstractmethod

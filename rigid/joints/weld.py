@@ -1,7 +1,7 @@
 """Weld: two links joined rigidly at a common point, a pin with a fixed angle.
 
 It constrains x, y and the rotation, and transmits a force and a moment. A weld that closes a ring of welds adds no
-constraint: it is redundant for rigid links, while elastic ones determine its force and moment.
+constraint: it is redundant for rigid links, whereas elastic links determine its force and moment.
 """
 
 from dataclasses import dataclass, field, replace

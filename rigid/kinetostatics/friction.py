@@ -1,4 +1,4 @@
-"""Joint friction: efforts against the motion, proportional to the joint forces they change.
+"""Joint friction: efforts that oppose the motion, proportional to the joint forces that they change.
 
 Joint forces are linear in the friction efforts, so all positions are solved at once for these few unknowns.
 Derivation: docs/theory.md, "Friction".
@@ -23,7 +23,7 @@ REST_RATE = 1e-9  # rate of a joint at rest, relative to the mechanism's speed
 CREEP_SHARE = 1e-3  # largest creep rate, relative to the joint's largest rate
 MAX_STEPS = 40  # maximum number of Newton steps
 TOLERANCE = 1e-15  # relative change of a converged effort
-MAX_RESIDUAL = 1e-12  # the same if round-off prevents more
+MAX_RESIDUAL = 1e-12  # same, if round-off prevents better convergence
 MAX_FLANK_ROUNDS = 4
 """Maximum number of iterations for the loaded flanks of gear teeth."""
 
@@ -46,7 +46,7 @@ def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
 def with_friction(
     motion: Motion, balance: Balance, vibrating: Mapping[int, tuple[Columns, Columns]] | None = None
 ) -> JointForces:
-    """Joint forces including the friction they cause.
+    """Joint forces, including the friction that they cause.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def with_friction(
 def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
     """Signs of the joint rates, child from parent, by joint number, (..., positions).
 
-    0.0 at rest: below `REST_RATE` times the speed of the mechanism's fastest point at that position.
+    The sign is 0.0 at rest, i.e. below `REST_RATE` times the speed of the mechanism's fastest point at that position.
     """
     fastest, spin = speeds(motion)
     return {
@@ -106,7 +106,7 @@ def direction_of(rate: Reals, scale: Reals) -> Reals:
 def creep_rate(motion: Motion, number: int) -> float:
     """Largest creep rate of a joint [rad/s or m/s], relative to its largest rate.
 
-    If the joint does not move, relative to the mechanism's speed.
+    If the joint does not move, it is relative to the mechanism's speed.
     """
     fastest, spin = speeds(motion)
     scale = float(np.max(spin if motion.places[number].turns else fastest))
@@ -136,7 +136,7 @@ def sliding_rate(motion: Motion, number: int) -> Reals:
 def speeds(motion: Motion) -> tuple[Reals, Reals]:
     """Speed of the fastest point [m/s] and largest angular velocity [rad/s], (..., positions).
 
-    The latter is at least that of a rotation of the largest link at the speed of the fastest point.
+    The latter is at least the angular velocity of the largest link if its end moved at the speed of the fastest point.
     """
     sizes, omega = extents(motion.mechanism), np.abs(motion.angular_velocity)
     fastest = np.max([np.abs(motion.velocity[at]) + omega[at] * size for at, size in enumerate(sizes)], axis=0)
@@ -202,7 +202,7 @@ class _Contacts:
     def feedback(self) -> Reals:
         """Spectral radius of the friction loop gain, (..., positions): unique solution below 1."""
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
-        rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i by effort j
+        rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i due to effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
         found = np.zeros(good.shape)
         found[good] = np.abs(np.linalg.eigvals(rows[good])).max(axis=-1)
@@ -263,10 +263,10 @@ def _pressing(
 
 
 def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
-    """Solve for self-consistent efforts, (joints, ..., positions), with relative residual.
+    """Solve for self-consistent efforts, (joints, ..., positions); also return the relative residual.
 
-    Newton's method. Without progress it takes a fixed-point step, which always converges at `sought` positions, with
-    loop gain below 1.
+    Newton's method is used. If it makes no progress, a fixed-point step is taken, which always converges at `sought`
+    positions, where the loop gain is below 1.
     """
     efforts = contacts.caused(np.zeros_like(contacts.given))
     size = _sizes(contacts, efforts)

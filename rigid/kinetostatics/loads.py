@@ -1,4 +1,4 @@
-"""Loads of the links: inertia and weight along beams, line loads, point loads."""
+"""Loads on the links: inertia and weight along beams, line loads, point loads."""
 
 from collections.abc import Iterator
 
@@ -107,7 +107,7 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
     Raises
     ------
     MechanismError
-        The load acts on a point missing from its `points`.
+        The load acts on a point that is missing from its `points`.
     """
     known = set(load.points)
     for force in load.forces(motion):

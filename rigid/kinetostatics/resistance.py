@@ -22,7 +22,7 @@ class Resistance:
     load
         Force and moment for the resisting direction.
     one_way
-        If True, the load vanishes while it would help the motion; otherwise it is reversed. At rest it is zero.
+        If True, the load is zero while it would assist the motion; otherwise it is reversed. At rest it is zero.
 
     Examples
     --------

@@ -27,7 +27,7 @@ class Spring:
     stiffness
         [N/m].
     length
-        Distance with tension `preload` [m]; 0 for a pull proportional to the distance.
+        Distance at which the tension is `preload` [m]; 0 for a pull proportional to the distance.
     damping
         [N s/m].
     preload
@@ -60,7 +60,7 @@ class Spring:
         return (self.link, self.point), (self.on, self.anchor)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Pull on both ends; nan for coincident ends under tension, without a direction."""
+        """Pull on both ends; nan for coincident ends under tension, because the direction is undefined."""
         vector = self._vector(motion)
         reach = np.abs(vector)
         tension = self.preload + self.stiffness * (reach - self.length)
@@ -72,7 +72,7 @@ class Spring:
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
     def energy(self, motion: Motion) -> Reals:
-        """Stored energy [J], 0 at tension `preload`, shape (..., positions)."""
+        """Stored energy [J], 0 where the tension is `preload`, shape (..., positions)."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
@@ -92,9 +92,9 @@ class Spring:
 class TorsionSpring:
     """Torsion spring and damper between two links at a pin.
 
-    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, the opposite on `on`; theta
-    is the angle of the axes of `link` from those of `on`. At a driven pin theta is the drive's coordinate, over any
-    number of turns; otherwise it is the value within half a turn of `angle`.
+    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, and the opposite acts on `on`;
+    theta is the angle of the axes of `link` from those of `on`. At a driven pin theta is the drive's coordinate, over
+    any number of turns; otherwise it is the value within half a turn of `angle`.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class TorsionSpring:
     stiffness
         [N m/rad].
     angle
-        Angle theta with moment -`preload` [rad].
+        Angle theta at which the moment is -`preload` [rad].
     damping, preload
         [N m s/rad], [N m].
     """

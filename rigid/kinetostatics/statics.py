@@ -20,8 +20,8 @@ from rigid.kinetostatics.loads import given_loads, link_loads
 def reactions(motion: Motion) -> JointForces:
     """Forces in all joints and on the ground; nan if singular or statically undetermined.
 
-    Also nan if friction may lock the mechanism. In the order of `motion.structure.joints`; each force acts on the
-    joint's child link, its opposite on the parent.
+    They are also nan if friction may lock the mechanism. The order is that of `motion.structure.joints`; each force
+    acts on the joint's child link, and the opposite on the parent.
     """
     forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.may_be_singular:
@@ -38,7 +38,7 @@ def reactions(motion: Motion) -> JointForces:
 
 
 def _open_where(value: Columns, part: Columns) -> Columns:
-    """Set components with a share in a self-stress to nan."""
+    """Set components that take part in a self-stress to nan."""
     if not np.iscomplexobj(part):
         return (
             np.where(np.abs(part) > MAX_UNSTRESSED, np.nan, value) if np.any(np.abs(part) > MAX_UNSTRESSED) else value
@@ -55,7 +55,7 @@ def balancing_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Joint forces in equilibrium with all loads; with self-stresses, one of many solutions.
+    """Joint forces in equilibrium with all loads; if there are self-stresses, one of many solutions.
 
     Joint friction is an explicit load here; the mechanism's own friction is ignored.
 
@@ -65,7 +65,7 @@ def balancing_forces(
         Additional loads: link number, force in the ground's axes [N], complex, and moment about the origin of the
         link's axes [N m].
     flank
-        Loaded flanks of the gears' teeth, see `JointForces`; default: as loaded by the efforts.
+        Loaded flanks of the gears' teeth, see `JointForces`; by default, those that the efforts load.
     friction
         Friction efforts by joint number, see `JointForces`.
     """
@@ -79,7 +79,7 @@ def balancing_forces(
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
     """Amplification of round-off in joint forces, (..., positions), see `Motion.condition`.
 
-    It is larger if loads nearly cancel, so that the remaining forces have a larger relative error.
+    It is larger if loads nearly cancel, because the remaining forces then have a larger relative error.
     """
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))

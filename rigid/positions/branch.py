@@ -1,9 +1,9 @@
 """Assembly branch of a mechanism, tracked with certainty from the drawing along the drive path.
 
-The path gets knots, independent of the requested positions. Each step between two knots needs a certificate
-(`rigid.positions.enclosure`): exactly one branch runs through the step. A step without certificate is halved. A step
-that stays uncertain is a change point, which the smooth branch crosses, or a limit of motion, beyond which positions
-are nan.
+The path is divided by knots that do not depend on the requested positions. Each step between two knots needs a
+certificate (`rigid.positions.enclosure`) that exactly one branch runs through the step. A step without a certificate is
+halved. A step that remains uncertain is either a change point, which the smooth branch crosses, or a limit of motion,
+beyond which positions are nan.
 """
 
 from dataclasses import replace
@@ -28,12 +28,12 @@ from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
 
 DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in its finest steps
-GENERAL_CHANGE_WIDTH = 256  # the same for a general group, which has more round-off
+GENERAL_CHANGE_WIDTH = 256  # same for a general group, which has more round-off
 FINEST_GENERAL = 2.0**-24  # shortest step of a general group, in strides; round-off hides branches in shorter ones
-STEPS_PER_BLOCK = 4096  # steps certified at once, so that they fit the cache
-MAX_HALVED = 30_000  # steps halved at once, unless there were more from the start
+STEPS_PER_BLOCK = 4096  # number of steps certified at once, so that they fit into the cache
+MAX_HALVED = 30_000  # number of steps halved at once, unless there were more from the start
 LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
-MAX_JUMP = 1e-3  # a slide that changes by more in a finest step is infinite, relative to the mechanism's size
+MAX_JUMP = 1e-3  # a slide counts as infinite if it changes by more in a finest step, relative to the mechanism's size
 
 
 class TrackedBranch:
@@ -67,7 +67,7 @@ class TrackedBranch:
         self.table[f"sure{number}"] = np.zeros(count, bool)
 
     def measure(self, group: Group) -> None:
-        """Continue the angles of joints that drive a group's gears along the knots, starting from the drawing."""
+        """Make the angles of joints that drive a group's gears continuous along the knots, from the drawing on."""
         place = self.table["place"]
         sources = [driver for joint in group.tree if joint.gear for _, driver in joint.gear.sources]
         for driver in sources:
@@ -90,7 +90,7 @@ class TrackedBranch:
     # Placing
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = MAX_NEWTON_STEPS) -> None:
-        """Place a group at knots from coordinates `guess`, shape (free, knots), in at most `corrections` steps."""
+        """Place a group at knots, starting from `guess`, shape (free, knots), in at most `corrections` steps."""
         placed, group = self._placed_before(table, number)
         shape = placed.shape
         if not group.free:
@@ -109,7 +109,7 @@ class TrackedBranch:
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
         """True for each knot at which coordinates of a group, shape (free, knots), close it to round-off."""
         placed, group = self._placed_before(table, number)
-        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles over many turns lose digits
+        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles lose digits over many turns
         coordinates, parts = coordinates.reshape(len(group.free), *placed.shape), parts.reshape(placed.shape)
         return closes(placed, group, coordinates, parts).reshape(len(table["place"]))
 
@@ -154,7 +154,7 @@ class TrackedBranch:
                 table[f"duals{number}"][:, k, c] = flat(duals[k, c])
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
-        """Create knots half way between others, with all groups up to `number` placed."""
+        """Create knots halfway between others, with all groups up to `number` placed."""
         middle = some(low, np.arange(len(low["place"])))
         middle["place"] = 0.5 * (low["place"] + high["place"])
         middle["coarse"] = np.zeros(len(middle["place"]), bool)
@@ -181,7 +181,8 @@ class TrackedBranch:
     def certify(self, low: Table, high: Table, number: int, at: Any = None) -> tuple[Reals, Flags]:
         """Return boxes of a group in steps (steps, free), nan if uncertain; True if earlier groups are certain.
 
-        Works in blocks that fit the cache. `at`: first knots of the steps, if both tables are the same.
+        The steps are processed in blocks that fit into the cache. `at`: first knots of the steps, if both tables are
+        the same.
         """
         count = len(low["place"] if at is None else at)
         parts = []
@@ -260,11 +261,11 @@ class TrackedBranch:
         edge = (LIMIT_RESOLUTION if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
-        # certificates of earlier groups also hold in halves, even if the halves' boxes are unknown
+        # certificates of earlier groups also hold for halves, even if the halves' boxes are unknown
         sure: Any = np.all([low[f"sure{k}"][begin] for k in range(number)], axis=0) if number else True
         split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | sure) & closes.any(axis=0)
         split &= closes.all(axis=0) | (length > edge)
-        if np.count_nonzero(split) > most:  # no step is certain, as for absurd dimensions
+        if np.count_nonzero(split) > most:  # no step is certain, e.g. for unrealistic dimensions
             split[:] = False
         return split
 
@@ -286,17 +287,17 @@ class TrackedBranch:
         )
 
     def before(self, row: int, place: float) -> int:
-        """Index of a design's knot before a place, never its last knot."""
+        """Index of a design's knot before a point on the path, never its last knot."""
         return int(located(self.table, np.array([place]), self.rows)[row, 0])
 
     def end(self, number: int, row: int, sense: int, place: float) -> None:
-        """End a group at a place: make it unknown on the side away from the drawing."""
+        """End a group at a point on the path: make it unknown on the side away from the drawing."""
         ends = {sense: np.full(self.rows, sense * np.inf) for sense in (1, -1)}
         ends[sense][row] = place
         self._end_beyond(number, ends[-1], ends[1])
 
     def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
-        """Make a group unknown outside of two places per design, shape (designs,) each."""
+        """Make a group unknown outside two points per design, shape (designs,) each."""
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
@@ -361,7 +362,7 @@ class TrackedBranch:
         self._end_beyond(number, low, high)
 
     def _behind_infinity(self, number: int) -> Integers:
-        """Indices of the first knots beyond places with an infinite slide of a dyad.
+        """Indices of the first knots beyond points at which a slide of a dyad is infinite.
 
         Two sliding lines become parallel there, and their sine changes sign. If the lines coincide, the slide stays
         finite and passes smoothly.

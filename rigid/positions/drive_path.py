@@ -15,11 +15,11 @@ from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 
 KNOTS_PER_TURN = 64
-STRIDE = 2 * math.pi / KNOTS_PER_TURN  # knot distance of a pin's drive [rad]
-STRIDES_PER_SIZE = 50  # strides of a slider's drive over the size of the drawing
+STRIDE = 2 * math.pi / KNOTS_PER_TURN  # distance between knots for a drive at a pin [rad]
+STRIDES_PER_SIZE = 50  # number of strides of a slider's drive over the size of the drawing
 KNOTS_PER_EXTENSION = 16  # number of knots by which a branch is extended
-KNOT_OFFSET = 0.0618  # of knots from round angles, in strides
-PLACE_TOLERANCE = 1e-9  # largest distance of places that count as equal [rad or m]
+KNOT_OFFSET = 0.0618  # offset of knots from round angles, in strides
+PLACE_TOLERANCE = 1e-9  # largest distance of points that count as equal [rad or m]
 FINEST_STEP = 2.0**-18  # resolution of a change point, in strides
 
 
@@ -39,9 +39,9 @@ class Path:
     stride
         Largest step of s.
     turn
-        Change of s in a full turn after which the drive is back; 0 without.
+        Change of s in a full turn after which the drive is back at its start; 0 if there is none.
     outline
-        s of the first, smallest and largest position of the whole motion; `requested` may be a part of it.
+        s of the first, smallest and largest position of the whole motion, of which `requested` may be a part.
     vertices
         Drive coordinates at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     whole
@@ -94,7 +94,7 @@ class Path:
         return np.arange(self.vertices.shape[1], dtype=float)
 
     def onward(self, low: float, high: float) -> bool:
-        """True if the drives do not reverse between two places."""
+        """True if the drives do not reverse between two points."""
         if self.vertices is None:
             return True
         first, last = int(np.floor(low)), int(np.ceil(high))
@@ -125,7 +125,7 @@ def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) 
 
 
 def outline(drive: Any) -> Any:
-    """Positions that determine how the drives leave the drawing, as `lead` for a part of a motion.
+    """Positions that determine how the drives leave the drawing, to be used as `lead` for a part of a motion.
 
     First, smallest and largest position of a single drive; all positions of several drives.
     """
@@ -136,7 +136,7 @@ def outline(drive: Any) -> Any:
 
 
 def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
-    """Way of each drive from the drawing to the first position [rad or m], the shorter one if turns do not count."""
+    """Travel of each drive from the drawing to the first position [rad or m], the shorter one if turns do not count."""
     drawn, slides, wraps = drawn_drives(mechanism)
     first = drive[:, 0] if drive.ndim == 2 else drive[:, 0, 0]
     return [
@@ -147,16 +147,16 @@ def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
 
 @lru_cache(maxsize=64)
 def drive_strides(mechanism: Mechanism) -> Reals:
-    """Knot distance of each drive [rad or m]."""
+    """Distance between knots of each drive [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
     return np.where(slides, mechanism.size / STRIDES_PER_SIZE, STRIDE)
 
 
 @lru_cache(maxsize=64)
 def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
-    """Drawn drive coordinates; True for each slide; True if full turns of the drives do not count.
+    """Drive coordinates as drawn; whether each is a slide; whether full turns of the drives do not count.
 
-    Turns count if a joint that is not driven drives a gear: its angle is counted from the drawing.
+    Turns count if an undriven joint drives a gear, because its angle is counted from the drawing.
     """
     drawing = Drawing(mechanism)
     joints = structure(mechanism).joints

@@ -15,7 +15,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
 from rigid.positions.partial_posture import PartialPosture
 
-MAX_SLACK = 1e-6  # tolerance of a squared sine behind a singular position
+MAX_SLACK = 1e-6  # tolerance of a squared sine beyond a singular position
 
 
 def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
@@ -41,7 +41,7 @@ def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint
 
 
 def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place a dyad, with a tolerance that allows for digits lost at singular positions of earlier groups."""
+    """Place a dyad, with a tolerance that allows for the digits lost at singular positions of earlier groups."""
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
         worst = reduce(np.minimum, (np.square(before) for before in placed.sine))

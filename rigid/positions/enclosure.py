@@ -1,4 +1,4 @@
-"""Proof that exactly one branch of a group runs between two places on the drive path.
+"""Proof that exactly one branch of a group runs between two points on the drive path.
 
 Derivation: docs/theory.md, "The branch".
 """
@@ -15,8 +15,8 @@ from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
 
-MAX_ATTEMPTS = 6  # attempts to find a box that is mapped into itself
-INFLATION = 1.05  # factor on a box, so that it is mapped into its interior
+MAX_ATTEMPTS = 6  # number of attempts to find a box that is mapped into itself
+INFLATION = 1.05  # factor that enlarges a box, so that it is mapped into its interior
 GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap, relative to the sizes of its vectors
 MIN_BOX = 1e-13  # smallest half width of a box [rad or m], because of round-off
 
@@ -108,7 +108,7 @@ def loop(group: Group, cut: Joint) -> Loop:
 class StepCertificate:
     """Proof that exactly one branch of a group runs through a step, near linear motion.
 
-    `box`: bound of the deviation of the free coordinates, shape (free, steps); nan if there is no proof.
+    `box`: bound on the deviation of the free coordinates, shape (free, steps); nan if there is no proof.
     """
 
     def __init__(self, group: Group, loops: tuple[Loop, ...], step: KnotStep, ends: Ends) -> None:
@@ -249,7 +249,7 @@ class StepCertificate:
             box = np.maximum(box, start)
         sure = np.zeros(box.shape[1:], bool)
         for _ in range(MAX_ATTEMPTS):
-            box = np.where(sure, box, box * INFLATION)  # proven boxes stay: growing with the others could spoil them
+            box = np.where(sure, box, box * INFLATION)  # keep proven boxes: growth with the others could spoil them
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
             sure = (again < box).all(axis=0)
             if sure.all():

@@ -1,4 +1,4 @@
-"""Knots: places on the drive path at which a mechanism's posture is known, ordered by design and place."""
+"""Knots: points on the drive path at which a mechanism's posture is known, ordered by design and path parameter."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid.arrays import Flags, Integers, Reals
 
-SIDE_KNOTS = 3  # knots on each side of a change point that must have a larger sine
+SIDE_KNOTS = 3  # number of knots on each side of a change point that must have a larger sine
 
 Table = dict[str, Any]
 """Arrays with the knots as first axis.
@@ -19,16 +19,16 @@ row
 coarse
     True if the knot belongs to the grid common to all designs.
 origin, direction
-    Of every link, complex, shape (knots, links).
+    Origin and unit vector of every link, complex, shape (knots, links).
 led
     Coordinate of each joint that drives a gear and is not driven, shape (knots, gears).
 sine, sign
     Sine of every group; +1, or -1 if a dyad is assembled opposite to the drawing, shape (knots, groups).
 free0, columns0, duals0, ...
-    Per group: coordinates of its free joints; columns and duals, see `Closure`.
+    For each group: coordinates of its free joints, and columns and duals, see `Closure`.
 box0, sure0, ...
-    Per group, for the step to the next knot: deviation bound of the coordinates from linear motion; True if the
-    branch is certain.
+    For each group, for the step to the next knot: bound on the deviation of the coordinates from linear motion, and
+    whether the branch is certain.
 """
 
 
@@ -53,7 +53,7 @@ def some(table: Mapping[str, Any], which: Any) -> Table:
 
 
 def merged(tables: list[Table]) -> Table:
-    """Merge tables, ordered by design and place."""
+    """Merge tables, ordered by design and path parameter."""
     joined = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     return some(joined, np.lexsort((joined["place"], joined["row"])))
 
@@ -64,7 +64,7 @@ def steps(table: Mapping[str, Any]) -> Integers:
 
 
 def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
-    """Index of the knot before each place, shape (rows, places), never the last one of a design."""
+    """Index of the knot before each point, shape (rows, places), never the last one of a design."""
     place, row = table["place"], table["row"]
     if rows == 1:
         before = np.searchsorted(place, np.ravel(places), side="right") - 1
@@ -82,12 +82,12 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
     """Knots nearest to the locations at which a sine touches zero, at most one in `width`.
 
-    The sine drops sharply within a few of the finest steps. If it only comes near zero, it turns around gently.
+    The sine drops sharply within a few of the finest steps. If it merely comes close to zero, it turns around gently.
 
     Parameters
     ----------
     uncertain
-        True for each knot followed by one of the finest steps without certificate.
+        True for each knot that is followed by one of the finest steps without a certificate.
     """
     sine, least, count = np.abs(sine), np.zeros(len(place), bool), len(place) - 2 * SIDE_KNOTS
     if count > 0:

@@ -23,7 +23,7 @@ MIN_FIRM_SINE = 0.5  # dyads with larger sines pass no change point between near
 MAX_NEAR_STEP = 0.1  # largest step of a drive [rad], and of such a sine, between near positions
 NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
 BOX_MARGIN = 1e-6  # tolerance in addition to the certified box
-PASS_KNOTS = 2  # knots on each side of a change point from which its crossing is interpolated
+PASS_KNOTS = 2  # number of knots on each side of a change point from which its crossing is interpolated
 
 
 def place(
@@ -135,7 +135,7 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Rea
 
 
 def _up_to_ends(plain: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
-    """Keep dyads as drawn, but set those beyond an end of the branch to nan."""
+    """Keep dyads as drawn, but set them to nan beyond an end of the branch."""
     if np.isfinite(branch.table["sine"]).all():
         return plain
     at = at if branch.designs else at[0]
@@ -165,7 +165,7 @@ def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: An
 
 
 def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
-    """Place all links at points on a branch; `at` are the knots before them."""
+    """Place all links at points on a branch; `at` contains the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)

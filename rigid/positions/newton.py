@@ -27,7 +27,7 @@ def _shape(placed: PartialPosture) -> tuple[int, ...]:
 
 
 def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
-    """Place a group from a nearby posture, each position on its own; nan without a solution."""
+    """Place a group from a nearby posture, each position independently; nan if there is no solution."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
     start = np.stack([np.broadcast_to(joint.coordinate(near), shape) for joint in free])
@@ -66,7 +66,7 @@ def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Column
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = MAX_NEWTON_STEPS) -> Reals:
-    """Find the coordinates of the free joints that close the group; nan without a solution."""
+    """Find the coordinates of the free joints that close the group; nan if there is no solution."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.array([joint.sense for joint in free]).reshape(column)
@@ -81,7 +81,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             settled = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
-            # near a singular position round-off keeps the steps finite: accept closed joints if steps stop shrinking
+            # near a singular position, round-off keeps steps finite: accept closed joints if steps stop shrinking
             length = (np.abs(step) / unit).max(axis=0)
             shut = [_shut(placed, place.joint, gap) for gap, place in zip(gaps, closed.cut, strict=True)]
             settled |= np.all(shut, axis=0) & (length > before / 4)
@@ -98,7 +98,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
 
 
 def sine_of(closed: Closure) -> Columns:
-    """Smallest singular value of the loop equations, each free joint scaled to unit effect.
+    """Smallest singular value of the loop equations, with each free joint scaled to unit effect.
 
     For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), with the sine s of the dyad. Rotations at
     closing sliders count as displacements of the longest arm, so that the result does not depend on the unit of length.

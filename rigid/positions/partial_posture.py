@@ -12,7 +12,7 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
 
-MAX_DRIVER_TURNS = 8  # turns of a gear's driver, each way, among which the nearest to a posture is chosen
+MAX_DRIVER_TURNS = 8  # number of turns of a gear's driver, each way, among which the nearest to a posture is chosen
 
 
 @dataclass(eq=False)
@@ -23,10 +23,10 @@ class PartialPosture:
     drive: Reals
     origin: list[Columns]
     direction: list[Columns]
-    sine: list[Columns] = field(default_factory=list)  # of every group except driven links
+    sine: list[Columns] = field(default_factory=list)  # sine of every group except driven links
     slack: Columns = ROUND_OFF  # squared sines above -slack count as zero
     near: Posture | None = None  # see `motion`
-    shape: tuple[int, ...] = ()  # of the columns
+    shape: tuple[int, ...] = ()  # shape of the columns
     led: dict[Any, Reals] = field(default_factory=dict)  # approximate angles of joints that drive gears [rad]
     seen: dict[Any, Any] = field(default_factory=dict)  # their exact angles
 
@@ -51,7 +51,7 @@ class PartialPosture:
         return followed
 
     def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
-        """Angle of a follower, with the turns of its driver that bring it closest to the posture `near`."""
+        """Angle of a follower, with the number of turns of its driver that brings it closest to the posture `near`."""
         assert self.near is not None
         seen = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
         angles = [

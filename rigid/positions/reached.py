@@ -13,14 +13,14 @@ from rigid.positions.drive_path import KNOTS_PER_EXTENSION, PLACE_TOLERANCE, Pat
 from rigid.positions.knots import located
 from rigid.positions.trace import Trace
 
-RETURN_TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may return to its first posture
+RETURN_TURNS = (1, 2, 4, 8)  # turns of the drive after which a mechanism may return to its first posture
 POSTURE_TOLERANCE = 1e-7  # tolerance of an equal posture, relative to the size and in unit vectors
 
 
 def _followed(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
 ) -> TrackedBranch:
-    """Track all groups along the path between two places."""
+    """Track all groups along the path between two points."""
     branch = TrackedBranch(mechanism, structure, path, low, high, forms, edge)
     for number, group in enumerate(structure.groups):
         branch.enter(number)
@@ -41,8 +41,8 @@ def branch_through(
     """Track the branch as far as the requested positions; return it and their locations on it.
 
     The drive goes straight from the drawing to a position; positions beyond a limit of motion are unknown. The first
-    position is reached by the shorter way, else by the longer way. If both are barred, the drive starts at the turn at
-    which it passes the drawing.
+    position is reached the shorter way round, or else the longer way. If both are blocked, the drive starts at the turn
+    at which it passes the drawing.
     """
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
@@ -74,7 +74,7 @@ def branch_through(
 
 
 def _other_starts(path: Path) -> list[Path]:
-    """Paths that start full turns away, if the shorter way to the first position is barred.
+    """Paths that start full turns away, if the shorter way to the first position is blocked.
 
     One starts from the other side of the first position, one at the nearest drawing that the drive passes.
     """
@@ -98,7 +98,7 @@ def _branch_over_request(
 
 
 def _is_known_at(branch: TrackedBranch, place: float) -> bool:
-    """True if the branch of some design is known at a knot next to a place."""
+    """True if the branch of some design is known at a knot next to a point."""
     at = located(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
     inside = (branch.table["place"][at] <= place + PLACE_TOLERANCE) & (
@@ -108,7 +108,7 @@ def _is_known_at(branch: TrackedBranch, place: float) -> bool:
 
 
 def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
-    """True if all designs have equal postures at two places."""
+    """True if all designs have equal postures at two points."""
     place, to = branch.table["place"], np.array([first, last])
     at = located(branch.table, to + PLACE_TOLERANCE, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
@@ -129,7 +129,7 @@ def _ends(branch: TrackedBranch) -> bool:
 
 
 _latest: list[dict[Any, TrackedBranch]] = [{}]
-"""Branches of the latest mechanism with many designs: those of earlier ones would fill the memory of a sweep."""
+"""Branches of the latest mechanism with many designs; earlier ones would fill the memory of a sweep."""
 
 
 def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:

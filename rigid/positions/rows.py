@@ -23,7 +23,7 @@ def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
 
 
 def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    if isinstance(value, PLAIN):  # the most frequent case
+    if isinstance(value, PLAIN):  # this is the most frequent case
         return value
     if isinstance(value, np.ndarray):
         return value[rows] if value.shape == designs else value

@@ -9,19 +9,19 @@ from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, some, steps
 
 BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are distinct, in strides
-MIN_BRANCH_DISTANCE = 2.0**-20  # the same beyond a change point narrowed by round-off
-MAX_SMOOTH_DEVIATION = 0.1  # largest deviation from linear motion of a smooth branch, relative to the way
+MIN_BRANCH_DISTANCE = 2.0**-20  # same beyond a change point narrowed by round-off
+MAX_SMOOTH_DEVIATION = 0.1  # largest deviation from linear motion of a smooth branch, relative to the travel
 MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
 MAX_SHORTENING = 8  # a step this many times shorter than the last leap is certified at once
-MAX_MARCH_STEPS = 400  # steps of a march
+MAX_MARCH_STEPS = 400  # maximum number of steps of a march
 MAX_HIDDEN_SINE = 2e-6  # smaller sines may hide one branch from another by round-off
 MIN_CLEAR_SINE = 0.1  # with larger sines of earlier groups, their round-off is negligible
-MIN_KNOTS = 8  # grid knots needed to find links that turn with the drive
-STEPS_TO_DOUBLE = 2  # successful steps after which a march doubles its step
-MAX_CORRECTIONS = 10  # Newton steps from a close guess
+MIN_KNOTS = 8  # number of grid knots needed to find links that turn with the drive
+STEPS_TO_DOUBLE = 2  # number of successful steps after which a march doubles its step
+MAX_CORRECTIONS = 10  # maximum number of Newton steps from a close guess
 MAX_LEAP_DEVIATION = 0.25  # largest deviation from linear motion of a leap, relative to its length
 FIRST_RESOLUTION = 2.0**-6  # resolution of the first certification of a walk, in strides
-MIN_DIFFERENCE = 1e-15  # smaller differences of places are zero [rad or m]
+MIN_DIFFERENCE = 1e-15  # smaller differences along the path are zero [rad or m]
 CHANGE_POINT_NOISE = 1e-9  # round-off near a change point [rad or m]
 
 
@@ -63,7 +63,7 @@ class Trace:
     def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
         """Place the group at knots, shape (designs, n), one after the other, by linear extrapolation.
 
-        The first `known` knots stay unchanged.
+        The first `known` knots remain unchanged.
         """
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
@@ -98,7 +98,7 @@ class Trace:
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
 
     def _handle_uncertain_steps(self, row: int, sense: int) -> None:
-        """Go outward from the drawing and handle each run of uncertain steps."""
+        """Go outward from the drawing and resolve each run of uncertain steps."""
         branch = self.branch
         passed = closed_in = marched = branch.path.begin - sense
         leaps, carried = True, False
@@ -145,7 +145,7 @@ class Trace:
             self._onward(row, sense, here)
 
     def _next(self, row: int, sense: int, passed: float) -> tuple[int, int] | None:
-        """Inner and outer knot of the next run of uncertain steps beyond a place."""
+        """Inner and outer knot of the next run of uncertain steps beyond a point."""
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
         for first, last in self.branch.uncertain_steps(self.number)[::sense]:
@@ -182,9 +182,9 @@ class Trace:
         return knot
 
     def _extrapolated(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
-        """Extrapolate the group a little ahead: place, coordinates, and their tolerance.
+        """Extrapolate the group a little ahead: path parameter, coordinates, and their tolerance.
 
-        On this scale a branch continues straight if only round-off is in the way, and turns back at a limit of motion.
+        On this scale a branch continues straight if only round-off interferes, and turns back at a limit of motion.
         """
         farther, nearer = (self._knot_at(row, place - k * step, None) for k in (2, 1))
         slope = self.branch.ways(self.number, farther, nearer)
@@ -204,7 +204,7 @@ class Trace:
             return knot if self._distance(knot, guess) <= known else None
 
     def _turns_with_drive(self, row: int, sense: int, place: float) -> bool:
-        """True if the group turns with the drive from a place on; its knots are then placed accordingly.
+        """True if the group turns with the drive from a point onwards; its knots are then placed accordingly.
 
         Links carried by parallel cranks turn as fast as the drive, or not at all, on their only smooth branch.
         Round-off may hide this branch, but it continues to the end of the path if it closes the group everywhere.
@@ -241,7 +241,7 @@ class Trace:
         return float(np.abs(self._near_angles(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
     def _last(self, row: int, sense: int) -> float:
-        """Place of the outermost knot."""
+        """Path parameter of the outermost knot."""
         table = self.branch.table
         return float(table["place"][table["row"] == row][::sense][-1])
 
@@ -257,7 +257,7 @@ class Trace:
             ) <= known
 
     def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
-        """Return how far the steps between two places are certain, outward from `inner`."""
+        """Return how far the steps between two points are certain, outward from `inner`."""
         table = self.branch.table
         at = steps(table)
         at = at[(table["row"][at] == row) & ~table[f"sure{self.number}"][at]]
@@ -309,7 +309,7 @@ class Trace:
         return knots, gone < stride and here["place"][0] != end
 
     def _enter(self, row: int, inner: float, knots: list[Table]) -> None:
-        """Replace the knots beyond a place, except for the grid, and certify their steps."""
+        """Replace the knots beyond a point, except for the grid, and certify their steps."""
         branch, name = self.branch, f"free{self.number}"
         if not knots:
             return

@@ -22,13 +22,13 @@ MAX_STEPS = 40  # maximum number of damped least-squares steps
 def assembled(mechanism: Mechanism) -> Posture:
     """Posture of a mechanism assembled near its drawing, for the first design.
 
-    Rigid links are moved until the joints close, by damped least squares. The damping is proportional to the remaining
-    gap, so a redundant mechanism, with singular equations when closed, converges as fast.
+    Rigid links are moved by damped least squares until the joints close. The damping is proportional to the remaining
+    gap, so a redundant mechanism, whose equations are singular when closed, converges equally fast.
 
     Raises
     ------
     MechanismError
-        The mechanism does not close near the drawing (names the open joint), or a link has no drawn point.
+        The mechanism does not close near the drawing (the error names the open joint), or a link has no drawn point.
     """
     named = pairs(mechanism)
     joints = [pair.joint.of_first_design() for pair in named if pair.joint is not None]
@@ -121,7 +121,7 @@ def _size(here: Posture, joints: list[Joint]) -> float:
 
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Scaled joint gaps: (x, y) of a pin, (angle, across) of a slider; then weld rotations."""
+    """Scaled joint gaps: (x, y) of a pin, (angle, normal) of a slider; then weld rotations."""
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
@@ -129,7 +129,7 @@ def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
 
 
 def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Jacobian of the gaps by (x, y, angle) of moving links, lengths relative to the size."""
+    """Jacobian of the gaps with respect to (x, y, angle) of moving links, with lengths relative to the size."""
     matrix = np.zeros((2 * len(joints), 3 * len(here.origin)))
     for row, joint in enumerate(joints):
         place = joint_place(here, joint)

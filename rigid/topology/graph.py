@@ -32,7 +32,7 @@ class Graph:
     Raises
     ------
     MechanismError
-        A branch has an unknown node, or equal ends.
+        A branch has an unknown node, or its ends are equal.
     """
 
     branches: tuple[Branch, ...]
@@ -91,7 +91,7 @@ def cyclomatic_number(graph: Graph) -> int:
 def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...]:
     """Numbers of the branches of a spanning tree, ascending.
 
-    Branches are taken in order, `preferred` ones first. A graph of several components has one tree in each.
+    Branches are taken in order, `preferred` ones first. A graph with several components has one tree in each.
     """
     root = _Roots(graph.nodes)
     ends = [(branch.start, branch.end) for branch in graph.branches]
@@ -101,18 +101,18 @@ def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...
 def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Integers:
     """Fundamental loop matrix B_f, shape (loops, branches), with A B_f^T = 0.
 
-    One row per branch outside the tree, ascending: its loop through the tree, with +1 for a branch in the loop's
-    direction, -1 against it. `B_f = [-(A_t^-1 A_l)^T : I]`, in the order of the branches.
+    There is one row per branch outside the tree, ascending: its loop through the tree, with +1 for a branch in the
+    loop's direction and -1 for one against it. `B_f = [-(A_t^-1 A_l)^T : I]`, in the order of the branches.
 
     Parameters
     ----------
     tree
-        Numbers of the tree's branches; default: `spanning_tree(graph)`.
+        Numbers of the tree's branches; by default `spanning_tree(graph)`.
 
     Raises
     ------
     MechanismError
-        The given branches are no spanning tree.
+        The given branches are not a spanning tree.
 
     References
     ----------
@@ -135,7 +135,7 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
 def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
     """Branches along a loop with signs: (number, +1 or -1).
 
-    `loop` is a row of the fundamental loop matrix; the walk begins with its last branch, in its direction.
+    `loop` is a row of the fundamental loop matrix; the walk begins with its last branch, in that branch's direction.
     """
     left = [int(number) for number in np.flatnonzero(loop)]
     steps: list[tuple[int, int]] = []

@@ -1,4 +1,4 @@
-"""Input-output laws of a chain at one position: rates by rates, loads by loads."""
+"""Input-output laws of a chain at one position: rates per rate, loads per load."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

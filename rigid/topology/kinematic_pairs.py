@@ -62,7 +62,7 @@ def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
     Raises
     ------
     MechanismError
-        A gear of ratio 1 without contact point, or an undrawn point.
+        A gear of ratio 1 has no contact point, or a point is not drawn.
     """
     return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
 
@@ -149,7 +149,7 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
     """Mobility of a planar mechanism by count: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
-    The count ignores special dimensions: gears count 0 and yet turn. `mobility` includes them.
+    The count ignores special dimensions: for gears it is 0, and yet they turn. `mobility` takes them into account.
 
     Parameters
     ----------

@@ -25,10 +25,10 @@ def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Grap
 def bar_graph(mechanism: Mechanism) -> Graph:
     """Graph of joints and bars, after Vlase.
 
-    A link with two joints is one bar; with more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars
-    through its joints. A slider is a branch of variable length from its line's origin to its point; the origin is a
-    node named like the slider, or a joint of the owner at the same place. Points of a single link are omitted unless
-    the link has fewer than two joints. Welded links are one.
+    A link with two joints is one bar; with n > 2 joints, it is a strip of triangles made of 2 n - 3 bars. The ground is
+    a path of bars through its joints. A slider is a branch of variable length from its line's origin to its point; the
+    origin is a node named like the slider, or a joint of the owner at the same place. Points of a single link are
+    omitted unless the link has fewer than two joints. Welded links are one.
     """
     named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}

@@ -1,4 +1,4 @@
-"""Mobility of planar mechanisms: twists of their pairs in a posture, and fit of redundant constraints."""
+"""Mobility of planar mechanisms: twists of their pairs in a posture, and consistency of redundant constraints."""
 
 from collections.abc import Iterable
 from functools import lru_cache
@@ -25,7 +25,7 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
 
     Examples
     --------
-    Two rolling gears: a count of 0, but mobility 1 and one redundant constraint.
+    Two rolling gears have a count of 0, but mobility 1 and one redundant constraint:
 
     >>> from rigid.topology import Contact, assembled, mobility, planar_chain
     >>> from rigid import Link, Mechanism

@@ -70,8 +70,8 @@ class Mobility:
     static_unknowns, static_equations, static_rank
         I_s: components transmitted by all joints; E_s = d (links - 1); r_s, shape (...).
     kept, dropped
-        Smallest singular value that counts in the static rank and largest that does not, relative to the greatest,
-        shape (...). Their ratio shows how clear the rank is.
+        Smallest singular value that counts in the static rank, and largest that does not, relative to the greatest,
+        shape (...). Their ratio shows how clearly the rank is determined.
 
     References
     ----------
@@ -116,7 +116,7 @@ def mobility(chain: Chain) -> Mobility:
     """Mobility m, hyperstaticity h and their ranks, at each position of a chain.
 
     Singular values below RANK_TOLERANCE (1e-9) of the greatest count as zero; each joint's twists and wrenches are
-    orthonormalised with `chain.length`. m and h hold at the position: both are larger at a singular one.
+    orthonormalised with `chain.length`. m and h apply to the position; both are larger at a singular one.
 
     Raises
     ------

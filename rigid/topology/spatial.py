@@ -1,7 +1,7 @@
 """Spatial joints with static and kinematic torsors, and chains of them for mobility analysis.
 
-A torsor is a resultant and a moment at a point. Per joint: relative motions of the end link (rotation, velocity), and
-loads transmitted from the start link (force, moment), in the joint's own axes x, y, z.
+A torsor is a resultant and a moment at a point. For each joint: relative motions of the end link (rotation, velocity),
+and loads transmitted from the start link (force, moment), in the joint's own axes x, y, z.
 """
 
 from collections.abc import Iterable, Mapping
@@ -31,7 +31,7 @@ class JointType:
     name
         Common name.
     meaning
-        Meaning of its own axes, after the source's table.
+        Meaning of its own axes, according to the source's table.
     freedoms
         Free components of the kinematic torsor. The velocity of a helical joint is proportional to its rotation.
     axis
@@ -164,7 +164,7 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
         force, moment = np.zeros(3), np.zeros(3)
         if component in FORCES:
             force = axes[:, FORCES.index(component)]
-            # the thread converts an axial force to a moment: together they do no work
+            # the thread converts an axial force to a moment; together they do no work
             moment = -joint.pitch * force if joint.kind.name == "helical" and component == "Z" else moment
         else:
             moment = axes[:, MOMENTS.index(component)]
@@ -180,12 +180,12 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
     Parameters
     ----------
     fixed
-        Name of the fixed link; default: "ground" if present, otherwise the first link.
+        Name of the fixed link; by default "ground" if present, otherwise the first link.
 
     Raises
     ------
     MechanismError
-        No joints, duplicate names, an unknown type, a zero axis, or an unknown fixed link.
+        There are no joints, or there is a duplicate name, an unknown type, a zero axis, or an unknown fixed link.
     """
     joints = tuple(joints)
     if not joints:

@@ -68,18 +68,18 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """Return a page from its body and scripts. Names in double braces are replaced once by parts, which are markup."""
+    """Return a page from its body and scripts. Names in double braces are replaced once by parts (markup)."""
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
 
 def as_data(value: Any) -> bytes:
-    """Return JSON for a page, without text that could end its element."""
+    """Return JSON for a page, without text that could close its element."""
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
 def text_of(words: str) -> bytes:
-    """Return words as escaped text of a page."""
+    """Return words as escaped text for a page."""
     return escape(words).encode("utf-8", "replace")
 
 
@@ -98,7 +98,7 @@ def _script(names: tuple[str, ...]) -> bytes:
 
 
 def script(name: str) -> str:
-    """Return a script for the common scope of a page: one that the editor imports as a module exports nothing here."""
+    """Return a script for the common scope of a page, with the exports of the editor's modules removed."""
     return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
 
 
@@ -121,8 +121,8 @@ def _packaged() -> Path | None:
 
 
 def _installed() -> Path | None:
-    """Return this folder of the installed kinelast; Python in a copy of the source imports the copy instead."""
-    from importlib.metadata import PackageNotFoundError, distribution  # takes longer than the page
+    """Return this folder in the installed kinelast, because Python in a copy of the source imports the copy."""
+    from importlib.metadata import PackageNotFoundError, distribution  # this import takes longer than the page
 
     try:
         return Path(str(distribution("kinelast").locate_file(WEB.relative_to(WEB.parents[3]))))
@@ -131,7 +131,7 @@ def _installed() -> Path | None:
 
 
 def _library() -> Path:
-    """Return the folder of uPlot's files: this one, that of its package, or that of the installed kinelast."""
+    """Return the folder of uPlot's files: this one, its package, or the installed kinelast."""
     for find in (lambda: WEB, _packaged, _installed):
         if (folder := find()) and (folder / "uPlot.iife.js").is_file():
             return folder
@@ -164,9 +164,9 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # designs of a page: of more, the fronts and a random part
-FRONTS = 6  # figures with a front for each pair
-GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
+SHOWN = 10_000  # maximum number of designs on a page; if there are more, the fronts and a random part are shown
+FRONTS = 6  # number of figures with a front for each pair
+GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # these are better if larger
     each.key for each in figures_of(None) if each.over == LEAST
 )
 
@@ -203,16 +203,16 @@ def designs_page(
     best
         Number of the best design, counted from 0.
     sensitivities
-        Growth of each figure in per cent if a number grows by 1 %.
+        Increase of each figure in per cent if a number increases by 1 %.
     pages
         Addresses of pages of single designs, by number.
     scene, options
         Name of the scene for the command, and options that reproduce a design's figures. The page shows these commands
-        for designs without a page.
+        for designs that have no page.
     shown_in
         Units of the scene.
     answered
-        Full answers by number of the design: `theory`, `verdict`, and `figures` with `value` and `error`.
+        Full answers by design number: `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
@@ -259,7 +259,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Return the first two columns of a page: a number against a figure, or two figures.
+    """Return the two columns that a page shows first: a number against a figure, or two figures.
 
     Examples
     --------
@@ -280,12 +280,12 @@ def is_greater(figure: str) -> bool:
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
-    """Return the numbers of the designs of a page: all, or fronts of pairs of figures, the best, and a random part.
+    """Return the numbers of the designs on a page: all, or the fronts of pairs of figures, the best, and a random part.
 
     Parameters
     ----------
     figures
-        Values of each figure, shape (designs,), smaller is better. The first ones have fronts.
+        Values of each figure, shape (designs,); smaller is better. The first ones have fronts.
     """
     if count <= SHOWN:
         return np.arange(count)

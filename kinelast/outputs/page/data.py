@@ -21,12 +21,12 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 
-BUDGET = 2_400_000  # [bytes] of numbers, beyond which positions are thinned out
+BUDGET = 2_400_000  # [bytes] above this amount of numbers, positions are thinned out
 STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # source, number of integrations, and rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut, sheared or has couples
-EVALUATED = ("chord", "axial", "left", "right", "shear")  # by formulas of scene.js
-OUTLINE = 360  # points of a cam
+EVALUATED = ("chord", "axial", "left", "right", "shear")  # computed by formulas in scene.js
+OUTLINE = 360  # number of points of a cam
 CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of each cam at each position
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
@@ -38,7 +38,7 @@ REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields, except those that follow by integration."""
+    """Store the coefficients of the fields, except for those that follow by integration."""
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -53,7 +53,7 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Return whether coefficients are those of another field, integrated `count` times, up to round-off."""
+    """Return whether coefficients equal those of another field after `count` integrations, up to round-off."""
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -63,10 +63,10 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
-    """Return fields in powers of the coordinate along a piece, 0 to 1, shape (coefficients, pieces, positions).
+    """Return fields in powers of the coordinate along a piece (0 to 1), shape (coefficients, pieces, positions).
 
-    Fields of `FOLLOWING` are included only if they do not follow by differentiation, other fields if the script has no
-    formula for them.
+    Fields of `FOLLOWING` are included only if they do not follow by differentiation, and other fields if the script has
+    no formula for them.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
@@ -79,7 +79,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 
 
 def kept_positions(results: Results) -> Integers:
-    """Return the numbers of the positions in the page: all, or a regular selection and those of the peaks."""
+    """Return the numbers of the positions in the page: all, or a regular selection plus the positions of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
     doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
@@ -185,7 +185,7 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
-    """Yield the link and point at which each joint force acts, the block for a slider."""
+    """Yield the link and point on which each joint force acts; for a slider, the block."""
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
         yield link, joint.point(link) or ""
@@ -243,7 +243,7 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] of numbers from which compression pays
+PACKED = 400_000  # [bytes] amount of numbers above which compression pays
 
 
 class Numbers:
@@ -253,7 +253,7 @@ class Numbers:
     ----------
     places
         By name: "d" (float64) or "f" (float32); shape without the last axis; whether complex, with separate rows for
-        both parts; for each row its constant value, or None for a stored row.
+        both parts; the constant value of each row, or None for a stored row.
     integrals
         By name of coefficients: the field that is integrated, the number of integrations, and a factor per piece.
     """

@@ -1,4 +1,4 @@
-"""Parts of machines, each in one file: a line here registers it."""
+"""Machine parts, one file each; a line here registers them."""
 
 from __future__ import annotations
 

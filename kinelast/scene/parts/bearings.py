@@ -1,4 +1,4 @@
-"""Parts of joints: rolling and plain bearings, pins and eyes, and lost contact in joints with clearance."""
+"""Parts of joints: rolling and plain bearings, pins, eyes, and lost contact in joints with clearance."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kinelast.scene.reading import Reader
 
 KEY = "bearings"
-ROLLER_EXPONENT = 10.0 / 3.0  # exponent of the life of roller bearings
+ROLLER_EXPONENT = 10.0 / 3.0  # life exponent of roller bearings
 
 
 class RollingTable(StrictTable, frozen=True, kw_only=True):
@@ -55,11 +55,11 @@ class PlainTable(StrictTable, frozen=True, kw_only=True):
     """A plain bearing and the limits of its material."""
 
     diameter: Size | None = None  #: diameter of the pin or shaft
-    length: Size | None = None  #: length of a slider's block, `through` at its middle; instead of `diameter`
+    length: Size | None = None  #: length of a slider's block with `through` at its middle; instead of `diameter`
     width: Size  #: width of the bearing, or of the block
     pressure: Stress | None = None  #: maximum pressure [no limit]
     speed: SlidingSpeed | None = None  #: maximum sliding speed [no limit]
-    pressure_speed: PressureSpeed | None = None  #: maximum mean of pressure x sliding speed [no limit]
+    pressure_speed: PressureSpeed | None = None  #: maximum mean pressure x sliding speed [no limit]
 
 
 class PinTable(StrictTable, frozen=True, kw_only=True):
@@ -69,7 +69,7 @@ class PinTable(StrictTable, frozen=True, kw_only=True):
     eye: Size  #: thickness of the eye
     cheek: Size | None = None  #: thickness of each cheek
     gap: Size | None = None  #: gap between eye and cheek [0]
-    overhung: bool = False  #: `true`: held on one side only, without `cheek`
+    overhung: bool = False  #: `true`: supported on one side only, without `cheek`
     yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
     shear: Stress | None = None  #: maximum shear stress [no limit]
     bending: Stress | None = None  #: maximum bending stress [no limit]
@@ -83,7 +83,7 @@ class EyeTable(StrictTable, frozen=True, kw_only=True):
     width: Size  #: width of the plate
     thickness: Size  #: thickness of the plate
     edge: Size  #: distance from the centre of the hole to the end
-    link: str | None = None  #: link whose life the notch reduces [no link]
+    link: str | None = None  #: link weakened by the notch in fatigue [no link]
     #: fatigue notch factor of the net section [from the shape]
     notch: Annotated[float, Meta(ge=1)] | None = None
     yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
@@ -175,12 +175,12 @@ def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
 
 
 def _or(value: Any, otherwise: float) -> Any:
-    """Return a number, or the default without one."""
+    """Return a number, or the default if it is missing."""
     return otherwise if value is None else real(value)
 
 
 def _has(scene: Scene, joint: str, part: str) -> bool:
-    """Return True if a joint has a part; "bearing" stands for a pin with a table."""
+    """Return True if a joint has a part; "bearing" means a pin with a table."""
     parts = scene.parts[KEY].get(joint)
     if parts is None:
         return False
@@ -215,7 +215,7 @@ def _knocks(cycle: Cycle) -> list[Any]:
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return figures of the output displacement due to clearance; empty without an output."""
+    """Return figures of the output displacement due to clearance; empty if there is no output."""
     if output is None:
         return ()
 
@@ -231,7 +231,7 @@ def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
-    """Return the displacements of the output by clearance: of a shared point the larger of all its links."""
+    """Return the displacements of the output due to clearance; for a shared point, the largest among its links."""
     mechanism = cycle.scene.mechanism
     gaps: dict[int, Any] = {
         number: cycle.scene.bearings[name].clearance for number, name in joints_with(cycle.scene, CLEARANCE).items()
@@ -250,7 +250,7 @@ SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 
 
 def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
-    """Return motion, turns of the force, positions of lost contact and figures of the parts of a joint."""
+    """Return the motion, turns of the force, positions of lost contact, and figures of the parts of a joint."""
     scene, course = reader.scene, reader.cycle.joint(number)
     parent = reader.results.motion.structure.joints[number].parent
     figures = {}
@@ -276,7 +276,7 @@ def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
 
 Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
 Values = Callable[[Any, JointCourse], Any]
-"""Function from a joint's part, force and motion to values at every position, or to one of the whole run."""
+"""Function from a joint's part, force and motion to values at every position, or to one value for the whole run."""
 
 
 def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:

@@ -1,4 +1,4 @@
-"""Values of cams over a cycle: flanks, forces, torque, pressure; faults, rows of the summary and findings."""
+"""Values of cams over a cycle (flanks, forces, torque, pressure), faults, rows of the summary, and findings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ PRESSED = _cams("pressed cam", _pressed)
 
 
 def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
-    """Flanks of a cam over a cycle: one, or the inner and outer flank of a groove."""
+    """Flanks of a cam over a cycle: one flank, or the inner and outer flanks of a groove."""
     return cycle.once(_flanks, name)
 
 
@@ -56,7 +56,7 @@ def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
 
 
 def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
-    """Speed of a motion / speed of the scene, shape that broadcasts to (..., positions)."""
+    """Speed of a motion / speed of the scene; broadcasts to (..., positions)."""
     law = scene.laws[cam.drive]
     return motion.drive_rate[cam.drive] / law.speed if isinstance(law, ConstantSpeed) else np.ones(1)
 
@@ -80,7 +80,7 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
 
 def _pushes(cycle: Cycle) -> dict[str, Reals]:
-    """Contact forces [N] by name, for the cams with `push`; their drives have no effort."""
+    """Contact forces [N], by name, of the cams with `push`; their drives have no effort."""
     for load in cycle.scene.mechanism.loads:
         if isinstance(load, CamPush):
             return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
@@ -106,12 +106,12 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 def cam_preload(cycle: Cycle, name: str) -> Reals:
     """Effort that keeps a follower on its cam [N m or N], shape (..., positions)."""
     flank = cam_flanks(cycle, name)[0]
-    with np.errstate(invalid="ignore"):  # the force is infinite at a lever of zero
+    with np.errstate(invalid="ignore"):  # the force is infinite if the lever is zero
         return flank.preload(flank.lever * cam_force(cycle, name))
 
 
 def cam_lag(cycle: Cycle, name: str) -> Reals:
-    """Lag of the drive behind its cam because links bend [rad or m], shape (..., positions).
+    """Lag of the drive behind its cam due to bending links [rad or m], shape (..., positions).
 
     With this lag the follower would touch the cam; the computed drive follows its law instead.
     """
@@ -126,8 +126,8 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
-ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] pressure angle at which a cam no longer moves its follower
-CAM_NEEDS = {  # figures that decide if a cam works, and their items
+ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] pressure angle at which a cam can no longer move its follower
+CAM_NEEDS = {  # figures that decide whether a cam works, and their items
     "cam_pressure_angle": CAM,
     "cam_radius": CAM,
     "cam_face_margin": FACED,
@@ -142,7 +142,7 @@ def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, 
     Parameters
     ----------
     figures
-        Values of every item by key; the function uses those of `CAM_NEEDS`.
+        Values of every item by key; the function uses the keys in `CAM_NEEDS`.
     """
     known = {
         key: dict(zip(kind.names(scene), figures[key], strict=True))
@@ -162,7 +162,7 @@ HEADING = "Cams"
 
 
 def cam_row(reader: Reader, name: str) -> dict[str, Any]:
-    """Return data of a cam, positions with undercut and without contact, and their numbers under `counts`.
+    """Return the data of a cam, the positions with undercut or without contact, and their numbers under `counts`.
 
     `cut` is the depth to which the follower cuts into the profile from another position: the cam cannot be made.
     """

@@ -32,12 +32,12 @@ TESTED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # fractions of a run; a
 MIN_INFLUENCE = 1e-9  # displacement of the contact / drive coordinate, relative to the distance from the camshaft
 MAX_GAP = 1e-9  # coordinate after a turn of the cam minus coordinate before it, relative to the turn or stroke
 MAX_JUMP = 1e-6  # rate after a turn of the cam minus rate before it, relative to the largest rate
-INSTANTS = 257  # of a run; the motion at each is compared with the motion a turn of the cam later
-POISSON = 0.3  # of metals, for a material without a ratio
+INSTANTS = 257  # fractions of a run; the motion at each is compared with that one cam turn later
+POISSON = 0.3  # Poisson's ratio of metals, for a material without one
 
 
 class CamTable(StrictTable, frozen=True, kw_only=True):
-    """A cam that moves a drive: its profile follows from the motion of the follower; limits of its contact."""
+    """A cam that moves a drive, and the limits of its contact. The profile follows from the motion of the follower."""
 
     follower: str  #: link moved by the cam
     centre: str | Place  #: camshaft centre: a ground point, or `[x, y]` in the drawing
@@ -45,16 +45,16 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     roller_radius: Size | None = None  #: radius of the roller, needed for `pressure` [0: knife edge]
     face: tuple[str, str] | None = None  #: two points of the follower: ends of a flat face
     drive: str | None = None  #: link or slider of its drive [the only drive]
-    #: camshaft speed, whole turns in a run [one turn in a run]
+    #: camshaft speed, a whole number of turns in a run [one turn in a run]
     speed: CamSpeed | None = None
     #: `"inner"`: cam inside the path; `"outer"`: ring around it; `"both"`: groove
     flank: Literal["inner", "outer", "both"] = "inner"
-    #: `false`: the force acts along the coordinate, not at the contact
+    #: `false`: the force acts along the coordinate instead of at the contact
     push: bool = True
     width: Size | None = None  #: width of the contact [pressure is not computed]
     #: material of the cam [pressure is not computed]
     material: str | None = None
-    follower_material: str | None = None  #: material of the roller or face [as `material`]
+    follower_material: str | None = None  #: material of the roller or face [same as `material`]
     pressure: Stress | None = None  #: maximum Hertzian pressure [no limit]
     pressure_angle: PressureAngle | None = None  #: maximum pressure angle [no limit]
     radius: Size | None = None  #: minimum convex radius [no limit]
@@ -68,7 +68,7 @@ def _built(assembly: Assembly) -> dict[str, Cam]:
     Raises
     ------
     SceneError
-        Unknown link, point or drive; no contact or two of them; a profile that does not close.
+        The link, point or drive is unknown, there is not exactly one contact, or the profile does not close.
     """
     cams = {name: _cam(f"cams.{name}", table, assembly) for name, table in CAMS.tables(assembly.table).items()}
     giver: dict[int, str] = {}
@@ -158,7 +158,7 @@ def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: An
 
 
 def _speed(where: str, table: CamTable, duration: Any) -> Any:
-    """Return the speed of a camshaft [rad/s]: given, with whole turns in the run, or else one turn in the run."""
+    """Return the speed of a camshaft [rad/s]: as given (whole turns in the run), or else one turn in the run."""
     if table.speed is None:
         return 2.0 * pi / duration
     speed = real(table.speed)
@@ -227,7 +227,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
 
 
 def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
-    """Return the load of the cams with `push`: forces at their contacts."""
+    """Return the load from cams with `push`: forces at their contacts."""
     pushing = {name: cam for name, cam in cams.items() if CAMS.tables(assembly.table)[name].push}
     if not pushing:
         return []
@@ -237,7 +237,7 @@ def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
 
 
 def require_moved(scene: Scene) -> None:
-    """Raise if the drive of a cam does not move the follower at their contact."""
+    """Raise if the drive of a cam does not move the follower at the contact."""
     cams = CAMS.of(scene)
     laws = [law for law in scene.laws if callable(law)]
     if not cams or len(laws) < len(scene.laws):
@@ -272,12 +272,12 @@ def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callab
 
 
 def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest value of each cam of a kind over the positions that count."""
+    """Return the search for the smallest value of each cam of a kind over the included positions."""
     return least(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _cam_units(turns: str, slides: str, of: Kind) -> Callable[[Scene], list[str]]:
-    """Return the units of cams' figures: for a rotating or a sliding drive."""
+    """Return the units of the cams' figures, each for a rotating or a sliding drive."""
     return lambda scene: [
         turns if scene.mechanism.drives[scene.parts[KEY][name].drive].turns else slides for name in items_of(scene, of)
     ]
@@ -288,7 +288,7 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
     return pressures / np.array(yields)
 
 
-OUTLINE = 180  # points of a drawn cam
+OUTLINE = 180  # number of points of a drawn cam
 RIM = 1.12  # radius of the rim of a ring or groove / largest radius of the cam
 
 

@@ -85,7 +85,7 @@ CYLINDERS: Part[Cylinder] = Part(
     owned=named_tables(KEY, "cylinder"),
     drive_row="cylinder",
     on_axis=True,
-    usual={  # from a syringe to a press of 100,000 t
+    usual={  # from a syringe to a 100,000 t press
         "bore": ("bore", 1e-4, 5.0, "m", "40 mm"),
         "rod": ("rod", 0.0, 5.0, "m", "25 mm"),
         "modulus": ("modulus of the rod", 1e8, 2e12, "Pa", "206 GPa"),

@@ -1,4 +1,4 @@
-"""Fatigue of links: strength with its factors, endurance and life."""
+"""Fatigue of links: strength and its factors, endurance and life."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"
-LIFE_POWER = 9.0  # life ~ load ** -9 below the knee of an S-N line of slope 5
+LIFE_POWER = 9.0  # life ~ load ** -9 below the knee of an S-N line with slope 5
 Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
 
 
@@ -50,9 +50,9 @@ class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
     """Fatigue: criterion, reliability, factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    #: share of parts that have the endurance limit
+    #: share of parts that reach the endurance limit
     reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
-    #: factors of single links, instead of the general ones
+    #: factors of single links, in place of the general ones
     links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 
@@ -90,14 +90,14 @@ def _task(assembly: Assembly, settings: FatigueTable) -> FatigueTask:
 def _eye_notch(
     table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
 ) -> Real | None:
-    """Return stress at the hole of an eye / stress at the end of its beam, or None without an eye."""
+    """Return stress at the hole of an eye / stress at the end of its beam, or None if there is no eye."""
     bearings = BEARINGS.tables(table)
     eye = bearings[point].eye if point in bearings else None
     if eye is None or eye.link != body.link.name:
         return None
     section = body.sections[number].section
     factor = eye.notch or eye_of(eye).stress_concentration
-    if np.isnan(factor).all():  # a nan of single designs makes their life unknown
+    if np.isnan(factor).all():  # nan makes the life of a single design unknown
         form = f"the formula is valid for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
         form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
         raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
@@ -110,7 +110,7 @@ def _eye_notch(
 def _strength(
     settings: FatigueTable, body: LinkModel, number: int, made: SectionSource, materials: Mapping[str, MaterialTable]
 ) -> tuple[FatigueStrength, dict[str, Any]]:
-    """Return the fatigue strength of a beam and the endurance factors; nan without a material."""
+    """Return the fatigue strength and the endurance factors of a beam; nan if it has no material."""
     if not made.material:
         return FatigueStrength(nan, nan, nan, nan, nan), {}
     stuff, where = materials[made.material], f"materials.{made.material}"
@@ -160,7 +160,7 @@ def _fatigue(cycle: Cycle) -> Fatigue:
 
 
 def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Return the search of a scene with `[fatigue]`; without it there are no items."""
+    """Return the search for a scene with `[fatigue]`; without this table there are no items."""
 
     def found(cycle: Cycle) -> Largest:
         none = np.zeros((0, *cycle.columns[:-1]))
@@ -170,7 +170,7 @@ def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
 
 
 def _life(cycle: Cycle) -> Largest:
-    """Time of each beam until Miner's sum is 1 [s]."""
+    """Time until Miner's sum reaches 1 for each beam [s]."""
     cycles = _cycles(cycle)
     return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
 
@@ -182,7 +182,7 @@ def _cycles(cycle: Cycle) -> Largest:
 
 
 def _row(reader: Reader, _: str) -> dict[str, Any]:
-    """Criterion, and endurance and life of every beam with its location."""
+    """Criterion, and the endurance and life of every beam with their locations."""
     task, peaks = reader.scene.parts[KEY][ALONE], reader.results.figures.peaks
     stress, links = beam_fatigue(reader.cycle), {}
     for beam, label in enumerate(reader.scene.labels):

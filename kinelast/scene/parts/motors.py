@@ -32,39 +32,39 @@ if TYPE_CHECKING:
     from kinelast.scene.format import SceneTable
 
 KEY = "motors"
-MAX_SPEED = 1e5  # [rad/s] of usual motors
+MAX_SPEED = 1e5  # [rad/s] usual motor speeds
 
 
 class MotorTable(StrictTable, frozen=True, kw_only=True):
     """A motor with its gearbox; torques and inertias are at the motor shaft."""
 
-    #: limit of the root mean square of the torque [no limit]
+    #: maximum rms torque [no limit]
     rated_torque: Torque | None = None
-    peak_torque: Torque | None = None  #: limit of the torque [no limit]
+    peak_torque: Torque | None = None  #: maximum torque [no limit]
     #: torque at rest, if it falls linearly to zero at `top_speed` [unknown]
     stall_torque: Torque | None = None
-    rated_speed: TurningSpeed | None = None  #: limit of the mean speed [no limit]
-    top_speed: TurningSpeed | None = None  #: limit of the speed [no limit]
+    rated_speed: TurningSpeed | None = None  #: maximum mean speed [no limit]
+    top_speed: TurningSpeed | None = None  #: maximum speed [no limit]
     rotor_inertia: Inertia | None = None  #: inertia of the rotor [0]
     gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft [0]
-    #: motor angle / drive angle; of a slider motor angle / travel, or a lead [1]
+    #: motor angle / drive angle; for a slider, motor angle / travel, or a lead [1]
     gear_ratio: GearRatio | None = None
     efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
-    inertia_ratio: Factor | None = None  #: limit of load inertia / (motor + gearbox inertia) [no limit]
+    inertia_ratio: Factor | None = None  #: maximum load inertia / (motor + gearbox inertia) [no limit]
 
     @property
     def full_use(self) -> float | None:
-        """Limit of torque / available torque: 1 for a known line from stall to top speed, otherwise None."""
+        """Limit on torque / available torque: 1 if the line from stall to top speed is known, otherwise None."""
         return None if self.stall_torque is None or self.top_speed is None else 1.0
 
 
 def motor_of(scene: SceneTable, number: int) -> Motor | None:
-    """Return the motor of a drive by its number from 1, or None.
+    """Return the motor of a drive, given by its number from 1, or None.
 
     Raises
     ------
     SceneError
-        Unknown motor, or a gear ratio of the wrong dimension.
+        The motor is unknown, or the gear ratio has the wrong dimension.
     """
     table, known = scene.drives[number - 1], MOTORS.tables(scene)
     if table.motor is None:
@@ -93,7 +93,7 @@ def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
 
 
 def _load_effort(cycle: Cycle, number: int) -> Reals:
-    """Effort of a drive without the rotor, shape (..., positions)."""
+    """Effort of a drive without its rotor, shape (..., positions)."""
     return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
 
 

@@ -1,4 +1,4 @@
-"""End stops: bounds of the angle or travel of a joint, and its margins to them."""
+"""End stops: bounds on the angle or travel of a joint, and the margins to them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from symbols import Mark, Spot
 
 TURN = 2.0 * np.pi
-INSIDE = 0.25 * TURN  # [rad] the angle at the start is within half a turn of a single stop plus this
+INSIDE = 0.25 * TURN  # [rad] the initial angle is within half a turn of a single stop, plus this
 BAR = 4.0  # length of a bar, in symbol sizes
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
-    """End stops of a joint; it is named as in a drive."""
+    """End stops of a joint, which is named as in a drive."""
 
     #: lower bound of the coordinate [no stop]
     least: AngleOrLength | None = None
@@ -48,7 +48,7 @@ class StopTable(JointNameTable, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Stop:
-    """End stops of a joint; `least` and `most` [rad or m] are None without a stop on that side."""
+    """End stops of a joint; `least` or `most` [rad or m] is None if there is no stop on that side."""
 
     joint: PinDrive | SliderDrive
     least: Any
@@ -61,7 +61,7 @@ class Stop:
 
     @property
     def middle(self) -> Any:
-        """Angle near the coordinate at the start [rad]."""
+        """Angle near the initial coordinate [rad]."""
         if self.least is None or self.most is None:
             return self.most - INSIDE if self.least is None else self.least + INSIDE
         return (self.least + self.most) / 2.0
@@ -107,7 +107,7 @@ def _units(kind: Kind) -> Callable[[Scene], list[str]]:
 
 
 def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest margins over all positions, also ill-conditioned ones."""
+    """Return the search for the smallest margins over all positions, including ill-conditioned ones."""
 
     def find(cycle: Cycle) -> Largest:
         stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
@@ -136,7 +136,7 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
 
 
 def _bar(stop: Stop, end: float, mechanism: Mechanism) -> tuple[Spot, complex, float]:
-    """Return place and direction of a bar, and its start: along the rotating link, or across the line of sliding."""
+    """Return position and direction of a bar, and its start: along a rotating link, or across a sliding line."""
     from symbols import Spot
 
     if not isinstance(stop.joint, PinDrive):
