@@ -14,12 +14,12 @@ from exchange.drawing import (
 )
 from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
 from exchange.reading import FORMATS, read, written
-from exchange.scene import scene_text
+from exchange.scene import elastic, scene_text
 from exchange.svg import svg_text
 
 __all__ = [
     "FORMATS", "Columns", "DrawnLink", "Drive", "ExchangeError", "ForeignGear", "ForeignLink", "ForeignLoad",
-    "ForeignMechanism", "ForeignSlider", "Slot", "columns_of", "dxf_text", "read", "scene_text", "section_of_dxf",
+    "ForeignMechanism", "ForeignSlider", "Slot", "columns_of", "dxf_text", "elastic", "read", "scene_text", "section_of_dxf",
     "svg_text", "to_and_fro", "written",
 ]  # fmt: skip
 

@@ -63,6 +63,22 @@ def scene_text(drawing: ForeignMechanism) -> str:
     return tomlkit.dumps(document).rstrip("\n") + "\n"
 
 
+def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
+    """Return the drawing with a beam for every link; a note reports each mass, centre or inertia that is left out."""
+    links, notes = dict(drawing.links), list(drawing.notes)
+    for name, body in drawing.links.items():
+        link = _Link(drawing, name, body)
+        if not link.rigid:
+            continue
+        links[name] = replace(body, mass=None if link.stout else body.mass, center=None, inertia=None)
+        mass = (
+            "has the mass of the assumed section" if link.stout else f"is a uniform bar of the file's {body.mass:g} kg"
+        )
+        left_out = f"mass ({body.mass:g} kg), centre" if link.stout else "centre of mass"
+        notes.append(f"{name} {mass}; the file's {left_out} and inertia are left out")
+    return replace(drawing, links=links, notes=tuple(notes))
+
+
 class _Link:
     """A link of the scene: a beam with the assumed section, a beam with the file's mass, or a rigid link."""
 
@@ -73,8 +89,8 @@ class _Link:
         self.spans = [(drawing.points[a], drawing.points[b]) for a, b in (*pairwise(body.points), *body.braces)]
         self.length = sum(abs(b - a) for a, b in self.spans)
         bar = sqrt(2 * self.mass / (DENSITY * self.length * self.scale)) / self.scale if self.length else 0.0
-        stout = bar * MIN_SLENDERNESS > self.length
-        self.rigid = bool(self.mass) and len(body.points) > 1 and (stout or not self._is_uniform())
+        self.stout = bar * MIN_SLENDERNESS > self.length
+        self.rigid = bool(self.mass) and len(body.points) > 1 and (self.stout or not self._is_uniform())
         self.depth = 0.0 if self.rigid or body.rigid else float(f"{bar:.6g}")
         self.section = f"bar_{name}" if self.depth else "bar"
 
@@ -120,7 +136,7 @@ class _Link:
         given = self.body.center if self.body.center is not None else center
         own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
         table["mass"] = f"{self.mass:.12g} kg"
-        table["mass"].comment("from the file; without rigid, mass, center and inertia it bends by its section")
+        table["mass"].comment("from the file, as center and inertia; --import with --elastic writes links that bend")
         table["center"] = _place(own)
         table["inertia"] = f"{self.body.inertia if self.body.inertia is not None else inertia:.12g} kg m^2"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinelast
-from exchange import ExchangeError, read, scene_text, written
+from exchange import ExchangeError, elastic, read, scene_text, written
 from exchange.pmks_code import _digest
 from exchange.reading import of_text
 from kinelast.cli.command import main
@@ -131,7 +131,7 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     mass, first, second = mass_moments(crank)
     assert (mass, first / mass) == (pytest.approx(0.04), pytest.approx(0.03 / 4, abs=1e-5))
     assert second - mass * abs(first / mass) ** 2 == pytest.approx(0.5e-4)  # kg cm^2
-    assert not crank.beams or all(beam.bending_stiffness == np.inf for beam in crank.beams)
+    assert not crank.beams
     mass, first, second = mass_moments(replace(rod, lumps=()))  # automatic: a uniform bar
     length = abs(C - B) / 100
     assert (mass, first / mass) == (pytest.approx(0.05, rel=1e-5), pytest.approx(length / 2, rel=1e-3))
@@ -141,10 +141,28 @@ def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
     (load,) = scene.mechanism.loads
     assert (load.link, load.point, load.force) == ("BC", "C", pytest.approx(7.5j))
     assert of_text(text, "mine").masses == {"C": pytest.approx(0.006)}
-    first = imported(of_text(text, "mine"))
-    assert "rigid, mass, center and inertia of AB, which" in first.advice("mine.toml")
-    bends = re.sub("^(rigid|mass|center|inertia) = .*\n", "", first.text, flags=re.MULTILINE)
-    assert all(link.beams for link in kinelast.scene_from_text(bends).mechanism.links[1:3])
+    advice = imported(of_text(text, "mine")).advice("mine.toml", "mine.pmks")
+    assert "AB: rigid, " in advice
+    assert "deflection-report --import mine.pmks --elastic" in advice
+
+
+def test_an_elastic_import_gives_every_link_a_beam_and_counts_no_mass_twice():
+    """AB is too heavy for a slender bar of 3 cm; BC keeps its mass but not its centre."""
+    joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(6))]
+    drawing = of_text(saved(joints, [link("YR", "AB", 40, 0.5, B / 4), link("YR", "BC", 50, 30, C)]), "mine")
+    assert imported(drawing).rigid == ("AB", "BC")
+    first = imported(elastic(drawing))
+    assert (first.reason, first.rigid) == ("", ())
+    assert [note.split(";")[0] for note in first.notes] == [
+        "AB has the mass of the assumed section", "BC is a uniform bar of the file's 0.05 kg"
+    ]  # fmt: skip
+    _, *links = kinelast.scene_from_text(first.text).mechanism.links
+    crank, rod = (next(each for each in links if each.name == name) for name in ("AB", "BC"))
+    assert crank.beams
+    assert rod.beams
+    assert mass_moments(replace(rod, lumps=()))[0] == pytest.approx(0.05, rel=1e-5)
+    depth, width = 0.004, 0.002  # |BC| / 20, half of it
+    assert mass_moments(crank)[0] == pytest.approx(7850 * depth * width * abs(B) / 100, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -420,11 +438,14 @@ def test_a_limit_of_rigid_links_says_how_they_bend(tmp_path, monkeypatch, capsys
     joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(6))]
     links = [link("YR", "AB", 40, 0.5, B / 4), link("YR", "BC", 50, 30, C)]
     (tmp_path / "heavy.pmks").write_text(saved(joints, links))
-    assert main(["--import", "heavy.pmks"]) == 0
-    with (tmp_path / "heavy.toml").open("a") as file:
-        file.write("[limits]\nsafety = 1.5\n")
+    for options, name in ((), "heavy"), (["--elastic"], "heavy_elastic"):
+        assert main(["--import", "heavy.pmks", *options]) == 0
+        with (tmp_path / f"{name}.toml").open("a") as file:
+            file.write("[limits]\nsafety = 1.5\n")
     assert main(["heavy.toml", "--positions", "12"]) == 1
     assert "CANNOT BE JUDGED: safety: every link is rigid: to let one bend, delete" in capsys.readouterr().out
+    assert main(["heavy_elastic.toml", "--positions", "12"]) == 0
+    assert ": acceptable: safety of " in capsys.readouterr().out
 
 
 def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys):

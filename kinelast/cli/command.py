@@ -284,15 +284,17 @@ def _begin(batch: Batch) -> int:
 
     first_run = None
     if batch.foreign:
-        from exchange import ExchangeError, read
+        from exchange import ExchangeError, elastic, read
         from kinelast.cli.imported import imported
 
         try:
-            first_run = imported(read(batch.foreign))
+            drawing = read(batch.foreign)
+            first_run = imported(elastic(drawing) if batch.elastic else drawing)
         except ExchangeError as error:
             return _refuse(f"--import: {plain(str(error), 300)}")
         text = first_run.text
-        path = Path("mechanism.toml" if "://" in batch.foreign else f"{Path(batch.foreign).stem}.toml")
+        stem = "mechanism" if "://" in batch.foreign else Path(batch.foreign).stem
+        path = Path(f"{stem}_elastic.toml" if batch.elastic else f"{stem}.toml")
     elif batch.copy:
         shipped = shipped_scenes()
         if batch.copy not in shipped:
@@ -313,7 +315,7 @@ def _begin(batch: Batch) -> int:
     for note in first_run.notes:
         say(f"{path}: {note}", sys.stderr)
     say(f"{path} written; {first_run.result}", sys.stdout)
-    if advice := first_run.advice(quote(str(path))):
+    if advice := first_run.advice(quote(str(path)), quote(batch.foreign or "")):
         say(advice, sys.stdout)
     return CHECK_FAILED if first_run.reason else FINE
 

@@ -24,13 +24,14 @@ STEPS, ROUNDS = 360, 2  # number of positions in the search for a limit, and of 
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # degrees per second in a unit of speed
 MAX_REASON = 300  # characters
 VERDICT = """For a verdict:
-  1. replace the values marked "assumed" by yours{bend}
+  1. replace the values marked "assumed" by yours
   2. append your limits, such as
      [limits]
      safety = 1.5
   3. run: deflection-report {path}"""
-TO_BEND = """, and delete the lines
-     rigid, mass, center and inertia of {links}, which do not bend with them"""
+TO_BEND = """{links}: rigid, with mass, centre and inertia of the file. For a scene in which they bend, run:
+  deflection-report --import {source} --elastic
+"""
 
 
 @dataclass(frozen=True)
@@ -50,10 +51,10 @@ class Imported:
             return f"it does not run yet: {self.reason}"
         return f"it moves, {self.cycle:.4g} s a cycle"
 
-    def advice(self, path: str) -> str:
-        """Advice on how to get from the scene at `path` to a verdict; empty if it does not move."""
-        bend = TO_BEND.format(links=", ".join(self.rigid)) if self.rigid else ""
-        return "" if self.reason else VERDICT.format(bend=bend, path=path)
+    def advice(self, path: str, source: str) -> str:
+        """Steps from the scene at `path`, imported from `source`, to a verdict; empty if it does not move."""
+        bend = TO_BEND.format(links=", ".join(self.rigid), source=source) if self.rigid else ""
+        return "" if self.reason else bend + VERDICT.format(path=path)
 
 
 def imported(drawing: ForeignMechanism) -> Imported:

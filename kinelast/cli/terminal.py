@@ -120,7 +120,8 @@ def _require_fitting(parser: argparse.ArgumentParser, given: dict[str, Any], kno
     for name in given:
         option = known[name]
         if option.belongs and not given.get(option.belongs):
-            parser.error(f"{option.flags[0]} needs --{option.belongs}")
+            flag, needed = ((known[key].flags or (f"--{key}",))[0] for key in (name, option.belongs))
+            parser.error(f"{flag} needs {needed}")
     if "changes" in given and given.keys() & {"sweep", "design"}:
         parser.error("--set is for reports: a sweep varies numbers by [sweep]")
     if "changes" in given and "structure" in given:

@@ -145,6 +145,9 @@ class Batch:
     foreign: str | None = option(SCENE,
         "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
         "linkage_sim, DXF", "FILE", flags=("--import",))
+    elastic: bool = option(SCENE,
+        "of --import: write FILE_elastic.toml, in which links with masses of the file bend too, as uniform bars",
+        belongs="foreign")
     export: str | None = option(SCENE,
         "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE")
     structure: bool = option(CHECKING, "report mobility, loops and groups instead, and draw the skeleton",
