@@ -13,14 +13,14 @@ from exchange.drawing import (
     to_and_fro,
 )
 from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
-from exchange.reading import FORMATS, read, written
+from exchange.reading import FORMATS, of_text, read, written
 from exchange.scene import elastic, scene_text
 from exchange.svg import svg_text
 
 __all__ = [
     "FORMATS", "Columns", "DrawnLink", "Drive", "ExchangeError", "ForeignGear", "ForeignLink", "ForeignLoad",
-    "ForeignMechanism", "ForeignSlider", "Slot", "columns_of", "dxf_text", "elastic", "read", "scene_text", "section_of_dxf",
-    "svg_text", "to_and_fro", "written",
+    "ForeignMechanism", "ForeignSlider", "Slot", "columns_of", "dxf_text", "elastic", "of_text", "read", "scene_text",
+    "section_of_dxf", "svg_text", "to_and_fro", "written",
 ]  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from math import copysign
 
 GROUND = "ground"
 
@@ -92,6 +93,20 @@ class Drive:
     speed: str | None = None
     law: tuple[Mapping[str, str], ...] = ()
     start: str = ""
+
+    @property
+    def strokes(self) -> list[float]:
+        """Strokes of a law."""
+        return [float(segment["by"].split()[0]) for segment in self.law]
+
+    @property
+    def mean_speed(self) -> float:
+        """Constant speed, or mean speed of a law with the sign of its first stroke."""
+        if self.speed is not None:
+            return float(self.speed.split()[0])
+        duration = sum(float(segment["duration"].split()[0]) for segment in self.law)
+        unit = 6.0 if self.law[0]["by"].endswith("deg") else 1.0  # degrees a second in rpm
+        return copysign(sum(map(abs, self.strokes)) / duration / unit, self.strokes[0])
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from exchange.drawing import GROUND, ExchangeError, ForeignGear, ForeignMechanism, Slot
+from exchange.drawing import GROUND, Drive, ExchangeError, ForeignGear, ForeignMechanism, Slot
 from exchange.linkage2 import SOURCE
 
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
@@ -18,7 +18,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     ExchangeError
         Linkage does not support some part, and the mechanism would move differently without it.
     """
-    turns = _turns(drawing)
+    drives = _drives(drawing)
     if drawing.slides:
         raise ExchangeError(f"{SOURCE} has no place for a link that slides without turning")
     units, scale = WRITTEN[drawing.unit]
@@ -34,18 +34,18 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     limits = _slot_limits(drawing, members, places, fixed)
     used = [name for name in places if any(name in points for points in members.values())]
     number = {name: str(at) for at, name in enumerate(used)}
-    speeds = {at: turn for _, at, turn in turns}
+    drive_of = {drive.joint["at"]: drive for drive in drives}
     for name, key in number.items():
         place = scale * places[name]
         keys = {"id": key, "x": _decimal(place.real), "y": _decimal(place.imag), "layer": "0"}
         flags = {"anchor": name in fixed, "draw": name == drawing.traced, "slider": name in limits}
         keys |= {"name": name} if name in drawing.points else {}
         keys |= {flag: "true" for flag, on in flags.items() if on}
-        keys |= {"input": "true", "rpm": f"{-speeds[name]:.12g}"} if name in speeds else {}
+        keys |= _input(drive_of[name]) if name in drive_of else {}
         connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    first = {link for link, _, _ in turns}  # the driven link of a connector is the first there
+    first = {drive.joint["link"] for drive in drives}  # the driven link of a connector is the first there
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():
         link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name})
@@ -100,19 +100,28 @@ def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[
         ElementTree.SubElement(ratio, "link", {"id": key_of[name], "size": f"{size:.12g}"})
 
 
-def _turns(drawing: ForeignMechanism) -> list[tuple[str, str, float]]:
-    """Link, pin and counter-clockwise speed [rpm] of every drive; Linkage only has constant speeds, at fixed pins."""
+def _input(drive: Drive) -> dict[str, str]:
+    """Attributes of an input connector; clockwise speeds are positive."""
+    keys = {"input": "true", "rpm": f"{-drive.mean_speed:.12g}"}
+    if not drive.law:
+        return keys
+    swing = max(map(abs, drive.strokes))
+    return keys | {"limitangle": f"{swing:.12g}", "startoffset": f"{swing - abs(drive.strokes[0]):.12g}"}
+
+
+def _drives(drawing: ForeignMechanism) -> tuple[Drive, ...]:
+    """Return the drives: Linkage has constant speeds and swings about fixed pins."""
     if not drawing.drives:
         raise ExchangeError(f"{SOURCE} wants a drive")
-    turns = []
     for drive in drawing.drives:
         joint = drive.joint
-        if "at" not in joint or joint.get("on", GROUND) != GROUND or drive.speed is None:
+        if "at" not in joint or joint.get("on", GROUND) != GROUND or (drive.speed is None and not drive.law):
             name = joint.get("slider") or joint.get("link")
-            raise ExchangeError(f'{SOURCE} drives links at constant speed about fixed pins, and "{name}" otherwise')
+            raise ExchangeError(
+                f'{SOURCE} has constant speeds and swings about fixed pins, and "{name}" is driven otherwise'
+            )
         pin = joint["at"]
         other = next((name for name, body in drawing.links.items() if pin in body.points and name != joint["link"]), "")
         if other:
             raise ExchangeError(f'{SOURCE} drives all links at a pin, but "{other}" turns freely at "{pin}"')
-        turns.append((joint["link"], pin, float(drive.speed.removesuffix("rpm"))))
-    return turns
+    return drawing.drives

@@ -16,6 +16,7 @@ SPARE = 0.1  # length of a slot beyond the pin / size of the drawing
 def pmks_text(drawing: ForeignMechanism) -> str:
     """Return the mechanism as the current PMKS+ saves it: the query of a web link, or a whole file.
 
+    A drive that swings has its mean speed: PMKS+ turns back at the limits of the mechanism.
     PMKS+ rounds lengths to 0.001 cm or in, directions to a milliradian, speeds to 0.001 rpm.
 
     Raises
@@ -97,10 +98,10 @@ class _Writing:
         drives: dict[str, tuple[float, tuple[str, ...]]] = {}
         for drive in self.drawing.drives:
             joint = drive.joint
-            if drive.speed is None:
+            if drive.speed is None and not drive.law:
                 name = joint.get("slider") or joint.get("link")
-                raise ExchangeError(f'{SOURCE} drives joints at constant speed, and "{name}" is driven otherwise')
-            speed = float(drive.speed.split()[0])
+                raise ExchangeError(f'{SOURCE} has constant speeds and swings, and "{name}" is driven otherwise')
+            speed = drive.mean_speed
             if "slider" in joint:
                 drives[pins[joint["slider"]]] = speed * self.scale, ()
                 continue

@@ -276,7 +276,7 @@ class TestWritten:
     @pytest.mark.parametrize(
         ("name", "kind", "why"),
         [("flapping_wing", ".pmks", "gears"),
-         ("lightest_arm", ".linkage2", '"arm" otherwise'), ("pusher", ".dwg", "PMKS+ (.pmks) and Linkage")],
+         ("lightest_arm", ".linkage2", '"arm" is driven otherwise'), ("pusher", ".dwg", "PMKS+ (.pmks) and Linkage")],
     )  # fmt: skip
     def test_parts_unknown_to_the_other_program_are_refused(self, name, kind, why, tmp_path, capsys):
         path = tmp_path / f"mine{kind}"

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -229,6 +230,37 @@ def test_masses_and_forces_go_to_pmks_and_back():
     assert sum(there.values()) == pytest.approx(sum(here.values()), rel=1e-4)
 
 
+ROCKERS = saved(  # no link goes round
+    [joint(6, "A", 0), joint(0, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5)],
+    [link("YR", pair) for pair in ("AB", "BC", "CD")],
+)
+
+
+def drive_of(path):
+    motion = kinelast.scene_motion(kinelast.load(path), 360)
+    return motion.drive[0] - motion.drive[0, 0]
+
+
+@pytest.mark.parametrize("text", [boom(), ROCKERS], ids=["cylinder", "rocker"])
+def test_a_drive_that_swings_goes_to_pmks_and_back(text, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.pmks").write_text(text)
+    assert main(["--import", "mine.pmks"]) == 0
+    assert main(["mine.toml", "--export", "back.pmks"]) == 0
+    assert main(["--import", "back.pmks"]) == 0
+    here, there = drive_of("mine.toml"), drive_of("back.toml")
+    assert np.ptp(here) > 0
+    np.testing.assert_allclose(there, here, atol=2e-3 * np.ptp(here))
+    part = re.sub(
+        'by = "(.*) (deg|cm)"', lambda found: f'by = "{float(found[1]) / 2} {found[2]}"', Path("mine.toml").read_text()
+    )
+    Path("half.toml").write_text(part)
+    capsys.readouterr()
+    assert main(["half.toml", "--export", "half.pmks"]) == 2
+    assert "in PMKS+ a drive swings to the limits of the mechanism" in capsys.readouterr().err
+    assert not Path("half.pmks").exists()
+
+
 def linkage(connectors, links, ratios=""):
     return f'<linkage2><program units="Millimeters"/>{connectors}{links}{ratios}</linkage2>'
 
@@ -269,6 +301,9 @@ def test_an_oscillating_input_of_linkage_swings_by_its_limit(rpm, offset, low, h
     angle = np.rad2deg(kinelast.scene_motion(kinelast.scene_from_text(first.text), 721).drive[0])
     assert (angle.min(), angle.max()) == (pytest.approx(low, abs=0.1), pytest.approx(high, abs=0.1))
     assert np.sign(angle[9] - angle[0]) == sense
+    back = imported(of_text(written(exchanged(kinelast.scene_from_text(first.text)), ".linkage2"), "mine"))
+    again = np.rad2deg(kinelast.scene_motion(kinelast.scene_from_text(back.text), 721).drive[0])
+    np.testing.assert_allclose(again - again[0], angle - angle[0], atol=1e-3)
 
 
 def test_a_pin_in_a_curved_slot_of_linkage_keeps_its_radius():

@@ -323,6 +323,7 @@ def _begin(batch: Batch) -> int:
 def _export(path: Path, *scenes: str) -> int:
     """Export the mechanism of a scene to another program's format and return the exit status."""
     from exchange import ExchangeError, written
+    from kinelast.cli.imported import require_same_swing
     from kinelast.outputs.exported import exchanged
     from kinelast.scene.document import document_from_bytes
     from kinelast.scene.text import file_bytes
@@ -332,8 +333,11 @@ def _export(path: Path, *scenes: str) -> int:
     if problems or len(paths) != 1:
         return _refuse(problems[0] if problems else "--export takes one scene")
     try:
-        drawing = exchanged(document_from_bytes(file_bytes(paths[0]), paths[0]).scene)
+        scene = document_from_bytes(file_bytes(paths[0]), paths[0]).scene
+        drawing = exchanged(scene)
         text = written(drawing, path.suffix)
+        if path.suffix.lower() == ".pmks":
+            require_same_swing(scene, drawing, text)
     except SceneError as error:
         return _refuse(str(error))
     except ExchangeError as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from exchange import Drive, ForeignMechanism, scene_text, to_and_fro
+from exchange import Drive, ExchangeError, ForeignMechanism, of_text, scene_text, to_and_fro
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError, plain
@@ -16,10 +16,12 @@ from kinelast.scene.tables import PER_LENGTH
 from rigid import MechanismError, motion, reachable
 
 if TYPE_CHECKING:
+    from kinelast.scene.data import Scene
     from rigid import Mechanism
 
 MARGIN = 0.01  # distance kept from a limit of the mechanism / range between the limits
 MIN_RANGE = 1e-6  # a drive cannot move if its range / a turn (or size of the drawing) is smaller
+MAX_LIMIT_DIFFERENCE = 0.05  # largest difference between two limits of a drive, relative to its range
 STEPS, ROUNDS = 360, 2  # number of positions in the search for a limit, and of refinements
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # degrees per second in a unit of speed
 MAX_REASON = 300  # characters
@@ -81,6 +83,19 @@ def imported(drawing: ForeignMechanism) -> Imported:
         link.name for link, body in bodies if body and not link.beams and len(body.points) > 1 and body.inertia
     )
     return Imported(text, drawing.notes, float(scene.run.duration or 0.0), rigid=rigid)
+
+
+def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
+    """Raise ExchangeError if a drive that swings has other limits when PMKS+ reads the text."""
+    if not any(drive.law for drive in drawing.drives):
+        return
+    back = imported(of_text(text, scene.title))
+    here, there = (
+        sorted(map(tuple, np.array([drive.min(axis=1), drive.max(axis=1)]).T - drive[:, :1]))
+        for drive in (scene_motion(scene, STEPS).drive, scene_motion(scene_from_text(back.text), STEPS).drive)
+    )
+    if not np.allclose(here, there, rtol=MAX_LIMIT_DIFFERENCE, atol=MAX_LIMIT_DIFFERENCE * np.ptp(here)):
+        raise ExchangeError("in PMKS+ a drive swings to the limits of the mechanism, which are not those of its law")
 
 
 def _resting(drive: Drive) -> Drive:

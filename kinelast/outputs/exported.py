@@ -8,13 +8,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinelast.scene.data import Scene, scene_motion
-from rigid import ConstantSpeed, Link, Mechanism, Motion, PinDrive, PointLoad, SliderDrive, position_of
+from rigid import (
+    ConstantSpeed,
+    Link,
+    Mechanism,
+    Motion,
+    PinDrive,
+    PointLoad,
+    RepeatedLaw,
+    SegmentedLaw,
+    SliderDrive,
+    position_of,
+)
 from rigid.constants import mass_moments
 
 if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
+MIN_STROKE = 1e-6  # largest sum of the strokes of a closed swing, relative to the largest stroke
 POSITIONS = 360  # positions of a cycle that give the travel of pins in slots
 
 
@@ -46,7 +58,7 @@ def exchanged(scene: Scene) -> ForeignMechanism:
     ground, *links = members
     slots, slides = _sliding(motion, members, called, blocks, scale)
     drives = tuple(
-        _steady(drive, law, called, unit, scale) for drive, law in zip(mechanism.drives, scene.course.laws, strict=True)
+        _drive(drive, law, called, unit, scale) for drive, law in zip(mechanism.drives, scene.course.laws, strict=True)
     )
     inertias = _inertias(motion, called, scale)
     own_blocks = [(slider.link, slots[slider.name]) for slider in mechanism.sliders if slider.name in slots]
@@ -124,15 +136,34 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
     return {"link": called[drive.link], "on": called[drive.on], "at": drive.at}
 
 
-def _steady(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive and its constant speed, if any."""
-    from exchange import Drive
+def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
+    """Return a drive with its constant speed, or its swing between two limits; without both if it moves otherwise."""
+    from exchange import Drive, to_and_fro
 
+    if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
+        duration = sum(float(segment.duration) for segment in law.law.segments)
+        per_unit, unit = (180 / np.pi, "deg") if drive.turns else (scale, unit)
+        strokes = [per_unit * stroke for stroke in _swing(law.law)]
+        speed = sum(map(abs, strokes)) / duration
+        return Drive(_joint(drive, called), law=to_and_fro(strokes, speed, unit) if strokes else ())
     if not isinstance(law, ConstantSpeed):
         return Drive(_joint(drive, called))
     speed = float(law.speed)
     words = f"{speed * 30 / np.pi:.12g} rpm" if drive.turns else f"{speed * scale:.12g} {unit}/s"
     return Drive(_joint(drive, called), words)
+
+
+def _swing(law: SegmentedLaw) -> list[float]:
+    """Strokes of a law that goes once to and fro between two limits without a dwell; else empty."""
+    strokes: list[float] = []
+    for segment in law.segments:
+        rise = float(segment.rise)
+        if strokes and strokes[-1] * rise > 0:
+            strokes[-1] += rise
+        else:
+            strokes.append(rise)
+    closed = abs(sum(strokes)) < MIN_STROKE * max(map(abs, strokes))
+    return strokes if closed and len(strokes) <= 3 and all(strokes) else []
 
 
 def _wheels(gear: Gear, called: Mapping[str, str]) -> ForeignGear:
