@@ -120,6 +120,21 @@ def test_the_page_follows_the_file_and_keeps_the_text_without_a_server(driver, s
         hand.until("return localStorage.getItem('live mine')?.includes('B = [0.24, 0.25]')", 20)
 
 
+def test_a_motion_that_stops_has_the_words_of_the_command(driver, scene):
+    words = "return document.getElementById('closes').textContent"
+    text = scene.read_text()
+    scene.write_text(text.replace('length = "300 mm"', 'length = "30 mm"'))
+    with pytest.raises(kinelast.SceneError) as error:
+        kinelast.scene_motion(kinelast.load(scene))
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        shown = hand.until(words)
+        assert shown[1:].startswith(error.value.problem.split(";")[0][1:])
+        assert shown.endswith("Dashed: the last position in reach. The figures cover the positions up to it.")
+        scene.write_text(text.replace("B = [0.28, 0.24]", "B = [0.28,"))
+        hand.until(f"{words} === 'This text gives no working mechanism. The last working one is shown pale.'")
+
+
 def test_a_slider_crank_is_drawn_from_the_empty_sheet(driver, tmp_path):
     path = tmp_path / "new.toml"
     path.write_text("[points]\n\n[links.ground]\npoints = []\n")

@@ -166,6 +166,48 @@ def test_names_do_not_lie_on_one_another(width, driver, tmp_path):
         assert over == 0
 
 
+ECCENTRIC = """
+title = "a crank of 3 % of the rod"
+units = "mm"
+points = {O = [0, 0], A = [6, 0], B = [200, 0]}
+drives = [{link = "shaft", speed = "300 rpm"}]
+[sections.bar]
+shape = "rectangle"
+depth = "8 mm"
+width = "20 mm"
+[links]
+ground.points = ["O"]
+shaft = {points = ["O", "A"], section = "bar", material = "S235"}
+rod = {points = ["A", "B"], section = "bar", material = "S235"}
+ram = {points = ["B"], mass = "1 kg"}
+[sliders.guide]
+link = "ram"
+through = "B"
+direction = [1, 0]
+"""
+ON_LINKS = """
+    const texts = [...document.querySelectorAll('.mechanism .names text')].filter((text) => text.getAttribute('display') !== 'none');
+    return [texts.length, texts.filter((text) => {
+        const box = text.getBoundingClientRect();
+        return [...document.querySelectorAll('.mechanism .link[d]:not([d=""])')].some((path) => {
+            const long = path.getTotalLength(), onScreen = path.getScreenCTM();
+            return Array.from({ length: 200 }, (_, n) => path.getPointAtLength((n * long) / 199).matrixTransform(onScreen))
+                .some(({ x, y }) => x > box.left - 1 && x < box.right + 1 && y > box.top + 2 && y < box.bottom - 2);
+        });
+    }).map((text) => text.textContent)];"""  # noqa: E501
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [400, 1366])
+def test_names_at_a_very_short_crank_touch_no_link(width, driver, tmp_path):
+    page = Page(driver, written(tmp_path, ECCENTRIC, "--positions", "60", "--theory", "quasi-static"), width)
+    for position in range(60):
+        page.run("kinelast.showPosition(arguments[0])", position)
+        count, touching = page.run(ON_LINKS)
+        assert count >= 4
+        assert touching == []
+
+
 LINK, POINT = "a_very_long_name_" * 12, "P" * 200
 
 

@@ -136,8 +136,8 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         law = to_and_fro([stroke / per_unit for stroke in strokes], rate, unit)
         drives[number] = replace(drive, speed=None, law=law)
         notes.append(
-            f"{name} has limits: it {'swings' if turns else 'slides'} from {low / per_unit:.4g} to"
-            f" {high / per_unit:.4g} {unit} from where it is drawn, {MARGIN:.0%} off its limits"
+            f"the drive of {name} cannot go all the way: it {'swings' if turns else 'slides'} from"
+            f" {low / per_unit:.4g} to {high / per_unit:.4g} {unit}, {MARGIN:.0%} inside the stops (0: as drawn)"
         )
     return replace(drawing, drives=tuple(drives), notes=tuple(notes))
 

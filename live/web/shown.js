@@ -7,7 +7,7 @@ import { $, state } from "./state.js";
 const FIRST_LIMITS = 5; // tiles of limits above those of figures
 
 export const stopWords = (words) =>
-  `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position that closes; figures are of those up to it.`;
+  `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position in reach. The figures cover the positions up to it.`;
 
 export function show() {
   const { picture, stale } = view;
@@ -24,7 +24,7 @@ export function show() {
   $("closes").hidden = !(notClosing || stale || buckles);
   if (buckles) $("closes").textContent = `Not acceptable: ${buckles}.`;
   else if (notClosing) $("closes").textContent = stopWords(picture.closes.words);
-  else if (stale) $("closes").textContent = "The text does not move as it stands: pale is the last mechanism that did.";
+  else if (stale) $("closes").textContent = "This text gives no working mechanism. The last working one is shown pale.";
   if (!picture) {
     $("tiles").replaceChildren();
     $("theory").textContent = "";

@@ -8,7 +8,7 @@ function runWords() {
     ];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
   if (run.locked) words.push(`, ${run.locked} of them possibly locked by friction`);
-  if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
+  if (run.left_out) words.push(`; ${run.left_out} more out of reach, left out`);
   if (N < run.positions) words.push(`; curves and pictures show ${N} of them, the figures include all`);
   return `${words.join("")}.`;
 }

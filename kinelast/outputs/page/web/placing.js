@@ -1,5 +1,6 @@
 // Free places for words among lines and other words on the screen, for report and editor.
 export const ABOVE = 11, BELOW = 3; // pixels that letters take above and below their foot
+const LINE_HALF = 3; // pixels from the middle of a link to a word, at least
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1.2, 0], [-1.2, 0], [0, -1.2], [0, 1.2]];
 
 // Places around another: x, y of a name's foot, and 1 where it begins there, -1 where it ends, 0 where that is its
@@ -16,7 +17,7 @@ export function freeBoxes(words, lines, [width, height], avoided = []) {
   const taken = [];
   const isFree = (box) =>
     box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height &&
-    !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, box));
+    !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, grown(box)));
   return words.map(({ wide, spots }) => {
     const free = spots.filter(([x, y]) => isFinite(x + y)).map((spot) => boxAt(spot, wide)).filter(isFree);
     const box = free.find((each) => !avoided.some((line) => crosses(line, each))) ?? free[0];
@@ -45,6 +46,7 @@ export function aside(/** @type {number[]} */ [x, y], /** @type {number[]} */ [d
   return [x + across, y + far * dx + 4, level ? 0 : Math.sign(across)];
 }
 
+const grown = ([left, top, right, foot]) => [left - LINE_HALF, top - LINE_HALF, right + LINE_HALF, foot + LINE_HALF];
 const overlap = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 
 // Whether a line passes through a box: its parts within the box's width and within its height have some in common.
