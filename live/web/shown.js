@@ -7,7 +7,9 @@ import { $, state } from "./state.js";
 const FIRST_LIMITS = 5; // tiles of limits above those of figures
 
 export const stopWords = (words) =>
-  `${words[0].toUpperCase()}${words.slice(1)}. Dashed: the last position in reach. The figures cover the positions up to it.`;
+  `${words[0].toUpperCase()}${
+    words.slice(1)
+  }. Dashed: the last position in reach. The figures cover the positions up to it.`;
 
 export function show() {
   const { picture, stale } = view;

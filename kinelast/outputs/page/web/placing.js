@@ -17,7 +17,7 @@ export function freeBoxes(words, lines, [width, height], avoided = []) {
   const taken = [];
   const isFree = (box) =>
     box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height &&
-    !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, grown(box)));
+    !taken.some((other) => overlap(other, box)) && !lines.some((line) => crosses(line, box, LINE_HALF));
   return words.map(({ wide, spots }) => {
     const free = spots.filter(([x, y]) => isFinite(x + y)).map((spot) => boxAt(spot, wide)).filter(isFree);
     const box = free.find((each) => !avoided.some((line) => crosses(line, each))) ?? free[0];
@@ -46,16 +46,16 @@ export function aside(/** @type {number[]} */ [x, y], /** @type {number[]} */ [d
   return [x + across, y + far * dx + 4, level ? 0 : Math.sign(across)];
 }
 
-const grown = ([left, top, right, foot]) => [left - LINE_HALF, top - LINE_HALF, right + LINE_HALF, foot + LINE_HALF];
 const overlap = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 
-// Whether a line passes through a box: its parts within the box's width and within its height have some in common.
-function crosses([[x0, y0], [x1, y1]], [left, top, right, foot]) {
+// Whether a line passes through a box, widened by a margin: its parts within the box's width and within its height
+// have some in common.
+function crosses([[x0, y0], [x1, y1]], [left, top, right, foot], margin = 0) {
   let first = 0, last = 1;
   for (const [from, way, low, high] of [[x0, x1 - x0, left, right], [y0, y1 - y0, top, foot]]) {
-    if (way === 0 && (from < low || from > high)) return false;
+    if (way === 0 && (from < low - margin || from > high + margin)) return false;
     if (way === 0) continue;
-    const [one, other] = [(low - from) / way, (high - from) / way];
+    const [one, other] = [(low - margin - from) / way, (high + margin - from) / way];
     first = Math.max(first, Math.min(one, other));
     last = Math.min(last, Math.max(one, other));
   }
