@@ -48,6 +48,7 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {  
     "tables": (("html", "parquet", "xlsx", "html,parquet"), (",", "html,html"), ("x", "csv,,x")),
     "new": ((), (), ("/nowhere/mine",)),
     "copy": ((), (), ("nothing", "", "../x")),
+    "elastic": ((), (), ()),
     "foreign": ((), (), ("none.json", "", "/", "https://x/?j=")),
     "export": ((), (), ("/nowhere/x.pmks", "x.txt", "")),
     "motion": ((), (), ()),

@@ -52,11 +52,11 @@ SECTION = Section(EA, EI)
 INEXTENSIBLE = Section(math.inf, EI)
 
 
-def solved(mechanism, sections=None, **more):
-    """Return the deflection; finite elements must agree."""
+def solved(mechanism, sections=None, tolerance=None, **more):
+    """Return the deflection; finite elements must agree, within 1e-8 by default."""
     sections = sections or [SECTION] * len(mechanism.beams)
     found = deflection(still(mechanism), sections, **more)
-    assert compare(found, fem_check.solve(still(mechanism), sections, 8, **more)).passed
+    assert compare(found, fem_check.solve(still(mechanism), sections, 8, **more), tolerance).passed
     return found
 
 
@@ -185,7 +185,8 @@ class TestFrames:
         load = LineLoad("frame", 2, -1j * q, -1j * q)
         mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), points, loads=(load,))
         legs, beam = Section(math.inf, EI), Section(math.inf, stiffer * EI)
-        found = solved(mechanism, [RIGID, legs, beam, legs])
+        # elements of inextensible bars are worse conditioned: 1e-8 to 2e-8, depending on the processor
+        found = solved(mechanism, [RIGID, legs, beam, legs], tolerance=1e-7)
         k = stiffer * height / span
         corner = q * span**2 / (6 * (k + 2))
         M = sample(found, "M", [0, 0.5, 1])[:, 0]

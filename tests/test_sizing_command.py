@@ -1,11 +1,10 @@
 """The command writes complete sensitivities, tolerances and optima, and reports each error in one message."""
 
 import csv
-import io
 import json
 import re
 import xml.etree.ElementTree as ET
-from contextlib import redirect_stdout, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import browser
@@ -395,15 +394,6 @@ def test_bar_length_is_proportional_to_the_value():
 
 def test_the_wing_reaches_all_positions():
     assert (scene_motion(read_scene(shipped_scenes()["wing_sizing"])).condition < 10).all()
-
-
-def test_the_example_on_the_page_prints_its_comment():
-    page = (Path(__file__).parents[1] / "docs" / "sizing.md").read_text(encoding="utf-8")
-    code = page.split("```python\n")[1].split("```")[0]
-    printed = io.StringIO()
-    with redirect_stdout(printed):
-        exec(code, {})
-    assert printed.getvalue().strip() == code.rsplit("  # ", 1)[1].strip()
 
 
 @pytest.mark.slow

@@ -249,7 +249,7 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes, or the library's sections or materials whose names contain all words."""
+    """List the shipped scenes, or the sections or materials of the library with all words in their names."""
     if kind in ("sections", "materials"):
         from kinelast.scene.library import library_entries
 

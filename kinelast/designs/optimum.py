@@ -1,4 +1,4 @@
-"""Best design of a problem, with a certificate: active limits, what they cost, and neighbouring designs."""
+"""Best design of a problem, with a certificate: active limits, their cost, and neighbouring designs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
