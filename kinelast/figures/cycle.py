@@ -321,6 +321,7 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
         return unknown
 
 
+@one_thread()
 def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     given, scene = cycle.given, cycle.scene
     owners = [at for at, _ in scene.mechanism.beams]
