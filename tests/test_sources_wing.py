@@ -3,7 +3,6 @@
 Tolerances are half a unit of the last digit; see docs/sources.md.
 """
 
-
 import numpy as np
 import pytest
 from sources import number, shipped, three_ways

@@ -1,4 +1,4 @@
-"""Natural frequencies of a mechanism with held drives."""
+"""Natural frequencies of a mechanism with its drives locked."""
 
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
 from elastic.vibration.link_matrices import elastic_coordinates

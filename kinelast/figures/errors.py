@@ -141,7 +141,7 @@ class Estimate:
 def figure_errors(
     answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
 ) -> dict[str, list[FigureError]]:
-    """Return the errors of all items of the figures of an answer, by key; `keys` selects some.
+    """Return the error of every item of an answer's figures, by key; `keys` selects some figures.
 
     A part of the error is the difference between the figures of the answer and of a corrected answer. A part that is
     known as a share refers to the largest item of the figure or, for displacements, to the largest displacement. The

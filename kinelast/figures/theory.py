@@ -297,7 +297,7 @@ class _Rungs:
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
 
     def at_rest(self) -> Answer:
-        """Return the answer of a machine at rest without vibration, if large displacement cannot be solved.
+        """Return the answer for a machine at rest, without vibration, if large displacement cannot be solved.
 
         Its error is the square of the largest rotation plus load / Euler load.
         """

@@ -38,7 +38,7 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Return data as strict JSON, with null for nan. Invalid characters of file names are escaped."""
+    """Return data as strict JSON, with null for nan. Invalid characters in file names are escaped."""
     import msgspec
 
     try:

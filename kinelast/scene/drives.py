@@ -187,7 +187,7 @@ class MotionTable:
 
 
 def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> MotionTable:
-    """Return the motion file of a drive by its number from 1; `files` are the texts by file name.
+    """Return the motion file of a drive, given its number (from 1); `files` maps file names to their text.
 
     Raises
     ------

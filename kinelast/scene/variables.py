@@ -244,7 +244,7 @@ def _base(leaf: Any, unit: str) -> float:
 
 
 def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
-    """Return the SI unit of a number; if several are possible, the one of its location."""
+    """Return the SI unit of a number; if several are possible, return the one that applies where the number appears."""
     if isinstance(leaf, Sizes | Direction):
         return "m" if isinstance(leaf, Sizes) else "rad"
     if not isinstance(leaf, Quantity):

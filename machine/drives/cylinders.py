@@ -1,4 +1,4 @@
-"""Cylinders as drives: pressure by bore, flow, and buckling of the rod."""
+"""Cylinders as drives: pressure for a given bore, flow, and rod buckling."""
 
 from dataclasses import dataclass
 from typing import Any

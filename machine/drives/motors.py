@@ -98,8 +98,8 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
     The mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of the effort at the gearbox, and C is
     that of the torque that accelerates the rotor and gearbox. Hence n^4 = A / C. The ratio is limited to the one at
-    which the motor reaches its rated or top speed; a drive without acceleration gets this limit. Range: efficiency and
-    rotor do not depend on the ratio.
+    which the motor reaches its rated or top speed; a drive without acceleration gets this limit. Range: the efficiency
+    and the rotor do not depend on the ratio.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)

@@ -113,7 +113,7 @@ class PointCoordinate(_Plain):
 
 @dataclass(frozen=True)
 class Offset(_Plain):
-    """Offset of a point from another along a unit vector [m]; by default, in height."""
+    """Offset of one point from another along a unit vector [m]; vertical by default."""
 
     link: str
     point: str

@@ -195,7 +195,7 @@ def _stepped(
 
 
 def _too_slow(run: _Run, steps: Sequence[_Step]) -> bool:
-    """Whether the latest steps are far too short for the allowed number."""
+    """Whether the latest steps are so short that the run would exceed the maximum number of steps."""
     if not np.isfinite(run.most_steps):
         return False
     return steps_ahead([step[0] for step in steps[-JUDGED_STEPS - 1 :]], run.duration) > MAX_STEP_RATIO * run.most_steps

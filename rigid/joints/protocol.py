@@ -205,7 +205,7 @@ class Joint(ABC):
 
     @abstractmethod
     def coordinate(self, placed: Placed) -> Columns:
-        """Coordinate of the joint at a posture: an angle in (-pi, pi] or a slide [m]."""
+        """Joint coordinate in a given configuration: an angle in (-pi, pi] or a slide [m]."""
 
     @abstractmethod
     def drawn(self, drawing: Drawn) -> float:
@@ -220,7 +220,7 @@ class Joint(ABC):
         """Whether a gap of the cut joint is within an angle [rad] and a length [m]."""
 
     def closes(self, placed: Placed, angle: float, length: Columns) -> Any:
-        """Whether the joint is closed within an angle [rad] and a length [m]."""
+        """Whether the joint is closed to within an angle [rad] and a length [m]."""
         return self.within(self.gap(placed), angle, length)
 
     def drawn_along(self, drawing: Drawn) -> Any:

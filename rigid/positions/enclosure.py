@@ -184,7 +184,7 @@ class StepCertificate:
         return total
 
     def _extent(self, loop: Loop) -> Columns:
-        """Sum of the lengths of a loop's vectors [m], for its round-off."""
+        """Sum of the lengths of a loop's vectors [m], used to estimate its round-off."""
         total = sum(self._size(arm) for arm in loop.arms.values())
         total = total + sum(self._slide[number][0] for number in loop.slides)
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
