@@ -41,7 +41,7 @@ class DisplacedBlock:
     lever
         Moment of the force at the block on the beam's link, minus its moment at the position in the rigid motion [N m].
     gap
-        Displacement under the block that the link's rotation does not include, from child to parent [m], complex.
+        Displacement under the block, except by the link's rotation, from child to parent [m], complex.
     """
 
     joint: int

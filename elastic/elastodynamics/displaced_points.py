@@ -22,7 +22,7 @@ Load = tuple[int, str, Any, Any]  # link index, point name, force [N], complex, 
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """Angles and displacements of points and of links without beams, at the points of a grid.
+    """Angles and displacements of points and of links without beams, at a grid's instants.
 
     Attributes
     ----------

@@ -20,11 +20,10 @@ class ExactSettings:
     max_ratio
         A step larger than this share of the previous one indicates hard friction.
     first_creep, creep_ratio
-        Initial creep of hard friction, relative to the friction's own creep, and the factor by which each step divides
-        it.
+        Initial smoothing rate of hard friction / friction's own (`creep_rate`), and its divisor in each step.
     max_first_steps, first_step_share, first_rest, first_resolved, first_enough
-        First steps, which estimate the effect of large displacement: their number; upper and lower limit of the
-        accepted remainder, relative to the first step; size of a first step that suffices.
+        First steps, which estimate the effect of large displacement: their number; accepted remainder relative to the
+        first step; its upper and its lower limit; size of a first step that suffices.
     max_newton_steps
         Maximum number of Newton steps at one share of the loads.
     newton_from

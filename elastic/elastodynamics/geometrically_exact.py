@@ -211,8 +211,7 @@ def _settled(
 def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
     """Transfer displaced links to another discretization.
 
-    None if there is friction, and for linear steps in other coordinates: the part that these could follow would stay in
-    the residual.
+    None with friction, or for linear steps in other coordinates: what only those can follow would stay in the residual.
     """
     if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
         return None

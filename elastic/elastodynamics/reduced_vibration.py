@@ -18,7 +18,7 @@ from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
-CLOSED = 1e-6  # largest difference of section forces at both ends of a cycle without a jump, relative to the largest
+CLOSED = 1e-6  # larger differences of section forces at a cycle's ends are jumps, relative to the largest force
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 

@@ -82,7 +82,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
     Parameters
     ----------
     besides
-        Smallest bending that gets a coordinate, relative to a mode's bending, as the root of energy.
+        Smallest bending that gets a coordinate / a mode's bending, as roots of energies.
     closer
         Accuracy of the shapes of loads, relative to `besides`.
     """

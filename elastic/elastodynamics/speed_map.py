@@ -67,8 +67,8 @@ class SpeedMap:
         Convergence errors, see `Elastodynamic`, shape (speeds,); `reduction_error` is nan if the steady state is
         unstable.
     errors
-        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. If there are
-        many speeds, relative errors are computed at every third speed at most and interpolated.
+        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. With many
+        speeds, relative errors are computed at every third speed and interpolated.
     damping
         Damping used.
     omega

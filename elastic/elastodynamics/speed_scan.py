@@ -1,9 +1,8 @@
 """Fast scan of many speeds in few coordinates, to find peaks and unstable ranges.
 
-The vibrating coordinates are the mean modes of a cycle. The other coordinates follow the modes' inertia at every
-position (inverse iteration), and otherwise the loads, quasi-statically. The scan takes a tenth of the time of an
-answer. Its largest values are accurate to about 1 %, and its frequencies to 0.1 %. It guides the search and is not
-reported.
+The vibrating coordinates are the mean modes of a cycle. The other coordinates follow quasi-statically: the modes'
+inertia at every position (inverse iteration), and the loads. The scan takes a tenth of the time of an answer. Its
+largest values are accurate to about 1 %, and its frequencies to 0.1 %. It guides the search and is not reported.
 """
 
 from __future__ import annotations

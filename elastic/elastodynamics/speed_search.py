@@ -1,7 +1,7 @@
 """Search for speeds of interest: peaks, limits of unstable ranges, and the first speed that exceeds a bound.
 
-A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. Answers computed
-there correct the scan by a factor, which is interpolated linearly between known answers.
+A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. Computed answers
+correct the scan by a factor, which is interpolated linearly between known answers.
 """
 
 import math
@@ -71,7 +71,7 @@ class SpeedSearch:
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Compute answers at all peaks that rise above the line between known speeds and from valleys."""
+        """Compute answers at peaks that rise above their valleys and the line between known speeds."""
         for _ in range(SPEEDS.max_refinements):
             chosen = self._apart(self._peaks())
             if not chosen:

@@ -13,9 +13,9 @@ from numpy.polynomial import legendre
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
-CACHED = 200_000  # amount of numbers processed at once
+CACHED = 200_000  # number of values processed at once
 JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller jumps are left to short elements
-LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that remains after this many halvings if it is a jump
+LEFT = {2: 0.5, 6: 0.3}  # by number of halvings: smallest remaining share of a change that is a jump
 SAME_TIME = 1e-12  # difference of equal instants, relative to the duration
 HALVED = 24  # number of halvings, to about 1e-9 of the duration
 

@@ -42,8 +42,8 @@ class VibrationSettings:
 
     # large displacement
     residual_time_ratio: float = 4.0  # largest time error of the residual response, relative to that of the coordinates
-    max_residual_fall: float = 0.7  # a wider basis must cut the residual to this share, or the basis was wide enough
-    max_complete: int = 60  # maximum number of coordinates up to which all are used if a part of them does not converge
+    max_residual_fall: float = 0.7  # if a wider basis leaves more than this share of the residual, no wider is used
+    max_complete: int = 60  # largest number of coordinates that are all used if a part of them does not converge
     # a grid that was refined once is refined again if its time error exceeds this multiple of the tolerance
     min_refined_ratio: float = 10.0
     max_open_residual: float = 0.1  # larger residuals, relative to the displacements, do not converge on finer grids

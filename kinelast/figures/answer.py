@@ -16,7 +16,7 @@ from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
 from rigid.arrays import Reals
 
-SURELY = 0.8  # stated error of a time history / accuracy that it surely reaches; the statement is within about 20 %
+SURELY = 0.8  # stated error / accuracy up to which a time history surely reaches it: errors are right to about 20 %
 BESIDES = 0.1  # no better theory is needed for a gain below this share of the accuracy or of the remaining error
 
 

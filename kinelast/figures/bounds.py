@@ -1,4 +1,4 @@
-"""Error bounds that are known before vibration is solved, and the only decision on whether a bound suffices."""
+"""Error bounds that are known before vibration is solved, and the decision whether a bound suffices."""
 
 import math
 

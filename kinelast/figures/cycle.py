@@ -352,7 +352,7 @@ def greatest_along(values: Any) -> Reals:
     return np.where(most >= -least, most, least)
 
 
-FEW = 64  # beams with all coordinates: at most 1.5 GB and 15 s
+FEW = 64  # most beams with all coordinates (1.5 GB, 15 s)
 MOST_COORDINATES = 18 * FEW
 MOST_BEAMS = 150  # beams that are short pieces of links; these need a third of the coordinates
 INNER = 4  # initial number of polynomials along a vibrating beam

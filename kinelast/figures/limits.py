@@ -196,7 +196,7 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Return the judgements. If the figures are not reliable, all but exceeded limits become "cannot be judged"."""
+    """Return the judgements. If the figures are not reliable, all but violated limits become "cannot be judged"."""
     doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
     why = "; ".join(doubts(results)) if any(doubtful) else ""
     if not why:

@@ -272,7 +272,7 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
 
 
 POINTS = 9  # instants per bracket and round
-ROUNDS = 9  # each round narrows brackets four times; enough for round-off of a smooth peak
+ROUNDS = 9  # each round narrows brackets to a quarter; smooth peaks reach round-off
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:

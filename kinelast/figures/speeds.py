@@ -94,7 +94,7 @@ class Speeds:
     ----------
     speed, asked
         Speeds of the drive [rad/s or m/s], and whether each was requested, shape (speeds,). The others were added at
-        peaks, borders of unstable ranges and the limit speed.
+        peaks, limits of unstable ranges and the limit speed.
     map
         Speed map: values of `FIELDS` [m, m, Pa] per beam with and without vibration, and growth.
     figures
@@ -146,7 +146,7 @@ class Speeds:
 
 @one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = SILENT) -> Speeds:
-    """Return the answer at the requested speeds, and at peaks, stability borders and the limit speed between them.
+    """Return the answer at the requested speeds, and at peaks, stability limits and the limit speed between them.
 
     Raises
     ------

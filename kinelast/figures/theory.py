@@ -78,7 +78,7 @@ SAME = 1e-9  # relative difference of moments at rest due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments, per travel, of a machine at rest
 STAGES = 5  # number of stages in the progress report
-EXACT_OVER_FIRST_STEPS = 40.0  # largest time for an exact answer and its error / time for the first steps to it
+EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / time of its first steps
 LONG = 10.0  # [s] expected time above which an answer is announced
 UNSTABLE = "the links have no steady state, their vibration grows"
 
@@ -330,9 +330,9 @@ class _Rungs:
     def _one_more_step(
         self, stepped: Elastodynamic, left: Mapping[str, float], wanted: float
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """Return one more step from first steps to the exact answer, if their bound is too wide, and errors left.
+        """Return one more step to the exact answer if the bound of the first is too wide; remaining errors.
 
-        The change by this step is the error of the answer. Further steps change about as much again times the ratio of
+        The change by this step is the error of the answer. Further steps change it by this change times the ratio of
         both changes.
         """
         bound = FORCES_LATER * left[LARGE]

@@ -86,8 +86,8 @@ def _findings(results: Results) -> list[Finding]:
 def doubts(results: Results) -> list[str]:
     """Findings that make all figures unreliable, so that no limit can be declared met.
 
-    A known error is not such a finding, because each limit is judged with the error of its own figure. A yielding link
-    is not either, see `kinelast.figures.ranges.refusals`.
+    A known error is not such a finding, because each limit is judged with the error of its own figure. Nor is a
+    yielding link, see `kinelast.figures.ranges.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
     return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]
@@ -360,7 +360,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """Return the inputs that the safety factor lacks, with a verb."""
+    """Return inputs that the safety factor lacks, with is or are."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])

@@ -28,12 +28,12 @@ from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
 
 DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in its finest steps
-GENERAL_CHANGE_WIDTH = 256  # same for a general group, which has more round-off
-FINEST_GENERAL = 2.0**-24  # shortest step of a general group, in strides; round-off hides branches in shorter ones
+GENERAL_CHANGE_WIDTH = 256  # same for other groups, with more round-off
+FINEST_GENERAL = 2.0**-24  # shortest step of other groups, in strides; round-off hides branches in shorter ones
 STEPS_PER_BLOCK = 4096  # number of steps certified at once, so that they fit into the cache
-MAX_HALVED = 30_000  # number of steps halved at once, unless there were more from the start
+MAX_HALVED = 30_000  # largest number of steps halved at once, or that at the start if more
 LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
-MAX_JUMP = 1e-3  # a slide counts as infinite if it changes by more in a finest step, relative to the mechanism's size
+MAX_JUMP = 1e-3  # larger changes of a slide in a finest step, relative to the mechanism's size, count as infinite
 
 
 class TrackedBranch:

@@ -1,7 +1,7 @@
 """Positions of the five dyads in closed form.
 
-Each function returns the position of both links, and the sine s at which they meet. s is zero at a singular
-position, nan if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
+Each function returns the position of both links, and the sine s of their angle. s is zero at a singular position, nan
+if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
 """
 
 from typing import Any
@@ -97,7 +97,7 @@ def slotted(
 
     Returns
     -------
-    Unit vector of the owner's axes; slide [m]; s = distance of the pins along the line / distance.
+    Unit vector of the owner's axes; slide [m]; s = pin distance along the line / pin distance.
     """
     base = block - owner
     distance = abs(base)

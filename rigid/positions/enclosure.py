@@ -190,7 +190,7 @@ class StepCertificate:
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
 
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Columns:
-        """Derivative bound of the part of a loop on some links with respect to a free coordinate."""
+        """Bound on the derivative of a loop's part on some links by a free coordinate."""
         turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
         total: Any = 0.0

@@ -82,7 +82,7 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
     """Knots nearest to the locations at which a sine touches zero, at most one in `width`.
 
-    The sine drops sharply within a few of the finest steps. If it merely comes close to zero, it turns around gently.
+    There the sine drops sharply within a few finest steps. A sine that only comes close to zero turns gently.
 
     Parameters
     ----------

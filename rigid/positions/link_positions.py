@@ -20,7 +20,7 @@ from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
 MIN_FIRM_SINE = 0.5  # dyads with larger sines pass no change point between near positions
-MAX_NEAR_STEP = 0.1  # largest step of a drive [rad], and of such a sine, between near positions
+MAX_NEAR_STEP = 0.1  # largest change of a drive [rad] or a sine between near positions
 NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
 BOX_MARGIN = 1e-6  # tolerance in addition to the certified box
 PASS_KNOTS = 2  # number of knots on each side of a change point from which its crossing is interpolated

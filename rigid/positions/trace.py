@@ -9,12 +9,12 @@ from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, some, steps
 
 BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are distinct, in strides
-MIN_BRANCH_DISTANCE = 2.0**-20  # same beyond a change point narrowed by round-off
+MIN_BRANCH_DISTANCE = 2.0**-20  # same beyond a change point of round-off width
 MAX_SMOOTH_DEVIATION = 0.1  # largest deviation from linear motion of a smooth branch, relative to the travel
 MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
-MAX_SHORTENING = 8  # a step this many times shorter than the last leap is certified at once
+MAX_SHORTENING = 8  # steps this many times shorter than an unproved one are certified
 MAX_MARCH_STEPS = 400  # maximum number of steps of a march
-MAX_HIDDEN_SINE = 2e-6  # smaller sines may hide one branch from another by round-off
+MAX_HIDDEN_SINE = 2e-6  # with smaller sines, round-off may hide a branch
 MIN_CLEAR_SINE = 0.1  # with larger sines of earlier groups, their round-off is negligible
 MIN_KNOTS = 8  # number of grid knots needed to find links that turn with the drive
 STEPS_TO_DOUBLE = 2  # number of successful steps after which a march doubles its step
