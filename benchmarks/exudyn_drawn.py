@@ -53,7 +53,12 @@ def cases() -> Iterator[Scene]:
     for path in sorted(Path(__file__).with_name("data").glob("*.toml")):
         scene = read_scene(path)
         yield prepared(scene, scene.theory.damping_ratio)
-    for scene in scenes(SEED):
+    yield from chosen(SEED)
+
+
+def chosen(seed: int) -> Iterator[Scene]:
+    """Yield random scenes of a seed endlessly, with shear, rotary inertia and damping."""
+    for scene in scenes(seed):
         if scene.title.split(":")[0] in KINDS and len(scene.sections) <= MAX_BEAMS:
             sections = tuple(map(sheared, scene.sections))
             course = replace(scene.course, mechanism=with_rotary_inertia(scene.mechanism, sections))
@@ -123,6 +128,18 @@ def peaks_apart(one: Any, other: Any) -> float:
     return float(100 * (np.abs(here - there) / np.where(base > 0, base, 1.0)).max(initial=0.0))
 
 
+def integration(scene: Scene, results: Any) -> tuple[float, int, bool]:
+    """Return the duration of a turn or course [s], the number of turns to integrate, and whether it starts at rest."""
+    closed, times, vibrating = not math.isnan(results.period), results.motion.time, results.answer.vibrating
+    span = results.period if closed else float(times[-1] - times[0])
+    rates = [np.abs(np.asarray(law(times)[1])) for law in scene.course.laws]
+    from_rest = not closed or all(rate.max() > 0 and rate[0] < 1e-6 * rate.max() for rate in rates)
+    if not closed:
+        return span, 1, from_rest
+    fading = float(np.min(vibrating.damping.beams)) * vibrating.lowest**2 / 2 * span
+    return span, min(MAX_TURNS, 2 + math.ceil(-math.log(TRANSIENT_LEFT) / fading)), from_rest
+
+
 def row_of(scene: Scene) -> dict[str, Any]:
     """Return the row of a scene; differences in percent."""
     start = time.process_time()
@@ -133,15 +150,8 @@ def row_of(scene: Scene) -> dict[str, Any]:
     if vibrating is None or not vibrating.stable:
         why = results.answer.unknown or "no steady state"
         return {"scene": scene.name, "kind": scene.title, "theory": results.answer.theory, "unanswered": why}
-    beta = vibrating.damping.beams
-    closed, times = not math.isnan(results.period), results.motion.time
-    span = results.period if closed else float(times[-1] - times[0])
-    rates = [np.abs(np.asarray(law(times)[1])) for law in scene.course.laws]
-    from_rest = not closed or all(rate.max() > 0 and rate[0] < 1e-6 * rate.max() for rate in rates)
-    turns = 1
-    if closed:
-        fading = float(np.min(beta)) * vibrating.lowest**2 / 2 * span
-        turns = min(MAX_TURNS, 2 + math.ceil(-math.log(TRANSIENT_LEFT) / fading))
+    beta, times = vibrating.damping.beams, results.motion.time
+    span, turns, from_rest = integration(scene, results)
     courses, settled = [], math.nan
     for elements in ELEMENTS:
         sizes = beta, elements, span, turns, STEPS, POSITIONS

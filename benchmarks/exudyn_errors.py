@@ -3,12 +3,11 @@
     python benchmarks/exudyn_errors.py SEED [COUNT]    (replaces the seed's rows in results/exudyn_errors.csv)
     python benchmarks/exudyn_errors.py show            (counts, and rows with a wrong error)
 
-The mechanisms and the reference are those of `exudyn_drawn`. The errors are those of the fields and joint forces over
-the course, each relative to the maximum of its beam or joint. One counts if the stated or the true error exceeds 0.1 %
-and the error of the reference is below a quarter of the true or stated error.
+`exudyn_drawn` provides the mechanisms and runs exudyn. The program states an error for each field and for the joint
+forces, relative to the maximum of the beam or joint. An error counts if it exceeds 0.1 %, stated or true, and if the
+reference is known to a quarter of it.
 """
 
-import math
 import sys
 import time
 from collections.abc import Iterator
@@ -21,42 +20,23 @@ import exudyn_drawn as drawn
 import measuring
 import numpy as np
 from exudyn_model import FIELDS, Course, integrated
-from random_scenes import scenes, sheared
 
-from elastic import with_rotary_inertia
 from kinelast.figures.courses import JOINT_FORCES
 from kinelast.runs import computed
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request
 
 ACCURACIES = 0.005, 0.02, 0.05
-ELEMENTS_AND_STEPS = (16, 3600), (32, 3600), (16, 7200)  # of the reference, which is extrapolated in both
+ELEMENTS_AND_STEPS = (16, 3600), (32, 3600), (16, 7200)  # reference models, extrapolated in both numbers
 LEAST = 0.001  # smallest error that counts
 KNOWN = 0.25  # largest error of the reference, relative to the error
 TARGET = measuring.RESULTS / "exudyn_errors.csv"
 
 
-def chosen(seed: int) -> Iterator[Scene]:
-    """Yield scenes endlessly, with shear, rotary inertia and damping."""
-    for scene in scenes(seed):
-        if scene.title.split(":")[0] in drawn.KINDS and len(scene.sections) <= drawn.MAX_BEAMS:
-            sections = tuple(map(sheared, scene.sections))
-            course = replace(scene.course, mechanism=with_rotary_inertia(scene.mechanism, sections))
-            yield drawn.prepared(replace(scene, sections=sections, course=course), drawn.DAMPING)
-
-
 def reference(scene: Scene, results: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the courses of exudyn by name, extrapolated in elements and time steps, and those of its finest models."""
-    vibrating = results.answer.vibrating
-    beta = vibrating.damping.beams
-    closed, times = not math.isnan(results.period), results.motion.time
-    span = results.period if closed else float(times[-1] - times[0])
-    rates = [np.abs(np.asarray(law(times)[1])) for law in scene.course.laws]
-    from_rest = not closed or all(rate.max() > 0 and rate[0] < 1e-6 * rate.max() for rate in rates)
-    turns = 1
-    if closed:
-        fading = float(np.min(beta)) * vibrating.lowest**2 / 2 * span
-        turns = min(drawn.MAX_TURNS, 2 + math.ceil(-math.log(drawn.TRANSIENT_LEFT) / fading))
+    beta, times = results.answer.vibrating.damping.beams, results.motion.time
+    span, turns, from_rest = drawn.integration(scene, results)
     first = (turns - 1) * drawn.POSITIONS
     courses = []
     for elements, steps in ELEMENTS_AND_STEPS:
@@ -143,7 +123,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     others = [row for row in measuring.read_rows(TARGET) if not row["scene"].startswith(f"{seed}-")]
     rows: list[dict[str, Any]] = []
-    for scene in chosen(seed):
+    for scene in drawn.chosen(seed):
         if len({row["scene"] for row in rows if not row.get("unanswered")}) == count:
             return
         rows += rows_of(scene, folder)

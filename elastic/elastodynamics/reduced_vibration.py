@@ -62,9 +62,9 @@ class Vibration:
 
     @cached_property
     def closed(self) -> bool:
-        """True if the loads at the end of the cycle are those at its start."""
+        """True if the loads at the end of the grid are those at its start."""
         moments, forces = self.quasi_static.amplitudes.M, self.quasi_static.amplitudes.N
-        return self.cyclic and all(
+        return all(
             bool(np.abs(each[..., -1] - each[..., 0]).max(initial=0.0) <= CLOSED * np.abs(each).max(initial=0.0))
             for each in (moments, forces)
         )

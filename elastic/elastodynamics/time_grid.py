@@ -89,7 +89,7 @@ class Grid:
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
-    def cycled(self, times: Reals, closed: bool = True) -> Reals:
+    def cycled(self, times: Reals, closed: bool) -> Reals:
         """Map instants of a periodic process to the grid.
 
         The start of the cycle becomes its end, which is a point, if the process is `closed`: without a jump between.

@@ -229,8 +229,9 @@ class _Rungs:
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
             measured, left = self._open(stepped, tolerance, wanted, shared, finest)
             if LARGE in left:
-                further, left = self._one_more_step(stepped, left, wanted)
-                measured = {**measured, **further}
+                left = {**left, LARGE: FORCES_LATER * left[LARGE]}
+                if not measured and left[LARGE] > self.resolved(wanted):
+                    measured, left = self._one_more_step(stepped, left)
             yield self._answer(GEOMETRICALLY_EXACT, self._cycle(stepped.deflection), stepped, measured, left)
         self._tell(3, "geometrically exact")
         self._announce(first_steps)
@@ -328,20 +329,17 @@ class _Rungs:
         return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
 
     def _one_more_step(
-        self, stepped: Elastodynamic, left: Mapping[str, float], wanted: float
+        self, stepped: Elastodynamic, left: dict[str, float]
     ) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """Return one more step to the exact answer if the bound of the first is too wide; remaining errors.
+        """Measure the error of the first steps to the exact answer by one more step; return it and the errors left.
 
-        The change by this step is the error of the answer. Further steps change it by this change times the ratio of
-        both changes.
+        Further steps change the answer by this change times the ratio of the last two changes. Returns the given errors
+        if the changes do not decrease.
         """
-        bound = FORCES_LATER * left[LARGE]
-        if bound <= self.resolved(wanted):
-            return {}, {**left, LARGE: bound}
         after = stepped_on(stepped)
         before, change = (large_displacement_error(each) for each in (stepped, after))
         if not change < before:
-            return {}, {**left, LARGE: bound}
+            return {}, left
         shares = {name: share for name, share in left.items() if name != LARGE}
         return {LARGE: self._cycle(after.deflection)}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
 
