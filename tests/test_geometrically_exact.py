@@ -21,8 +21,9 @@ from elastic import (
     sample,
     with_rotary_inertia,
 )
-from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
+from elastic.elastodynamics import elastodynamic, finer_vibration, geometrically_exact, theory_error
 from elastic.elastodynamics.displaced_points import require_known
+from elastic.elastodynamics.exact_residual import Coordinates, carried_over
 from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from rigid import (
     Beam,
@@ -119,6 +120,22 @@ def test_all_fields_agree_with_the_nonlinear_mechanism(make, speed, beta, count,
     assert off(linear.deflection, "chord") > 3 * off(found.deflection, "chord")
     efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
     assert np.abs(efforts - nonlinear.efforts).max() < limit * np.abs(nonlinear.efforts).max()
+
+
+def test_an_answer_carried_to_a_finer_discretization_keeps_no_error_of_the_coarse_one():
+    """Rates are derivatives of the amplitudes, and the finer coordinates take over all that they can represent."""
+    case, speed = steel_four_bar(), 130.0
+    period, motion_at = 2 * math.pi / speed, at_speed(case.mechanism, speed, case.drive[0, 0])
+    times = np.arange(48) * period / 48
+    linear = elastodynamic(motion_at(times), motion_at, period, case.sections, damping=42e-6, tolerance=1e-2)
+    coarse = geometrically_exact(linear, 1e-2)
+    wider, finer = coarse.discretization.wider(), finer_vibration(coarse)
+    carried = carried_over(coarse.exact.displaced, finer, wider.per_coordinate_of(coarse.discretization))
+    grid, (x, x1, _) = finer.problem.terms.grid, carried.history
+    np.testing.assert_allclose(grid.rates(grid.at_nodes(x))[0][8:], x1[8:], rtol=0, atol=1e-4 * np.abs(x1).max())
+    strained, coordinates = carried.residual.forces, Coordinates(finer)
+    left = coordinates.static(coordinates.push(strained))
+    assert np.abs(left).max() < 1e-9 * np.abs(x).max()
 
 
 def test_the_error_includes_a_residual_that_time_steps_smooth():

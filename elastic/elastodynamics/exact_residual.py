@@ -65,6 +65,40 @@ def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
 
 
 @dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Strains of the elastic coordinates of a vibration, at the nodes of its grid."""
+
+    vibration: Vibration
+
+    @cached_property
+    def _strains(self) -> tuple[Reals, Reals]:
+        kinds = self.vibration.problem.terms.kinematics
+        return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
+
+    def forces(self, amounts: Reals) -> Reals:
+        """Forces due to the strains at given values of the coordinates, shape (nodes, rows)."""
+        strains, stiff = self._strains
+        forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
+        return forces
+
+    def push(self, strained: Reals) -> Reals:
+        """Load on the coordinates by forces of strains, shape (nodes, r)."""
+        push: Reals = (self._strains[0].swapaxes(-1, -2) @ strained[..., None])[..., 0]
+        return push
+
+    def static(self, push: Reals) -> Reals:
+        """Static response to a load, shape (nodes, r)."""
+        strains, stiff = self._strains
+        found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])
+        return np.asarray(found[..., 0], float)
+
+    def without(self, response: ResidualResponse, amounts: Reals) -> ResidualResponse:
+        """Subtract given values of the coordinates from a response."""
+        moved = self.vibration.problem.terms.kinematics.unit @ amounts[..., None]
+        return ResidualResponse(response.moved - moved, response.forces - self.forces(amounts))
+
+
+@dataclass(frozen=True, eq=False)
 class Unbalanced:
     """Displaced links and the answer under their loads; in equilibrium both agree.
 
@@ -91,34 +125,26 @@ class Unbalanced:
     def strained(self) -> Reals:
         """Residual of the strains' forces, shape (nodes, rows); 0 for soft joints."""
         now, structure = self.now, self.now.vibration.problem.terms.kinematics.structure
-        more = self.found.strained - self.made_by(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
+        more = self.found.strained - self._coordinates.forces(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
         more -= now.residual.forces
         more[:, more.shape[1] - len(structure.soft) :] = 0.0
         return more
 
     @cached_property
-    def _strains(self) -> tuple[Reals, Reals]:
-        kinds = self.now.vibration.problem.terms.kinematics
-        return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
-
-    def made_by(self, amounts: Reals) -> Reals:
-        """Forces due to the strains at given values of the elastic coordinates."""
-        strains, stiff = self._strains
-        forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
-        return forces
+    def _coordinates(self) -> Coordinates:
+        return Coordinates(self.now.vibration)
 
     @cached_property
     def push(self) -> Reals:
         """Residual as a load on the elastic coordinates, shape (nodes, r)."""
-        push: Reals = (self._strains[0].swapaxes(-1, -2) @ self.strained[..., None])[..., 0]
-        return push
+        return self._coordinates.push(self.strained)
 
     @cached_property
-    def static(self) -> Reals:
-        """Static response of the elastic coordinates to `push`, shape (nodes, r)."""
-        strains, stiff = self._strains
-        found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, self.push[..., None])
-        return np.asarray(found[..., 0], float)
+    def besides(self) -> ResidualResponse:
+        """Residual beyond the static response of the elastic coordinates."""
+        return self._coordinates.without(
+            ResidualResponse(self.change, self.strained), self._coordinates.static(self.push)
+        )
 
 
 def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
@@ -152,10 +178,7 @@ def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: 
         See `exact_steps.settled_links`.
     """
     now = step.now
-    grid, unit = now.vibration.problem.terms.grid, now.vibration.problem.terms.kinematics.unit
-    besides = ResidualResponse(
-        step.change - unit @ step.static[..., None], step.strained - step.made_by(step.static)
-    ).smoothed(grid, fastest)
+    besides = step.besides.smoothed(now.vibration.problem.terms.grid, fastest)
     moving = response(step.push[1:] + inertia_load(operator, besides))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
     residual, answer = now.residual + besides, step.found
@@ -224,7 +247,25 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     def sampled(values: Any) -> Any:
         return grid.at_nodes(sampler(values[1:]))
 
-    x, x1, x2 = (sampler(part) @ turned.T for part in now.history)
+    coordinates = Coordinates(linear)
     moved = Displacements(*map(sampled, vars(now.residual.moved).values()))
     residual = ResidualResponse(moved, sampled(now.residual.forces))
-    return Displaced(linear, (x, x1, x2), residual, sampled(now.force), sampled(now.joints), sampled(now.moments))
+    amounts = coordinates.static(coordinates.push(residual.forces))
+    parts = zip(now.history, (amounts[1:], *grid.rates(amounts)), strict=True)
+    history = _consistent(linear, [sampler(known) @ turned.T + added for known, added in parts])
+    residual = coordinates.without(residual, amounts)
+    return Displaced(linear, history, residual, sampled(now.force), sampled(now.joints), sampled(now.moments))
+
+
+def _consistent(linear: Vibration, history: Sequence[Reals]) -> tuple[Reals, Reals, Reals]:
+    """Return the history of a vibration under the load that an interpolated history needs.
+
+    Interpolated rates are not exactly the derivatives of interpolated amplitudes. Steps add to a history and would
+    keep this error.
+    """
+    equations = linear.problem.equations
+    x, x1, x2 = (part - known for part, known in zip(history, linear.history, strict=True))
+    terms = (equations.mass, x2), (equations.damping, x1), (equations.stiffness, x)
+    added = linear.under(sum((matrix @ part[..., None])[..., 0] for matrix, part in terms))
+    x, x1, x2 = (known + part for known, part in zip(linear.history, added, strict=True))
+    return x, x1, x2

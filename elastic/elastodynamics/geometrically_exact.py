@@ -78,7 +78,9 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 def discretized_finer(
     answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
 ) -> tuple[Deflection, float]:
-    """Deflection at the same positions in a finer discretization, and its remaining error.
+    """Deflection at the same positions in a finer discretization, and what is left of its own iteration.
+
+    The latter is relative to the largest displacement, for large displacement relative to that of the worst beam.
 
     The difference is the discretization error of the answer. Time and coordinates are refined together, because
     refining only one may show little.
@@ -103,7 +105,7 @@ def discretized_finer(
         if now is None:
             now = begun.exact.displaced if begun and begun.exact else None
         settled = settled_links(finer, tolerance, wider.fastest, begun=now)
-        after, left = replace(answer, vibration=finer, exact=settled), settled.open
+        after, left = replace(answer, vibration=finer, exact=settled), settled.worst
     return deflection_at(after, answer.quasi_static.motion), left
 
 

@@ -15,6 +15,7 @@ from rigid.arrays import Columns, Complexes
 Sliding = tuple[tuple[int, Columns, Columns], ...]  # see `AddedLoads.sliding`
 
 BEAMS = 10.0  # tolerance of a single beam's deflection, relative to the overall tolerance
+FURTHER = 0.4  # tolerance of a finer answer, relative to that of the answer it is compared with
 STATIONS = 21
 TINY = float(np.finfo(float).tiny)
 
@@ -77,6 +78,10 @@ class Settled:
     def open(self) -> float:
         """Measure of convergence; a beam that bends little may have a larger error."""
         return max(self.share, self.worst / BEAMS)
+
+    def closer(self, tolerance: float) -> float:
+        """Tolerance of a finer answer that measures the error of this one, which was computed to `tolerance`."""
+        return FURTHER * (tolerance if self.worst <= tolerance else min(tolerance, self.worst / BEAMS))
 
 
 def places_of(moved: Displacements) -> Complexes:

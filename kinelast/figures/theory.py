@@ -69,8 +69,8 @@ FINE_WITH_FRICTION = 0.02  # same, with friction: only a finer tolerance reveals
 FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
 EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
 FAR = 3.0  # change of the largest deflection by vibration / accuracy; above this, quasi-static is not tried
-FURTHER = 0.4  # tolerance of a finer exact answer, relative to that of the answer it is compared with
 FORCES_LATER = 3.0  # bound on the error of forces / error of deflections after the first steps to the exact answer
+SHARED = 0.5  # largest error of a finer exact answer, relative to that of the answer whose error it measures
 LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
@@ -363,12 +363,11 @@ class _Rungs:
         self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(exact, finer, FURTHER * tolerance, begun)
-        if left > max(tolerance, exact.exact.open):
+        bent, left = discretized_finer(exact, finer, exact.exact.closer(tolerance), begun)
+        worst = exact.exact.worst
+        if left > max(tolerance, worst):
             return {}, shares
-        if exact.exact.displaced.shortened is not None:  # the finer answer starts from this one and may share its error
-            left = max(left, exact.exact.worst)
-        return {TIME: self._cycle(bent)}, {} if left <= tolerance else {LARGE: shares[LARGE]}
+        return {TIME: self._cycle(bent)}, {} if left <= max(tolerance, SHARED * worst) else {LARGE: shares[LARGE]}
 
     def _answer(
         self,
