@@ -79,19 +79,6 @@ def of_linkage2(text: str, title: str) -> ForeignMechanism:
         root = ElementTree.fromstring(TOUCHING.sub(r"\1 ", text))
     except ElementTree.ParseError as error:
         raise ExchangeError(f"this file of Linkage is damaged: {error}") from None
-    try:
-        return _drawing(root, title)
-    except KeyError as error:
-        raise ExchangeError(f"a part of this file of Linkage names {error}, which the file does not have") from None
-    except ValueError as error:
-        raise error if isinstance(error, ExchangeError) else _unreadable(error) from None
-
-
-def _unreadable(error: ValueError) -> ExchangeError:
-    return ExchangeError(f"a number in this file of Linkage cannot be read: {error}")
-
-
-def _drawing(root: ElementTree.Element, title: str) -> ForeignMechanism:
     program = root.find("program")
     names = Names()
     read = _LinkageReading(

@@ -15,6 +15,7 @@ READ = ("revolute", "fixed", "prismatic")  # joints
 TRIES = 60  # random starts of the search for an assembly
 CLOSED = 1e-9  # largest gap of a closed joint / size of the largest body
 STEPS, DONE = 50, 1e-10  # limit of the program's own solver, which starts with all bodies at the origin
+DIFFERENCE = 1e-6  # [rad] step of difference quotients; for lengths, relative to the largest body
 
 Place = tuple[complex, float]  # coordinates of a body: its origin and its angle
 
@@ -40,23 +41,8 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        The object is damaged, or its bodies cannot be assembled.
+        Its bodies cannot be assembled.
     """
-    try:
-        return _drawing(data, title)
-    except KeyError as error:
-        raise ExchangeError(f"this file of linkage_sim has no {error}, which a joint or driver names") from None
-    except (TypeError, AttributeError, StopIteration):
-        raise ExchangeError("this file of linkage_sim has a body, joint or driver of an unknown form") from None
-    except ValueError as error:
-        raise error if isinstance(error, ExchangeError) else _unreadable(error) from None
-
-
-def _unreadable(error: ValueError) -> ExchangeError:
-    return ExchangeError(f"a number in this file of linkage_sim cannot be read: {error}")
-
-
-def _drawing(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
     joints = {key: each for key, each in data["joints"].items() if each["type"] in READ}
@@ -202,56 +188,35 @@ def _assembled(
         at = {body: (complex(*x[n : n + 2]), float(x[n + 2])) for body, n in column.items()}
         return {GROUND: (0j, 0.0), **at}
 
-    def gaps(x: Any) -> tuple[Any, Any]:
-        """Gaps of all joints and drivers, and their derivatives."""
-        at = placed(x)
-        out: list[float] = []
-        slopes: list[Any] = []
-
-        def add(gap: float, **by: complex | float) -> None:
-            """Add a gap; `by` gives its derivatives with respect to each body's position (as x + iy) and angle."""
-            row = np.zeros(len(x))
-            for body, place, angle in ((first, "p", "a"), (second, "q", "b")):
-                if body in column:
-                    way = complex(by.get(place, 0))
-                    row[column[body] : column[body] + 3] += way.real, way.imag, complex(by[angle]).real
-            out.append(gap)
-            slopes.append(row)
-
+    def gaps(x: Any) -> Any:
+        """Gaps of all joints and drivers."""
+        at, out = placed(x), []
         for pair in pairs:
-            first, second = pair.first, pair.second
-            (p, a), (q, b) = at[first], at[second]
-            arm, other = cmath.exp(1j * a) * pair.at_first, cmath.exp(1j * b) * pair.at_second
-            gap = q + other - p - arm
-            normals: tuple[complex, ...] = (1 + 0j, 1j)
-            if pair.axis is not None:
-                normals = (1j * cmath.exp(1j * a) * pair.axis / abs(pair.axis),)
-            for normal in normals:
-                by_a = -1j * arm if pair.axis is None else -1j * arm - 1j * gap
-                add(_dot(gap, normal), p=-normal, q=normal, a=_dot(by_a, normal), b=_dot(1j * other, normal))
+            (p, a), (q, b) = at[pair.first], at[pair.second]
+            gap = q + cmath.exp(1j * b) * pair.at_second - p - cmath.exp(1j * a) * pair.at_first
+            if pair.axis is None:
+                out += [gap.real, gap.imag]
+            else:
+                out.append((gap * (cmath.exp(1j * a) * pair.axis / abs(pair.axis)).conjugate()).imag)
             if pair.turn is not None:
-                add(b - a - pair.turn, a=-1.0, b=1.0)
-        for (first, second), angle in turns.items():
-            add(at[second][1] - at[first][1] - angle, a=-1.0, b=1.0)
-        return np.array(out), np.array(slopes)
+                out.append(b - a - pair.turn)
+        return np.array(out + [at[second][1] - at[first][1] - angle for (first, second), angle in turns.items()])
 
-    start = _newton(gaps, np.zeros(3 * len(moving)))
+    start = _newton(gaps, np.zeros(3 * len(moving)), size)
     if start is not None:
         return placed(start), True
-    return placed(_searched(lambda x: gaps(x)[0], len(moving), size)), False
+    return placed(_searched(gaps, len(moving), size)), False
 
 
-def _dot(one: complex, other: complex) -> float:
-    return (one * other.conjugate()).real
-
-
-def _newton(gaps: Callable[[Any], tuple[Any, Any]], x: Any) -> Any:
+def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
     """Solve for zero gaps by Newton's method with minimum-norm steps; None if this fails."""
+    steps = DIFFERENCE * np.diag(np.tile([size, size, 1.0], len(x) // 3))
     for _ in range(STEPS):
-        gap, slopes = gaps(x)
+        gap = gaps(x)
         if np.linalg.norm(gap) < DONE:
             return x
-        x = x - np.linalg.lstsq(slopes, gap, rcond=1e-14)[0]
+        slopes = [(gaps(x + step) - gaps(x - step)) / (2.0 * step.sum()) for step in steps]
+        x = x - np.linalg.lstsq(np.transpose(slopes), gap, rcond=DIFFERENCE)[0]
     return None
 
 

@@ -70,7 +70,8 @@ def _text(path: Path) -> str:
 def of_text(text: str, title: str) -> ForeignMechanism:
     """Return the mechanism in the text of a file."""
     if "<linkage2" in text:
-        return of_linkage2(text[text.index("<linkage2") :], title)
+        with _damage_of("Linkage"):
+            return of_linkage2(text[text.index("<linkage2") :], title)
     inner = re.search(r"<mec-2[^>]*>(.*?)</mec-2>", text, re.DOTALL)
     if inner or text.lstrip().startswith("{"):
         return _of_json(inner[1] if inner else text, title)
@@ -102,7 +103,7 @@ def _damage_of(program: str) -> Iterator[None]:
     except ExchangeError:
         raise
     except KeyError as error:
-        raise ExchangeError(f"a part of this file of {program} has no {error}") from None
+        raise ExchangeError(f"a part of this file of {program} names {error}, which the file does not have") from None
     except (TypeError, AttributeError, IndexError, StopIteration):
         raise ExchangeError(f"a part of this file of {program} has an unknown form") from None
     except ValueError as error:

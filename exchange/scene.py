@@ -1,11 +1,21 @@
 """Converts a drawing to a scene; a comment marks every assumption in its text."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from math import isfinite, sqrt
 from typing import Any
 
-from exchange.drawing import GROUND, ExchangeError, ForeignLink, ForeignMechanism, Names
+from exchange.drawing import (
+    GROUND,
+    Drive,
+    ExchangeError,
+    ForeignGear,
+    ForeignLink,
+    ForeignLoad,
+    ForeignMechanism,
+    Names,
+)
 
 SLENDERNESS = 20  # length of the longest link / depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
@@ -53,7 +63,6 @@ def scene_text(drawing: ForeignMechanism) -> str:
     for link in links.values():
         document["links"][link.name] = link.table()
     _add_joints(document, drawing)
-    _add_loads(document, drawing)
     run: dict[str, Any] = {"positions": POSITIONS}
     if drawing.gravity:
         run["gravity"] = [0.0, -9.81]
@@ -110,35 +119,28 @@ class _Link:
         return offset <= MAX_OFFSET * self.length and excess <= MAX_EXCESS * inertia
 
     def table(self) -> Any:
-        import tomlkit
-
-        table, body = tomlkit.table(), self.body
-        table["points"] = list(body.points)
+        body, points = self.body, {"points": list(self.body.points)}
+        if len(body.points) == 1 and self.mass:
+            return _table({**points, "mass": f"{self.mass:.12g} kg"})
         if len(body.points) == 1:
-            table["mass"] = f"{self.mass:.12g} kg" if self.mass else BLOCK
-            if not self.mass:
-                table["mass"].comment("assumed: put in yours")
-            return table
-        if body.braces:
-            table["beams"] = [list(pair) for pair in (*pairwise(body.points), *body.braces)]
-        if body.rigid or self.rigid:
-            table["rigid"] = True
-        table["section"] = self.section
-        table["material"] = MATERIAL
-        table["material"].comment("assumed: --list materials")
-        if self.rigid:
-            self._add_inertia(table)
-        return table
+            return _table({**points, "mass": BLOCK}, mass="assumed: put in yours")
+        beams = {"beams": [list(pair) for pair in (*pairwise(body.points), *body.braces)]} if body.braces else {}
+        rigid = {"rigid": True} if body.rigid or self.rigid else {}
+        made_of = {"section": self.section, "material": MATERIAL}
+        return _table(
+            {**points, **beams, **rigid, **made_of, **(self._inertia() if self.rigid else {})},
+            material="assumed: --list materials",
+            mass="from the file, as center and inertia; --import with --elastic writes links that bend",
+        )
 
-    def _add_inertia(self, table: Any) -> None:
-        """Add the file's mass, centre and inertia, in the link's own axes."""
+    def _inertia(self) -> dict[str, Any]:
+        """Return the file's mass, centre and inertia, in the link's own axes."""
         center, inertia = self.uniform()
         given = self.body.center if self.body.center is not None else center
         own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
-        table["mass"] = f"{self.mass:.12g} kg"
-        table["mass"].comment("from the file, as center and inertia; --import with --elastic writes links that bend")
-        table["center"] = _place(own)
-        table["inertia"] = f"{self.body.inertia if self.body.inertia is not None else inertia:.12g} kg m^2"
+        if self.body.inertia is not None:
+            inertia = self.body.inertia
+        return {"mass": f"{self.mass:.12g} kg", "center": _place(own), "inertia": f"{inertia:.12g} kg m^2"}
 
 
 def _own_axis(drawing: ForeignMechanism, body: ForeignLink) -> complex:
@@ -157,15 +159,33 @@ def _longest(drawing: ForeignMechanism) -> float:
 
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
     """A rectangle with this depth and half as wide."""
+    depth = float(f"{depth:.1g}") if why.startswith("of") else depth
+    sizes = {"depth": f"{depth:.6g} {drawing.unit}", "width": f"{depth / 2:.6g} {drawing.unit}"}
+    reasons = {"depth": why, "width": "half the depth"}
+    remarks = {key: f"assumed, {reason}: put in yours" for key, reason in reasons.items()}
+    return _table({"shape": "rectangle", **sizes}, **remarks)
+
+
+def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
+    """Return a table with a comment behind some of its entries."""
     import tomlkit
 
     table = tomlkit.table()
-    table["shape"] = "rectangle"
-    depth = float(f"{depth:.1g}") if why.startswith("of") else depth
-    for key, size, reason in (("depth", depth, why), ("width", depth / 2, "half the depth")):
-        table[key] = f"{size:.6g} {drawing.unit}"
-        table[key].comment(f"assumed, {reason}: put in yours")
+    table.update(entries)
+    for key in remarks.keys() & entries.keys():
+        table[key].comment(remarks[key])
     return table
+
+
+def _add_list(document: Any, kind: str, tables: Iterable[Mapping[str, Any]]) -> None:
+    """Add a list of tables, unless it is empty."""
+    import tomlkit
+
+    entries = tomlkit.aot()
+    for entry in tables:
+        entries.append(_table(entry))
+    if entries:
+        document[kind] = entries
 
 
 def _place(place: complex) -> list[float]:
@@ -190,47 +210,31 @@ def _add_joints(document: Any, drawing: ForeignMechanism) -> None:
             document[kind] = tomlkit.table(is_super_table=True)
             for name, keys in of_kind.items():
                 document[kind][name] = {key: value for key, value in keys.items() if (key, value) != ("on", GROUND)}
-    drives, gears = tomlkit.aot(), tomlkit.aot()
-    for drive in drawing.drives:
-        table = tomlkit.table()
-        table.update(dict(drive.joint))
-        if drive.start:
-            table["start"] = drive.start
-        if drive.speed is not None:
-            table["speed"] = drive.speed
-        else:
-            table["law"] = [dict(segment) for segment in drive.law]
-            table["repeat"] = True
-        drives.append(table)
-    for gear in drawing.gears:
-        table = tomlkit.table()
-        table.update({"driver": dict(gear.driver), "follower": dict(gear.follower), "ratio": gear.ratio})
-        if not gear.teeth:
-            table["teeth"] = False
-        gears.append(table)
-    if drives:
-        document["drives"] = drives
-    if gears:
-        document["gears"] = gears
-
-
-def _add_loads(document: Any, drawing: ForeignMechanism) -> None:
-    import tomlkit
-
+    _add_list(document, "drives", map(_drive, drawing.drives))
+    _add_list(document, "gears", map(_gear, drawing.gears))
     if drawing.masses:
         document["masses"] = {point: f"{mass:.12g} kg" for point, mass in drawing.masses.items()}
-    loads = tomlkit.aot()
-    for load in drawing.loads:
-        table = tomlkit.table()
-        table.update({"link": load.link, "point": load.point})
-        force = load.force
-        if load.turning:  # in the link's own axes
-            table["axes"] = "turning"
-            force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
-        table["force"] = [f"{part:.12g} N" for part in (force.real, force.imag)]
-        loads.append(table)
-    if loads:
-        document["loads"] = loads
+    _add_list(document, "loads", (_load(drawing, load) for load in drawing.loads))
+
+
+def _drive(drive: Drive) -> dict[str, Any]:
+    start = {"start": drive.start} if drive.start else {}
+    law = {"law": [dict(segment) for segment in drive.law], "repeat": True}
+    return {**drive.joint, **start, **(law if drive.speed is None else {"speed": drive.speed})}
+
+
+def _gear(gear: ForeignGear) -> dict[str, Any]:
+    ends = {"driver": dict(gear.driver), "follower": dict(gear.follower)}
+    return {**ends, "ratio": gear.ratio, **({} if gear.teeth else {"teeth": False})}
+
+
+def _load(drawing: ForeignMechanism, load: ForeignLoad) -> dict[str, Any]:
+    axes, force = {}, load.force
+    if load.turning:  # in the link's own axes
+        axes = {"axes": "turning"}
+        force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
+    parts = [f"{part:.12g} N" for part in (force.real, force.imag)]
+    return {"link": load.link, "point": load.point, **axes, "force": parts}
 
 
 def _direction(direction: complex) -> list[float]:

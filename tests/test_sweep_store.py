@@ -59,8 +59,7 @@ def rows(folder):
     return columns, [reason for _, reasons in parts for reason in reasons]
 
 
-def test_every_design_is_stored_once_with_all_digits(tmp_path, kind, monkeypatch):
-    monkeypatch.setattr(store, "BLOCK", 400)
+def test_every_design_is_stored_once_with_all_digits(tmp_path, kind):
     sweep(tmp_path)
     columns, reasons = rows(tmp_path)
     number = np.arange(COUNT)

@@ -23,7 +23,7 @@ TABLE = Table(
 def test_csv_gives_numbers_and_texts_back(tmp_path):
     path = tmp_path / "table.csv"
     path.write_bytes(csv_bytes(TABLE))
-    head, *rows = csv_rows(path)
+    head, *rows = csv_rows(path.read_bytes())
     assert head == ["x [m]", "word", "whole", "ok"]
     np.testing.assert_array_equal([float(row[0] or "nan") for row in rows], NUMBERS)
     assert [row[1] or None for row in rows] == WORDS

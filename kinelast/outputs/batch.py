@@ -106,12 +106,12 @@ def write_batch(
     path, head = out / "summary.csv", _table([]).headings
 
     def merged() -> bytes:
-        before = csv_rows(path)[1:] if path.exists() else []
+        before = csv_rows(path.read_bytes())[1:] if path.exists() else []
         kept = {row[0]: _read(row) for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
         return csv_bytes(_table([*{**kept, **rows}.values()]))
 
-    rewritten(path, lambda: (csv_rows(path) or [[]])[0] == head, merged)
-    whole = csv_rows(path)[1:]
+    rewritten(path, lambda: (csv_rows(path.read_bytes()) or [[]])[0] == head, merged)
+    whole = csv_rows(path.read_bytes())[1:]
     index = out / "index.html"
     rewritten(index, lambda: MARK in index.read_bytes(), lambda: index_page(out, head, whole, seconds))
     parquet = out / "summary.parquet"

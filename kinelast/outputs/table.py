@@ -146,10 +146,10 @@ def quoted(text: str) -> str:
     return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
 
 
-def csv_rows(path: Path) -> list[list[str]]:
-    """Read the rows of a CSV file, headings first, and restore text to its form before writing."""
-    with path.open(encoding="utf-8", newline="") as file:
-        return [[cell[INERT.match(cell) is not None :] for cell in row] for row in csv.reader(file)]
+def csv_rows(content: bytes) -> list[list[str]]:
+    """Return the rows of CSV, headings first if it has any, with text restored to its form before writing."""
+    rows = csv.reader(io.StringIO(content.decode(), newline=""))
+    return [[cell[INERT.match(cell) is not None :] for cell in row] for row in rows]
 
 
 def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:

@@ -5,26 +5,23 @@ Parquet data set, i.e. a folder with the chunks' files, which any Parquet reader
 depend on the processes that computed the chunks, nor on their order.
 """
 
-import csv
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kinelast.outputs.outbox import UNFINISHED, put
-from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes, quoted
+from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.sweep.manifest import NAME, ChunkChecksum, Manifest, manifest_bytes
 from kinelast.tasks.request import RequestError
 
 MAX_CSV = 100_000  # maximum number of designs in a CSV store
-BLOCK = 10_000  # number of rows read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
 JOURNAL = "kept.txt"  # file with the checksums of chunks until all are complete
 NUMBER, REASON = "design", "reason"  # columns of every store
@@ -68,6 +65,23 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     return csv_bytes(table, head=False) if store == CSV else parquet_bytes(table)
 
 
+def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
+    """Decode the file of a chunk, see `encoded`: return the columns of these names, and the reasons."""
+    if store == PARQUET:
+        import pyarrow.parquet
+
+        _, *parts, reasons = pyarrow.parquet.read_table(pyarrow.BufferReader(content)).itercolumns()
+        named = dict(zip(names, parts, strict=True))
+        columns = {name: part.to_pylist() if name in TEXTS else part.to_numpy().copy() for name, part in named.items()}
+        return columns, reasons.to_pylist()
+    _, *cells, reasons = zip(*csv_rows(content), strict=True)
+    words = dict(zip(names, cells, strict=True))
+    return {
+        name: list(each) if name in TEXTS else np.array([float(cell or "nan") for cell in each])
+        for name, each in words.items()
+    }, list(reasons)
+
+
 class Store:
     """Files of a sweep's folder, written by one process."""
 
@@ -85,14 +99,11 @@ class Store:
         RequestError
             If the folder contains a file that does not belong to a chunk.
         """
-        if manifest.complete and self.name == CSV:
-            contents = self._csv_chunks(manifest)
-        else:
+        if not manifest.complete or self.name == PARQUET:
             self._require_own(manifest)
-            contents = map(_content, map(self._place, range(manifest.chunks)))
         known = dict(enumerate(manifest.kept)) if manifest.complete else self._journal_entries()
         self.kept, wrong = {}, []
-        for number, content in enumerate(contents):
+        for number, content in enumerate(self.contents(manifest)):
             entry = known.get(number)
             if entry and entry.fits(content):
                 self.kept[number] = entry
@@ -120,8 +131,11 @@ class Store:
                 noted[int(number)] = ChunkChecksum(int(rows), int(size), sha256)
         return noted
 
-    def _csv_chunks(self, manifest: Manifest) -> Iterator[bytes]:
-        """Split the CSV file into its chunks."""
+    def contents(self, manifest: Manifest) -> Iterator[bytes]:
+        """Yield the content of every chunk, empty if its file is missing; a complete CSV file is split into chunks."""
+        if not manifest.complete or self.name == PARQUET:
+            yield from map(_content, map(self._place, range(manifest.chunks)))
+            return
         content = _content(self.folder / CSV)
         at = len(_csv_header(manifest))
         for entry in manifest.kept:
@@ -130,7 +144,7 @@ class Store:
 
     def part(self, manifest: Manifest) -> None:
         """Split the CSV file into files of its valid chunks."""
-        for number, content in enumerate(self._csv_chunks(manifest)):
+        for number, content in enumerate(self.contents(manifest)):
             if number in self.kept:
                 self.keep(number, self.kept[number].rows, content)
 
@@ -195,13 +209,16 @@ class Store:
 
         Unchanged files are not written.
         """
-        kept, names = list(manifest.kept), [NUMBER, *manifest.columns, REASON]
-        csv_parts = list(self._csv_chunks(manifest)) if self.name == CSV else []
+        kept = list(manifest.kept)
+        csv_parts = list(self.contents(manifest)) if self.name == CSV else []
         for number in sorted({design // manifest.chunk for design in cells}):
             first, last = manifest.span(number)
-            own = {design - first: row for design, row in cells.items() if first <= design < last}
             before = csv_parts[number] if csv_parts else _content(self._place(number))
-            after = (_csv_filled if self.name == CSV else _parquet_filled)(before, names, own)
+            columns, reasons = decoded(self.name, before, manifest.columns)
+            for design in cells.keys() & range(first, last):
+                for name, value in cells[design].items():
+                    columns[name][design - first] = value
+            after = encoded(self.name, first, columns, manifest.columns, reasons)
             if after == before:
                 continue
             kept[number] = ChunkChecksum.of(kept[number].rows, after)
@@ -231,37 +248,6 @@ def _content(path: Path) -> bytes:
         return b""
 
 
-def _csv_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
-    """Change cells of CSV rows, by row; other rows remain unchanged."""
-    lines, rows, first = content.decode().split("\n"), [], 0
-    reader = csv.reader(f"{line}\n" for line in lines)
-    for at, row in enumerate(reader):
-        changed = cells.get(at, {})
-        texts = {name: csv_bytes(Table((Column(name, [value]),)), head=False).decode()[:-1]
-                for name, value in changed.items()}  # fmt: skip
-        pairs = zip(names, row, strict=True) if changed else ()
-        filled = ",".join(texts.get(name, quoted(cell)) for name, cell in pairs)
-        rows.append(filled if changed else "\n".join(lines[first : reader.line_num]))
-        first = reader.line_num
-    return "\n".join(rows).encode()
-
-
-def _parquet_filled(content: bytes, names: Sequence[str], cells: Mapping[int, Mapping[str, Any]]) -> bytes:
-    """Change cells of a Parquet chunk, by row."""
-    import pyarrow.parquet
-
-    table = pyarrow.parquet.read_table(pyarrow.BufferReader(content))
-    columns = []
-    for name, heading in zip(names, table.column_names, strict=True):
-        words = name in TEXTS or name == REASON
-        values = table[heading].to_pylist() if words else table[heading].to_numpy().copy()
-        for at, own in cells.items():
-            if name in own:
-                values[at] = own[name]
-        columns.append(Column(heading, values))
-    return parquet_bytes(Table(tuple(columns)))
-
-
 def _csv_header(manifest: Manifest) -> bytes:
     none = np.zeros(0)
     names = (Column(name, none, unit) for name, unit in manifest.columns.items())
@@ -269,39 +255,14 @@ def _csv_header(manifest: Manifest) -> bytes:
 
 
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Yield stored designs in blocks, in order, as columns by name and reasons.
+    """Yield stored designs chunk by chunk, in order, as columns by name and reasons.
 
-    The column `NUMBER` contains their indices. Only one block is in memory.
+    The column `NUMBER` contains their indices.
     """
-    names = {Column(name, (), unit).heading: name for name, unit in manifest.columns.items()}
-    if manifest.store == PARQUET:
-        import pyarrow.parquet
-
-        for path in sorted((folder / PARQUET).glob("[0-9]*.parquet")):
-            table = pyarrow.parquet.read_table(path)
-            reasons = table[REASON].to_pylist()
-            yield (
-                {
-                    names.get(key, key): table[key].to_pylist() if key in TEXTS else table[key].to_numpy()
-                    for key in table.column_names
-                    if key != REASON
-                },
-                reasons,
-            )
-        return
-    if not manifest.complete:
+    if manifest.store == CSV and not manifest.complete:
         raise RequestError(f"{folder}: the sweep is not complete: --resume goes on with it")
-    with (folder / CSV).open(newline="", encoding="utf-8") as file:
-        rows = csv.reader(file)
-        head = next(rows)
-        while block := list(islice(rows, BLOCK)):
-            *cells, reasons = zip(*block, strict=True)
-            yield (
-                {
-                    names.get(key, key): list(values)
-                    if key in TEXTS
-                    else np.array([float(cell or "nan") for cell in values])
-                    for key, values in zip(head, cells, strict=False)
-                },
-                list(reasons),
-            )
+    for number, content in enumerate(Store(folder, manifest.store).contents(manifest)):
+        if content:
+            columns, reasons = decoded(manifest.store, content, manifest.columns)
+            first, last = manifest.span(number)
+            yield {NUMBER: np.arange(first, last), **columns}, reasons
