@@ -1,12 +1,10 @@
 """File of a live scene: read, watch, and overwrite it if unchanged on disk."""
 
-import os
-import tempfile
-from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
+from kinelast.outputs.outbox import put
 from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.text import decoded, file_bytes
 
@@ -75,26 +73,8 @@ class SceneFile:
             raise ChangedError(f"{self.path.name} has changed on disk since it was read: nothing was overwritten")
         target = self.path.resolve()  # write through a symbolic link
         content = text.encode("utf-8")
-        number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        try:
-            with os.fdopen(number, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
-            Path(name).chmod(mode)
-            Path(name).replace(target)
-        except BaseException:
-            with suppress(OSError):
-                Path(name).unlink()
-            raise
+        put(target, content)
         return _digest(content)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _digest(content: bytes) -> str:

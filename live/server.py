@@ -237,9 +237,9 @@ def _save(live: Live, request: Request, given: Any) -> Response:
         return JSONResponse({"problem": f"not written: {(error.strerror or str(error)).lower()}"}, 507)
 
 
-HANDLERS: Mapping[str, Handler] = {
-    "scene": _scene, "state": _state, "answer": _answer, "full": _full, "save": _save, "report": _report
-}  # fmt: skip
+READ: Mapping[str, Handler] = {"scene": _scene, "state": _state}
+SENT: Mapping[str, Handler] = {"answer": _answer, "full": _full, "save": _save}  # requests with a text
+HANDLERS: Mapping[str, Handler] = {**READ, **SENT, "report": _report}
 
 
 def response_to(live: Live, path: str, given: Any) -> Response:
@@ -257,26 +257,18 @@ def response_to(live: Live, path: str, given: Any) -> Response:
 
 def application(live: Live) -> Starlette:
     """Web application of the editor."""
-    routes: tuple[tuple[str, Handler, str], ...] = (
-        ("/", _page, "GET"),
-        ("/web/{name}", _file_of_page, "GET"),
-        ("/scene", _scene, "GET"),
-        ("/state", _state, "GET"),
-        ("/report/{key}", _report, "GET"),
-        ("/answer", _answer, "POST"),
-        ("/full", _full, "POST"),
-        ("/save", _save, "POST"),
-    )
+    paths = {"": _page, "web/{name}": _file_of_page, "report/{key}": _report, **READ, **SENT}
 
     async def landing(request: Request) -> Response:
         if request.headers.get("host") not in live.hosts:
             return Response("this is not the address of the editor", 403)
         return Response(LANDING, media_type="text/html", headers={**SAFE, "Content-Security-Policy": POLICY})
 
-    return Starlette(
-        routes=[Route("/", landing)]
-        + [Route(f"/{{token}}{path}", _authorised(live, handler), methods=[method]) for path, handler, method in routes]
-    )
+    routes = [Route("/", landing)]
+    for path, handler in paths.items():
+        method = "POST" if path in SENT else "GET"
+        routes.append(Route(f"/{{token}}/{path}", _authorised(live, handler), methods=[method]))
+    return Starlette(routes=routes)
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:

@@ -1,11 +1,11 @@
 """Optimization methods: parallel local searches from many starts, or differential evolution."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from queue import SimpleQueue
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import differential_evolution, least_squares, minimize
@@ -31,63 +31,44 @@ def batched(
     """
     if not jobs:
         return []
-    questions: SimpleQueue[tuple[int, Any]] = SimpleQueue()
-    replies: list[SimpleQueue[Any]] = [SimpleQueue() for _ in jobs]
+    events: SimpleQueue[tuple[int, Question, Future[Answer]] | None] = SimpleQueue()  # questions; None: a job has ended
 
     def run(number: int) -> Result:
         def ask(question: Question) -> Answer:
-            questions.put((number, question))
-            reply = replies[number].get()
-            if isinstance(reply, _Stop):
-                raise _StoppedError
-            return reply
+            reply: Future[Answer] = Future()
+            events.put((number, question, reply))
+            return reply.result()
 
         try:
             return jobs[number](ask)
         finally:
-            questions.put((number, _DONE))
+            events.put(None)
 
-    with ThreadPoolExecutor(len(jobs)) as pool:
-        running = [pool.submit(run, number) for number in range(len(jobs))]
+    running, waiting = len(jobs), list[tuple[int, Question, Future[Answer]]]()
+    with ThreadPoolExecutor(running) as pool:
+        results = [pool.submit(run, number) for number in range(running)]
         try:
-            _serve(questions, replies, answers)
+            while running:
+                if waiting and len(waiting) == running:
+                    waiting.sort(key=lambda each: each[0])
+                    found = answers([question for _, question, _ in waiting])
+                    for (_, _, reply), answer in zip(waiting, found, strict=True):
+                        reply.set_result(answer)
+                    waiting = []
+                if event := events.get():
+                    waiting.append(event)
+                else:
+                    running -= 1
         except BaseException:
-            for reply in replies:  # for jobs that are waiting or will ask again
-                reply.put(_Stop())
+            for _, _, reply in waiting:
+                reply.cancel()
+            while running:  # jobs that will ask again
+                if event := events.get():
+                    event[2].cancel()
+                else:
+                    running -= 1
             raise
-        return [each.result() for each in running]
-
-
-class _Stop:
-    """Reply that ends a job."""
-
-
-class _StoppedError(Exception):
-    """Raised in a job to end it."""
-
-
-_DONE = object()
-
-
-def _serve(
-    questions: SimpleQueue[tuple[int, Any]],
-    replies: Sequence[SimpleQueue[Any]],
-    answers: Callable[[list[Any]], list[Any]],
-) -> None:
-    """Answer questions until all jobs have ended."""
-    waiting: dict[int, Any] = {}
-    running = len(replies)
-    while running:
-        number, question = questions.get()
-        if question is _DONE:
-            running -= 1
-        else:
-            waiting[number] = question
-        if waiting and len(waiting) == running:
-            numbers = sorted(waiting)
-            for each, answer in zip(numbers, answers([waiting[each] for each in numbers]), strict=True):
-                replies[each].put(answer)
-            waiting.clear()
+    return [each.result() for each in results]
 
 
 SAMPLES_PER_VARIABLE = 64  # number of designs from which starts are selected

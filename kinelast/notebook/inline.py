@@ -1,6 +1,6 @@
 """Answers and reports for notebooks, and the editor in a frame."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -30,36 +30,22 @@ T = TypeVar("T")
 FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 
-class ByName(Mapping[str, T]):
+class ByName(dict[str, T]):
     """Parts of an answer by name, as items and as attributes, with tab completion."""
 
-    def __init__(self, names: Iterable[str], part: Callable[[str], T]) -> None:
-        self._names, self._part = tuple(names), part
-
-    def __getitem__(self, name: str) -> T:
-        if name not in self._names:
-            raise KeyError(notebook.unknown_name(name, self._names))
-        return self._part(name)
+    def __missing__(self, name: str) -> T:
+        raise KeyError(notebook.unknown_name(name, self))
 
     def __getattr__(self, name: str) -> T:
-        if name.startswith("_") or name not in self._names:
-            raise AttributeError(notebook.unknown_name(name, self._names))
-        return self._part(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
+        if name.startswith("_") or name not in self:
+            raise AttributeError(notebook.unknown_name(name, self))
+        return self[name]
 
     def __dir__(self) -> list[str]:
-        return sorted({*(name for name in self._names if name.isidentifier()), "get", "items", "keys", "values"})
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return [*self._names]
+        return sorted({*filter(str.isidentifier, self), "get", "items", "keys", "values"})
 
     def __repr__(self) -> str:
-        return f"ByName({', '.join(self._names)})"
+        return f"ByName({', '.join(self)})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -168,30 +154,29 @@ class SceneAnswer:
         """Line that the command prints."""
         return headline(self.report)
 
-    @property
+    @cached_property
     def points(self) -> ByName[AnsweredPoint]:
         """Points by name."""
         displaced, still = self.results.displacements, np.zeros(self.results.motion.columns, complex)
 
-        def point(name: str) -> AnsweredPoint:
-            course = self.motion[name]
-            assert isinstance(course, notebook.PointMotion)
-            kinematics = course.position, course.velocity, course.acceleration
-            return AnsweredPoint(*kinematics, displacement=displaced.get(name, still))
+        return ByName(
+            {
+                name: AnsweredPoint(**vars(self.motion[name]), displacement=displaced.get(name, still))
+                for name in notebook.point_names(self.scene.mechanism)
+            }
+        )
 
-        return ByName(notebook.point_names(self.scene.mechanism), point)
-
-    @property
+    @cached_property
     def links(self) -> ByName[notebook.LinkMotion]:
         """Links by name."""
-        return ByName(self.scene.mechanism.index, self.motion.link)
+        return ByName({name: self.motion.link(name) for name in self.scene.mechanism.index})
 
-    @property
+    @cached_property
     def beams(self) -> ByName[notebook.BeamFields]:
         """Fields of beams by name."""
-        return ByName(self.scene.labels, self.deflection.__getitem__)
+        return ByName({label: self.deflection[label] for label in self.scene.labels})
 
-    @property
+    @cached_property
     def joints(self) -> ByName[AnsweredJoint]:
         """Joints by name."""
         links, wide = self.scene.mechanism.links, self.results.motion.columns
@@ -199,24 +184,22 @@ class SceneAnswer:
         for (name, link), load in joint_loads(self.results).items():
             loads.setdefault(name, {})[links[link].name] = load
 
-        def joint(name: str) -> AnsweredJoint:
-            own = loads[name]
-            force = ByName(own, lambda link: np.broadcast_to(own[link][0], wide))
-            return AnsweredJoint(force, ByName(own, lambda link: np.broadcast_to(own[link][1], wide)))
+        def on_links(own: Mapping[str, tuple[Any, Any]], part: int) -> ByName[Any]:
+            return ByName({link: np.broadcast_to(load[part], wide) for link, load in own.items()})
 
-        return ByName(loads, joint)
+        return ByName({name: AnsweredJoint(on_links(own, 0), on_links(own, 1)) for name, own in loads.items()})
 
-    @property
+    @cached_property
     def drives(self) -> ByName[AnsweredDrive]:
         """Drives by name."""
         course, efforts = self.results.motion, self.results.cycle.efforts
         columns = zip(course.drive, course.drive_rate, course.drive_acceleration, efforts, strict=True)
-        names = (name for name, *_ in self.results.drive_words)
-        wide = {
-            name: [np.broadcast_to(each, course.columns) for each in column]
-            for name, column in zip(names, columns, strict=True)
-        }
-        return ByName(wide, lambda name: AnsweredDrive(*wide[name]))
+        return ByName(
+            {
+                name: AnsweredDrive(*(np.broadcast_to(each, course.columns) for each in column))
+                for (name, *_), column in zip(self.results.drive_words, columns, strict=True)
+            }
+        )
 
     def __repr__(self) -> str:
         return f'Answer("{self.scene.name}", {self.theory}: {self.headline})'

@@ -82,6 +82,8 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
         with part.open("wb") as file:
+            with suppress(FileNotFoundError):
+                shutil.copymode(path, part)
             file.write(content)
             for source in more:
                 with source.open("rb") as other:

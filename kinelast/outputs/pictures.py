@@ -337,6 +337,8 @@ def draw_film(
     target, rate = part / f"{diagram}.{request.picture}", request.fps or RATE
     try:
         movie(results.deflection, diagram, target, request.frames, style_of(results.scene, request), on_frame, rate)
+    except ValueError as error:
+        raise RequestError(f"--animate {diagram}: {error}") from None
     except OSError as error:
         raise _without_encoder(error, target) from None
 

@@ -283,64 +283,30 @@ def _drawings(
 
     `shown` contains the results and report for the page and its print: those of the best design, if requested.
     """
-    name = results.scene.name
+    from kinelast.outputs import page, pictures, print_page
 
-    def report() -> None:
-        from kinelast.outputs.page import report_page
-
-        (part / "report.html").write_bytes(report_page(*shown))
-
-    def stills() -> None:
-        from kinelast.outputs.pictures import write_stills
-
-        progress(f"{name}: drawing stills", 0, 1)
-        write_stills(part / "stills", results)
-
-    def dxf() -> None:
-        from kinelast.outputs.pictures import write_dxf
-
-        write_dxf(part / "links.dxf", results)
-
-    def cam_dxf(cam: str) -> None:
-        from kinelast.outputs.pictures import write_cam
-
-        write_cam(part / f"cam_{cam}.dxf", results.scene, cam)
-
-    def meshes() -> None:
+    scene = results.scene
+    yield "report.html", lambda: (part / "report.html").write_bytes(page.report_page(*shown))
+    if request.handout:
+        yield "report.pdf", partial(print_page.write_page, part / "report.pdf", *shown)
+    if request.stills:
+        progress(f"{scene.name}: drawing stills", 0, 1)
+        yield "stills", partial(pictures.write_stills, part / "stills", results)
+    if request.dxf:
+        yield "links.dxf", partial(pictures.write_dxf, part / "links.dxf", results)
+        for cam in scene.cams:
+            yield f"cam_{cam}.dxf", partial(pictures.write_cam, part / f"cam_{cam}.dxf", scene, cam)
+    if request.mesh:
         from fem_check import write_vtu_series
 
-        progress(f"{name}: writing meshes", 0, 1)
-        write_vtu_series(results.deflection, part / "mesh")
-
-    def film(diagram: str) -> None:
-        from kinelast.outputs.pictures import draw_film
-
-        try:
-            draw_film(part, results, diagram, request, partial(progress, f"{name}: {diagram}"))
-        except ValueError as error:
-            raise RequestError(f"--animate {diagram}: {error}") from None
-
-    def handout() -> None:
-        from kinelast.outputs.print_page import write_page
-
-        write_page(part / "report.pdf", *shown)
-
-    yield "report.html", report
-    if request.handout:
-        yield "report.pdf", handout
-    if request.stills:
-        yield "stills", stills
-    if request.dxf:
-        yield "links.dxf", dxf
-        for cam in results.scene.cams:
-            yield f"cam_{cam}.dxf", partial(cam_dxf, cam)
-    if request.mesh:
-        yield "mesh", meshes
+        progress(f"{scene.name}: writing meshes", 0, 1)
+        yield "mesh", partial(write_vtu_series, results.deflection, part / "mesh")
     films = request.animate
-    if films and (results.buckles or not results.scene.labels):
+    if films and (results.buckles or not scene.labels):
         films = ("motion",)  # there are no diagrams for links that buckle or have no beams
     for diagram in films:
-        yield f"{diagram}.{request.picture}", partial(film, diagram)
+        on_frame = partial(progress, f"{scene.name}: {diagram}")
+        yield f"{diagram}.{request.picture}", partial(pictures.draw_film, part, results, diagram, request, on_frame)
 
 
 def _agrees(report: Report) -> bool:

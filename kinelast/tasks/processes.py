@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
@@ -44,27 +44,13 @@ class _Worker:
         return True
 
 
-class _Queue(Generic[T]):
-    """Queue of tasks; tasks of dead processes come first."""
-
-    def __init__(self, tasks: Iterable[T]) -> None:
-        self._tasks, self._left = iter(tasks), deque[T]()
-
-    def next(self) -> T | None:
-        """Return the next task, or None."""
-        return self._left.popleft() if self._left else next(self._tasks, None)
-
-    def put_back(self, task: T) -> None:
-        """Return a task to the queue."""
-        self._left.append(task)
-
-
 def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
     """Yield tasks with their results, in order of completion, from parallel processes.
 
-    A process receives its next task before its last result is yielded. No process outlives the generator.
+    Tasks of dead processes come first. A process receives its next task before its last result is yielded. No process
+    outlives the generator.
 
     Parameters
     ----------
@@ -73,27 +59,31 @@ def map_surviving(
     tries
         Number of attempts at a task if its process dies; after these it is `Lost`.
     """
-    queue, deaths, workers = _Queue(tasks), Counter[T](), list[_Worker]()
+    new, again, deaths, workers = iter(tasks), deque[T](), Counter[T](), list[_Worker]()
+
+    def next_task() -> T | None:
+        return again.popleft() if again else next(new, None)
+
     try:
         while True:
-            while len(workers) < jobs and (task := queue.next()) is not None:
+            while len(workers) < jobs and (task := next_task()) is not None:
                 workers.append(_start_worker(work))
                 if not workers[-1].takes(task):
-                    queue.put_back(task)
+                    again.append(task)
                     _dismiss(workers, workers[-1])
             if not workers:
                 return
             for worker in _ready(workers):
                 task, answer = worker.task, _answer(worker)
-                following = None if isinstance(answer, Lost) else queue.next()
+                following = None if isinstance(answer, Lost) else next_task()
                 if following is None or not worker.takes(following):
                     _dismiss(workers, worker)
                     if following is not None:
-                        queue.put_back(following)
+                        again.append(following)
                 if isinstance(answer, Lost):
                     deaths[task] += 1
                     if deaths[task] < tries:
-                        queue.put_back(task)
+                        again.append(task)
                         continue
                 yield task, answer
     finally:

@@ -179,7 +179,6 @@ def designs_page(
     numbers: Sequence[str],
     figures: Sequence[str],
     best: int | None = None,
-    sensitivities: Mapping[str, Mapping[str, float]] | None = None,
     pages: Mapping[int, str] | None = None,
     scene: str | None = None,
     options: str = "",
@@ -202,8 +201,6 @@ def designs_page(
         Names of varied numbers, as paths in the scene, and of resulting figures.
     best
         Number of the best design, counted from 0.
-    sensitivities
-        Increase of each figure in per cent if a number increases by 1 %.
     pages
         Addresses of pages of single designs, by number.
     scene, options
@@ -247,7 +244,6 @@ def designs_page(
         "reasons": list(words),
         "failed": sum(map(bool, reasons)),
         "best": best,
-        "sensitivities": {figure: dict(row) for figure, row in (sensitivities or {}).items()},
         "pages": {str(design): address for design, address in (pages or {}).items()},
         "answered": {str(design): dict(figures) for design, figures in (answered or {}).items()},
         "scene": scene,

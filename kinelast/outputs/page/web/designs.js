@@ -22,7 +22,6 @@ aboutDesigns();
 const scatter = scatterSection();
 parallelSection();
 chosenSection();
-sensitivitySection();
 tableSection();
 if (bestPlace !== null) choose(bestPlace);
 window.kinelast = { data, state, choose, scatter, inside, columnOf, frontOf };
