@@ -1,7 +1,6 @@
 """The deflection-report command: scenes in, computed in parallel processes, a folder of results for each out.
 
-Imports are lazy, so that `--help` answers at once. The file is longer than others, because each option that replaces
-the report, such as `--list` and `--new`, is a function here.
+Imports are lazy, so that `--help` answers at once.
 """
 
 from __future__ import annotations
@@ -16,15 +15,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from shlex import quote
 from typing import TYPE_CHECKING
 
-from kinelast import __version__
+from kinelast.cli.instead import instead_of_reports
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
-from kinelast.scene.error import SceneError, likely, plain
+from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
-from kinelast.tasks.task import BAD_INPUT, BUG, CHECK_FAILED, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
@@ -136,8 +134,6 @@ def _lost(task: Task, end: Lost) -> Outcome:
 
 
 BY_SIGNAL, INTERRUPTED = 128, 130
-FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
-"""Scene that --new writes; it is the example of docs/scenes.md."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -170,18 +166,9 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _answer(request: Request, batch: Batch) -> int:
-    """Run the command: version, list, or scenes."""
-    begins = batch.new or batch.copy or batch.foreign
-    for requested, answer in (
-        (batch.version, _version),
-        (batch.completion, partial(_complete, batch.completion or "")),
-        (batch.list, partial(_list, *batch.scenes)),
-        (batch.live, partial(_live, *batch.scenes)),
-        (begins, partial(_begin, batch)),
-        (batch.export, partial(_export, Path(batch.export or ""), *batch.scenes)),
-    ):
-        if requested:
-            return answer()
+    """Run the command: scenes, or an option that replaces them."""
+    if (answer := instead_of_reports(batch)) is not None:
+        return answer()
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
@@ -191,30 +178,14 @@ def _answer(request: Request, batch: Batch) -> int:
     return _run(request, batch)
 
 
-def _live(*scenes: str) -> int:
-    """Serve the live editor for a scene, or for an empty sheet."""
-    if len(scenes) > 1:
-        return _refuse("--live takes one scene")
-    from kinelast.tasks.task import NoEditorError, installed_editor
-
-    try:
-        return installed_editor().serve(scenes[0] if scenes else None, lambda words: say(words, sys.stdout))
-    except (SceneError, NoEditorError) as error:
-        return _refuse(str(error))
-    except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn"):
-            raise
-        return _refuse('--live needs a server: pip install "starlette" "uvicorn"')
-
-
 def _refuse(message: str) -> int:
     say(f"deflection-report: {message}", sys.stderr)
     return BAD_INPUT
 
 
 def _failed(error: Exception) -> int:
-    """Report an error that concerns no scene and return the exit status."""
-    if isinstance(error, RequestError):
+    """Report an error outside the runs of scenes and return the exit status."""
+    if isinstance(error, (RequestError, SceneError)):
         return _refuse(str(error))
     if isinstance(error, OSError):
         return _refuse(plain(f"{error.filename or ''} {error.strerror or error}".strip(), 300))
@@ -232,124 +203,6 @@ def _stopped(stop: BaseException, done: str) -> int:
     how = f"terminated by signal {number}" if number else "interrupted"
     say(f"{how}{done}; finished scenes are kept, continue with --resume", sys.stderr)
     return BY_SIGNAL + number if number else INTERRUPTED
-
-
-def _version() -> int:
-    print(f"kinelast {__version__}")
-    return FINE
-
-
-def _complete(shell: str) -> int:
-    """Print the completion script of a shell."""
-    from kinelast.cli.completion import script
-    from kinelast.tasks.task import shipped_scenes
-
-    print(script(shell, list(shipped_scenes())))
-    return FINE
-
-
-def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes, or the sections or materials of the library with all words in their names."""
-    if kind in ("sections", "materials"):
-        from kinelast.scene.library import library_entries
-
-        entries = library_entries(kind)
-        sought = [word.lower().replace(" ", "") for word in words]
-        chosen = [
-            (name, data) for name, data in entries if all(word in name.lower().replace(" ", "") for word in sought)
-        ]
-        width = max((len(name) for name, _ in chosen), default=0)
-        for name, data in chosen:
-            say(f"{name:{width}}  {data}", sys.stdout)
-        return FINE if chosen else _refuse(f"no name contains these words: --list {kind} lists all names")
-    if kind:
-        return _refuse(f'--list lists the shipped scenes, "sections" or "materials", not "{kind}"')
-    import tomllib
-
-    from kinelast.tasks.task import shipped_scenes, shipped_structures
-
-    scenes, structures = shipped_scenes(), shipped_structures()
-    width = max(map(len, (*scenes, *structures)), default=0)
-    for name, path in (*scenes.items(), *structures.items()):
-        note = " (--structure)" if name in structures else ""
-        title = tomllib.loads(path.read_text(encoding="utf-8")).get("title", "")
-        say(f"{name:{width}}  {title}{note}", sys.stdout)
-    return FINE
-
-
-def _begin(batch: Batch) -> int:
-    """Write a new scene to the working folder and return the exit status. Existing files are not overwritten."""
-    from kinelast.scene.text import scene_to_begin_with
-    from kinelast.tasks.task import shipped_scenes
-
-    first_run = None
-    if batch.foreign:
-        from exchange import ExchangeError, elastic, read
-        from kinelast.cli.imported import imported
-
-        try:
-            drawing = read(batch.foreign)
-            first_run = imported(elastic(drawing) if batch.elastic else drawing)
-        except ExchangeError as error:
-            return _refuse(f"--import: {plain(str(error), 300)}")
-        text = first_run.text
-        stem = "mechanism" if "://" in batch.foreign else Path(batch.foreign).stem
-        path = Path(f"{stem}_elastic.toml" if batch.elastic else f"{stem}.toml")
-    elif batch.copy:
-        shipped = shipped_scenes()
-        if batch.copy not in shipped:
-            return _refuse(
-                f'--copy: there is no shipped scene "{batch.copy}"{likely(batch.copy, list(shipped))}, see --list'
-            )
-        path, text = Path(f"{batch.copy}.toml"), shipped[batch.copy].read_text(encoding="utf-8")
-    else:
-        path, text = Path(f"{str(batch.new).removesuffix('.toml')}.toml"), FIRST.read_text(encoding="utf-8")
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(scene_to_begin_with(text))
-    except FileExistsError:
-        return _refuse(f'"{path}" exists already: move it, or change to another folder')
-    if first_run is None:
-        say(f"{path} written; compute it with: deflection-report {path}", sys.stdout)
-        return FINE
-    for note in first_run.notes:
-        say(f"{path}: {note}", sys.stderr)
-    say(f"{path} written; {first_run.result}", sys.stdout)
-    if advice := first_run.advice(quote(str(path)), quote(batch.foreign or "")):
-        say(advice, sys.stdout)
-    return CHECK_FAILED if first_run.reason else FINE
-
-
-def _export(path: Path, *scenes: str) -> int:
-    """Export the mechanism of a scene to another program's format and return the exit status."""
-    from exchange import ExchangeError, written
-    from kinelast.cli.imported import require_same_swing
-    from kinelast.outputs.exported import exchanged
-    from kinelast.scene.document import document_from_bytes
-    from kinelast.scene.text import file_bytes
-    from kinelast.tasks.task import scene_paths
-
-    paths, problems = scene_paths(scenes)
-    if problems or len(paths) != 1:
-        return _refuse(problems[0] if problems else "--export takes one scene")
-    try:
-        scene = document_from_bytes(file_bytes(paths[0]), paths[0]).scene
-        drawing = exchanged(scene)
-        text = written(drawing, path.suffix)
-        if path.suffix.lower() == ".pmks":
-            require_same_swing(scene, drawing, text)
-    except SceneError as error:
-        return _refuse(str(error))
-    except ExchangeError as error:
-        return _refuse(f"--export: {plain(str(error), 300)}")
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        return _refuse(f'"{path}" exists already: move it, or give another name')
-    extra = ", masses and constant forces" if path.suffix.lower() == ".pmks" else ""
-    say(f"{path} written: points, links, joints, drives{extra}; the format has no sections", sys.stdout)
-    return FINE
 
 
 def _run(request: Request, batch: Batch) -> int:
