@@ -44,6 +44,9 @@ class ByName(dict[str, T]):
     def __dir__(self) -> list[str]:
         return sorted({*filter(str.isidentifier, self), "get", "items", "keys", "values"})
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self]
+
     def __repr__(self) -> str:
         return f"ByName({', '.join(self)})"
 
