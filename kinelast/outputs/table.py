@@ -77,7 +77,9 @@ class Table:
 
     def in_units(self, system: str) -> Table:
         """Return the table in the units of a report, "SI", "mm" or "in"."""
-        factors = REPORT_UNITS.get(system, {})
+        factors = REPORT_UNITS.get(system)
+        if not factors:
+            return self
 
         def converted(column: Column) -> Column:
             factor, unit = factors.get(column.unit, (1.0, column.unit))
@@ -109,12 +111,12 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the rows of CSV. A table with only real numbers is encoded row by row, which is faster."""
-    if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
+    """Return the rows of CSV. A table with only real numbers is encoded as a whole, which is faster."""
+    if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
-        rows, encode = np.array([column.values for column in columns]).T.tolist(), msgspec.json.Encoder().encode
-        return [encode(row)[1:-1].replace(b"null", b"") for row in rows]
+        rows = np.array([column.values for column in columns]).T.tolist()
+        return [msgspec.json.encode(rows)[2:-2].replace(b"null", b"").replace(b"],[", b"\n")]
     return map(b",".join, zip(*map(_cells, columns), strict=True))
 
 
