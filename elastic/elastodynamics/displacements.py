@@ -201,14 +201,8 @@ def unit_displacements(
     structure: ElasticStructure, motion: Motion, carried: RigidBodyModes, basis: Any, chosen: Points
 ) -> Displacements:
     """Compute displacements per unit of each vector of a basis, shape (n, r) or (positions, n, r)."""
-    wide = np.ndim(basis) == 3
-    shift, angle = (
-        np.moveaxis(np.einsum("lnp,pnr->lpr", part, basis), 0, 1)
-        if wide
-        else np.moveaxis(np.tensordot(part, basis, (1, 0)), 0, 1)
-        for part in (carried.shift, carried.angle)
-    )
-    per = basis[:, None] if wide else basis
+    shift, angle = (np.moveaxis(part, -1, 0) @ basis for part in (carried.shift, carried.angle))
+    per = basis[:, None] if np.ndim(basis) == 3 else basis
     local_fields = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
     links = [at for at, _ in motion.mechanism.beams]
     starts = _starts(structure)
