@@ -72,10 +72,12 @@ def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
     else:
         away = []
         drawing = Drawing(placed.mechanism)
-        for flip in (1.0, -1.0):
-            place_dyad(placed, group, drawing, flip)
+        for flip in (-1.0, 1.0):
+            sine = place_dyad(placed, group, drawing, flip)
             away.append(sum(np.abs(placed.direction[link] - near.direction[link]) for link in group.links))
-        placed.sine.append(place_dyad(placed, group, drawing, np.where(away[1] < away[0], -1.0, 1.0)))
+        if np.any(opposite := away[0] < away[1]):
+            sine = place_dyad(placed, group, drawing, np.where(opposite, -1.0, 1.0))
+        placed.sine.append(sine)
 
 
 def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> PartialPosture:
