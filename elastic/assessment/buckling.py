@@ -37,6 +37,7 @@ ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
 RESOLVED = 0.2  # above this load ratio, the largest value of all positions is found
 EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
 BATCH_POSITIONS = 8  # number of positions computed at once
+UNKNOWN = -1.0  # ratio of a position that is not computed yet
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     pressed = np.flatnonzero(bound)
     bound, of_links = bound[pressed], of_links[:, pressed]
     links = len(deflection.motion.mechanism.links)
-    ratios = np.full((links, len(pressed)), np.nan)
+    ratios = np.full((links, len(pressed)), UNKNOWN)
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
     even = np.linspace(0, len(pressed) - 1, EVEN_POSITIONS).round().astype(int)
@@ -101,10 +102,10 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
             some = _unseen(ratios, bound, resolved)
     except np.linalg.LinAlgError:  # redundant rigid joints, or unrealistic dimensions
         return Buckling(np.full(links, np.nan), np.zeros(links, int), np.zeros(links))
-    best = np.nanargmax(ratios, axis=1)
-    largest = np.nanmax(ratios, axis=1)
-    nearby = [ratios[np.arange(links), np.clip(best + step, 0, len(pressed) - 1)] for step in (-1, 1)]
-    return Buckling(largest, pressed[best], largest - np.fmin(*nearby))
+    best, largest = ratios.argmax(axis=1), ratios.max(axis=1)
+    nearby = np.array([ratios[range(links), np.clip(best + step, 0, len(pressed) - 1)] for step in (-1, 1)])
+    lower = np.where(nearby == UNKNOWN, largest, nearby).min(axis=0)
+    return Buckling(largest, pressed[best], largest - lower)
 
 
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
@@ -113,14 +114,14 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     The latter are the vertices of the parabolas through the largest values and their neighbours, with one position on
     each side.
     """
-    seen = ~np.isnan(ratios[0])
-    above = np.flatnonzero(~seen & (bound > max(np.nanmax(ratios), resolved)))
+    seen = ratios[0] != UNKNOWN
+    above = np.flatnonzero(~seen & (bound > max(ratios.max(), resolved)))
     if len(above):
         return above[np.argsort(-bound[above])[:BATCH_POSITIONS]]
-    known, rows = np.flatnonzero(seen), np.flatnonzero(np.nanmax(ratios, axis=1) > 0.0)
+    known, rows = np.flatnonzero(seen), np.flatnonzero(ratios.max(axis=1) > 0.0)
     if not len(rows):
         return rows
-    here = np.nanargmax(ratios[rows], axis=1)
+    here = ratios[rows].argmax(axis=1)
     at = np.searchsorted(known, here)
     left, right = known[np.maximum(at - 1, 0)], known[np.minimum(at + 1, len(known) - 1)]
     with np.errstate(invalid="ignore"):
