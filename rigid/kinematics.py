@@ -101,6 +101,11 @@ class Motion:
         """Whether a position may be singular."""
         return may_be_singular(self.mechanism, self.closures)
 
+    @cached_property
+    def units(self) -> tuple["Motion", ...]:
+        """Motions with one drive at rate 1 and the others at rest; they give influence coefficients."""
+        return tuple(with_rates(self, rates[:, None]) for rates in np.eye(len(self.mechanism.drives)))
+
     @property
     def sine(self) -> Reals:
         """Smallest sine of the angle between links of a group, (..., positions): 0 if singular.
@@ -176,16 +181,6 @@ def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayL
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return _with_velocities(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
-
-
-def unit_motion(motion: Motion, drive: int) -> Motion:
-    """Motion with one drive at rate 1 and the others at rest; it gives influence coefficients."""
-    return with_rates(motion, np.eye(len(motion.mechanism.drives))[:, drive : drive + 1])
-
-
-def unit_motions(motion: Motion) -> list[Motion]:
-    """`unit_motion` of each drive."""
-    return [unit_motion(motion, drive) for drive in range(len(motion.mechanism.drives))]
 
 
 def _with_velocities(

@@ -13,7 +13,6 @@ from rigid.closures import MAX_UNSTRESSED, gear_loads
 from rigid.closures.forces import JointForces
 from rigid.dynamics import equation_of_motion
 from rigid.dynamics.constraints import constraint_matrix, constraint_table, constraints_at
-from rigid.kinematics import unit_motions
 from rigid.kinetostatics import link_loads
 from rigid.kinetostatics.friction import sliding_rate
 from rigid.plane import cross
@@ -33,7 +32,7 @@ def virtual_work_efforts(motion):
     inertia = np.einsum("jk...,k...->j...", equation.inertia, rate2)
     efforts = inertia + equation.bias - equation.force
     if motion.mechanism.friction:
-        units = unit_motions(motion)
+        units = motion.units
         for number, effort in reactions(motion).friction.items():
             efforts = efforts - np.stack([effort * sliding_rate(unit, number) for unit in units])
     return efforts

@@ -6,6 +6,7 @@ the joints does depend on it, see `displacements.py`.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,16 @@ def elastic_structure(
     mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> ElasticStructure:
     """Set up the elastic coordinates of a single design, with `inner` polynomials along its beams."""
+    return _structure(mechanism, tuple(sections), tuple(joints.items()), inner)
+
+
+@lru_cache(maxsize=4)
+def _structure(
+    mechanism: Mechanism,
+    sections: tuple[Section, ...],
+    soft_joints: tuple[tuple[str, JointCompliance], ...],
+    inner: int,
+) -> ElasticStructure:
     most = max((count for link in mechanism.links for count in polynomials_along(_lengths(link), inner)), default=0)
     points = most + 4 + (_tapers(mechanism, sections) + 1) // 2
     trees = trees_of(mechanism).trees
@@ -78,9 +89,9 @@ def elastic_structure(
         own = sections[beam : beam + len(link.beams)]
         links[at] = clamped_link(link, own, root_of(tree), inner, points)
         beam += len(link.beams)
-    soft, softness = _soft_freedoms(mechanism, joints)
+    freedoms, softness = _soft_freedoms(mechanism, dict(soft))
     sizes = [len(link.stiffness) for link in links.values()]
-    size = sum(sizes) + len(soft)
+    size = sum(sizes) + len(freedoms)
     stiffness = np.zeros((size, size))
     stiffness[range(sum(sizes), size), range(sum(sizes), size)] = 1.0 / np.array(softness)
     fields = {name: np.zeros((len(sections), points, size)) for name in SCALES}
@@ -96,9 +107,7 @@ def elastic_structure(
             nodes[at, name] = np.zeros(size, complex), np.zeros(size)
             nodes[at, name][0][columns], nodes[at, name][1][columns] = move, turn
     xi, length, weights, mass, rotary = _masses(mechanism, points)
-    return ElasticStructure(
-        mechanism, tuple(sections), xi, length, weights, mass, rotary, fields, nodes, soft, stiffness
-    )
+    return ElasticStructure(mechanism, sections, xi, length, weights, mass, rotary, fields, nodes, freedoms, stiffness)
 
 
 def _lengths(link: Link) -> list[float]:

@@ -185,7 +185,7 @@ def advantage_of(cycle: Cycle, output: Output) -> Reals:
     if len(cycle.scene.mechanism.drives) != 1:
         return np.full(cycle.columns, np.nan)
     with np.errstate(divide="ignore"):
-        ratio = 1.0 / np.abs(_velocity(with_rates(cycle.motion, 1.0), output))
+        ratio = 1.0 / np.abs(_velocity(cycle.motion.units[0], output))
     return np.broadcast_to(ratio, cycle.columns)
 
 

@@ -186,7 +186,7 @@ class _Rungs:
     @cached_property
     def figures(self) -> list[Figure]:
         """Figures of a run."""
-        return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
+        return [figure for figure in figures_of(output_of(self.scene, self.plain)) if not figure.asked]
 
     def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
         """Yield the answers, from the cheapest theory to the most accurate.

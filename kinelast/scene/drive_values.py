@@ -11,7 +11,6 @@ from kinelast.scene.figure import AVERAGE, DRIVE, Figure, averaged, drive_names,
 from kinelast.scene.part import Assembly
 from machine.drives import mean, mean_positive, root_mean_square
 from rigid.arrays import Reals
-from rigid.kinematics import unit_motion
 from rigid.kinetostatics import kinetic_energy
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ def power(cycle: Cycle, number: int) -> Reals:
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
     """Inertia of all links reduced to one drive, with the others locked [kg m^2 or kg], shape (..., positions)."""
-    alone = unit_motion(cycle.motion, number)
+    alone = cycle.motion.units[number]
     whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 

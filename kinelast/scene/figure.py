@@ -131,6 +131,9 @@ class Figure:
     remains_of: Figure | None = None
     follows: Figure | None = None
 
+    def __hash__(self) -> int:
+        return hash(self.key)
+
     def of_motion(self, scene: Scene) -> bool:
         """Whether it is evaluated in the rigid motion, also at instants between the positions."""
         return (self.rigid or not scene.labels) and not self.here

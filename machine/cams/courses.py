@@ -13,7 +13,6 @@ import numpy as np
 
 from rigid import Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complex, Complexes, Flags, Real, Reals
-from rigid.kinematics import unit_motion
 from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
@@ -221,7 +220,7 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
     curvature = -side * cross(relative, bent) / size**3
     undercut = curvature * cam.radius >= 1.0
     radius = 1.0 / curvature - cam.radius
-    influence = velocity_of(unit_motion(motion, cam.drive), *point)
+    influence = velocity_of(motion.units[cam.drive], *point)
     none = np.full(np.shape(curvature), np.nan)
     return CamCourse(cam, turn, arm, arm - cam.radius * normal, normal, influence, curvature, radius, undercut, none)
 
@@ -246,7 +245,7 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
     side = np.where(dot(across, arm) < 0.0, -1.0, 1.0)
     radius = -side * (dot(along, relative) + drift) / rate
     contact = arm + place * along
-    unit = unit_motion(motion, cam.drive)
+    unit = motion.units[cam.drive]
     influence = velocity_of(unit, *first) + 1j * unit.angular_velocity[cam.link] * place * along
     none = np.full(np.shape(radius), np.nan)
     return CamCourse(cam, turn, arm, contact, side * across, influence, none, radius, radius < 0.0, place)

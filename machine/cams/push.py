@@ -10,7 +10,7 @@ import numpy as np
 from machine.cams.courses import Cam, CamCourse, cam_course
 from rigid import Mechanism, Motion, with_rates
 from rigid.arrays import Flags, Real, Reals
-from rigid.kinematics import by_laws, unit_motion
+from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
@@ -72,7 +72,7 @@ class CamPush:
         """Solve the contact forces by virtual work: no effort remains in the drives that cams move."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
-        units = [unit_motion(motion, cam.drive) for cam in self.cams]
+        units = [motion.units[cam.drive] for cam in self.cams]
         efforts = np.array([-_work(unit, *loads) for unit in units])
         levers = np.array(
             [[np.broadcast_to(_lever(unit, course), motion.columns) for course in courses] for unit in units]

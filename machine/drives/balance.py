@@ -14,7 +14,6 @@ from machine.drives.averages import root_mean_square
 from rigid import Motion, structure
 from rigid.arrays import Numbers, Reals
 from rigid.constants import mass_constants
-from rigid.kinematics import unit_motions
 from rigid.plane import cross, dot
 
 ROUND_OFF = 1e-10  # smallest singular value that counts, relative to the largest
@@ -97,13 +96,13 @@ def weight_effort(motion: Motion) -> Reals:
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     weight = mass * motion.mechanism.gravity
     tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)
-    units = unit_motions(motion)
+    units = motion.units
     return -np.array([(dot(unit.velocity, weight) + unit.angular_velocity * tilt)[1:].sum(axis=0) for unit in units])
 
 
 def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
     """Efforts of the drives for a unit first moment of mass of a link along x' and y', (drives, ..., positions)."""
-    arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, unit_motions(motion)
+    arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, motion.units
     along, across = (
         -np.array([unit.angular_velocity[link] * cross(part * arm, gravity) for unit in units]) for part in (1.0, 1j)
     )
@@ -117,5 +116,5 @@ def spring_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
     against the link [N m].
     """
     angle = np.unwrap(np.angle(motion.direction[link]), axis=-1)
-    turned = np.array([unit.angular_velocity[link] for unit in unit_motions(motion)])
+    turned = np.array([unit.angular_velocity[link] for unit in motion.units])
     return turned * (angle - angle[..., :1]), turned

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid.analysis.coordinates import Rated
 from rigid.arrays import Integers, Reals
-from rigid.kinematics import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
@@ -51,13 +51,9 @@ class Intervals:
 
     def rates(self, coordinate: Rated) -> tuple[Reals, Reals]:
         """Rates of a coordinate at the left and at the right ends of all intervals, per interval."""
-        low, high = (self._rates(coordinate, at) for at in (self.left, self.right))
+        influence = np.array([coordinate.rate(unit) for unit in self.course.units])
+        low, high = ((influence[:, at] * self.change).sum(axis=0) for at in (self.left, self.right))
         return low, high
-
-    def _rates(self, coordinate: Rated, at: Integers) -> Reals:
-        change = np.zeros(self.course.drive.shape)
-        change[:, at] = self.change
-        return coordinate.rate(with_rates(self.course, change))[at]
 
 
 def intervals(course: Motion) -> Intervals:

@@ -9,7 +9,7 @@ from rigid.analysis.coordinates import Coordinate, Rated
 from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.arrays import Reals
 from rigid.closures.conditioning import SINGULAR
-from rigid.kinematics import Motion, with_rates
+from rigid.kinematics import Motion
 from rigid.names import counted
 from rigid.parts import MechanismError
 from rigid.reach import stops
@@ -131,7 +131,7 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     computed from the rates of this motion.
     """
     if len(course.drive) == 1:
-        course = with_rates(course, 1.0)
+        (course,) = course.units
     with np.errstate(divide="ignore", invalid="ignore"):
         return output.rate(course) / source.rate(course)
 

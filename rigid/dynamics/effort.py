@@ -6,7 +6,7 @@ import numpy as np
 
 from rigid.arrays import Reals
 from rigid.constants import mass_constants
-from rigid.kinematics import Motion, unit_motions, with_rates
+from rigid.kinematics import Motion, with_rates
 from rigid.kinetostatics.loads import given_loads
 from rigid.parts import MechanismError
 from rigid.plane import cross, dot
@@ -38,7 +38,7 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
     ----------
     Scutaru, Vlase, Marin, equations (41) to (43): with one drive, inertia is alpha and bias is beta omega^2.
     """
-    units = unit_motions(motion)
+    units = motion.units
     inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
     for number, drive in enumerate(motion.mechanism.drives):
         inertia[number, number] += drive.inertia
@@ -59,7 +59,7 @@ def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
     """
     if len(motion.mechanism.drives) != 1:
         raise MechanismError(f"{len(motion.mechanism.drives)} drives: one reduced inertia belongs to one drive")
-    unit = with_rates(motion, 1.0)
+    (unit,) = motion.units
     return _inertia_power(unit, unit) + motion.mechanism.drives[0].inertia, _acceleration_power(unit, unit)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from rigid.arrays import Integers, Reals
 from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.leading import Stretch
-from rigid.kinematics import Motion, motion, unit_motions, with_rates
+from rigid.kinematics import Motion, motion, with_rates
 from rigid.kinetostatics.loads import given_loads
 from rigid.mechanism import Mechanism
 from rigid.parts import Law, MechanismError
@@ -151,7 +151,7 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
     drive, rate, rate2 = _drive_columns(stretch, drives, time)
     coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
     equation = equation_of_motion(coasting)
-    units = unit_motions(coasting) if stretch.lead.own else []
+    units = coasting.units if stretch.lead.own else []
     unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
     whole, balance = equation.inertia, equation.force - equation.bias
     for number, second in stretch.lead.accelerations(coasting).items():
