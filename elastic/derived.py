@@ -5,18 +5,28 @@ Bending stress is -M y/I for a symmetric section. The left fibre is on the side 
 """
 
 from collections.abc import Callable, Iterable
-from functools import reduce
+from functools import lru_cache, partial, reduce
 
 import numpy as np
 
 from elastic.arrays import Coefficients, VectorCoefficients
 from elastic.beams.polynomials import added, multiplied, shifted
+from elastic.beams.section import Section
 from elastic.beams.taper import DEGREE, lowered, piece_quotient
 from elastic.fields import FIELDS, field_named
 from elastic.links.members import members_of
 from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
+
+_AXIAL = 1.0, "N", "", "area", "EA"
+STRESSES: dict[str, tuple[tuple[float, str, str, str, str], ...]] = {
+    "axial": (_AXIAL,),
+    "left": ((-1.0, "M", "fibre", "inertia", "EI"), _AXIAL),
+    "right": ((1.0, "M", "fibre", "inertia", "EI"), _AXIAL),
+    "shear": ((1.0, "V", "peak_shear", "area", "EA"),),
+}
+"""Parts of each stress: sign, section force, two section properties that multiply and divide it, and their taper."""
 
 
 def coefficients(deflection: Deflection, field: str) -> Coefficients:
@@ -70,18 +80,18 @@ def _chord(deflection: Deflection) -> Coefficients:
     return chord
 
 
-def _axial(deflection: Deflection) -> Coefficients:
-    return _per_section(deflection, deflection.N, "", "area", "EA")
+def _stress(deflection: Deflection, key: str) -> Coefficients:
+    """Stress as the sum of section forces times their factors."""
+    parts = (
+        _lowered(deflection, multiplied(getattr(deflection, force), factor))
+        for force, factor in stress_factors(deflection, key)
+    )
+    return reduce(added, parts)
 
 
-def _bending(deflection: Deflection, side: float) -> Coefficients:
-    """N/A and M c/I of the outermost fibre on one side."""
-    return added(side * _per_section(deflection, deflection.M, "fibre", "inertia", "EI"), _axial(deflection))
-
-
-def _shear(deflection: Deflection) -> Coefficients:
-    """f V/A."""
-    return _per_section(deflection, deflection.V, "peak_shear", "area", "EA")
+def stress_factors(deflection: Deflection, key: str) -> list[tuple[str, Coefficients]]:
+    """Section forces that cause a stress, and the stress per unit force on each piece, shape (n, pieces, ..., 1)."""
+    return [(force, side * _quotient(deflection, *quotient)) for side, force, *quotient in STRESSES[key]]
 
 
 def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Coefficients:
@@ -100,19 +110,18 @@ def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
 
 
-def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Coefficients:
-    """Multiply a field by a quotient of two section properties that tapers like a rigidity."""
-    return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
+@lru_cache(maxsize=64)
+def _at_start(sections: tuple[Section, ...], over: str, under: str, ndim: int) -> Reals:
+    """Quotient of two section properties at the starts of the beams, shape (beams, ..., 1)."""
+    return per_row(
+        [(getattr(each, over) if over else 1.0) / np.asarray(getattr(each, under)) for each in sections], ndim, float
+    )
 
 
 def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Coefficients:
-    """Quotient of two section properties on each piece, shape (n, pieces, ..., 1)."""
+    """Quotient of two section properties that tapers like a rigidity, on each piece, shape (n, pieces, ..., 1)."""
     ndim, division = len(deflection.motion.columns), deflection.division
-    at_start = per_row(
-        [(getattr(each, over) if over else 1.0) / np.asarray(getattr(each, under)) for each in deflection.sections],
-        ndim,
-        float,
-    )
+    at_start = _at_start(deflection.sections, over, under, ndim)
     values: Coefficients = at_start[None, division.beam]
     for number, section in enumerate(deflection.sections):
         if section.taper:
@@ -128,8 +137,5 @@ _MADE: dict[str, Callable[[Deflection], Coefficients]] = {
     "q_x": lambda deflection: _load(deflection, np.real),
     "q_y": lambda deflection: _load(deflection, np.imag),
     "chord": _chord,
-    "axial": _axial,
-    "left": lambda deflection: _bending(deflection, -1.0),
-    "right": lambda deflection: _bending(deflection, 1.0),
-    "shear": _shear,
+    **{key: partial(_stress, key=key) for key in STRESSES},
 }

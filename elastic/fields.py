@@ -92,9 +92,7 @@ _ALL = (
         signed=False,
         main=False,
     ),
-    Field(
-        "mises", "σ_v", "von Mises stress", "Pa", FieldKind.STRESS, greatest_of=("left", "right", "axis"), signed=False
-    ),
+    Field("mises", "σ_v", "von Mises stress", "Pa", FieldKind.STRESS, greatest_of=("normal", "axis"), signed=False),
 )
 
 FIELDS: Mapping[str, Field] = MappingProxyType({field.key: field for field in _ALL})

@@ -7,7 +7,7 @@ import numpy as np
 
 from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import at_station, evaluated
-from elastic.derived import coefficients
+from elastic.derived import STRESSES, coefficients, stress_factors
 from elastic.fields import Field, field_named
 from elastic.links.beam_trees import in_line
 from elastic.solution import Deflection
@@ -76,11 +76,19 @@ def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, A
     if entry.greatest_of:
         values = reduce(_larger_magnitude, (sample(deflection, part, xi, known) for part in entry.greatest_of))
         return values if entry.signed else np.abs(values)
+    if entry.key in STRESSES and deflection.division.whole:
+        first, *others = (
+            factor[0, ..., None] * sample(deflection, force, xi, known)
+            for force, factor in stress_factors(deflection, entry.key)
+        )
+        return sum(others, start=first)
     return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 
 
 def _larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
-    return np.where(np.abs(other) > np.abs(one), other, one)
+    larger = one.copy(order="K")  # unlike `where`, keeps the order in memory, which is faster
+    np.copyto(larger, other, where=np.abs(other) > np.abs(one))
+    return larger
 
 
 def displacement_of(deflection: Deflection, link: str | int, point: str) -> Complexes:

@@ -75,10 +75,7 @@ def elastic_structure(
 
 @lru_cache(maxsize=4)
 def _structure(
-    mechanism: Mechanism,
-    sections: tuple[Section, ...],
-    soft_joints: tuple[tuple[str, JointCompliance], ...],
-    inner: int,
+    mechanism: Mechanism, sections: tuple[Section, ...], soft: tuple[tuple[str, JointCompliance], ...], inner: int
 ) -> ElasticStructure:
     most = max((count for link in mechanism.links for count in polynomials_along(_lengths(link), inner)), default=0)
     points = most + 4 + (_tapers(mechanism, sections) + 1) // 2

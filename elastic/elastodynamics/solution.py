@@ -122,12 +122,21 @@ class Elastodynamic:
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
-def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
+def settled(
+    model: Model,
+    motion: Motion,
+    grid: Grid,
+    tolerance: float,
+    start: Start | None = None,
+    static: Deflection | None = None,
+) -> Elastodynamic:
     """Refine time elements, then coordinates, until the answer at the positions of a motion has converged.
 
-    Without a `start`, the result is the steady state of a cycle as long as the grid.
+    Without a `start`, the result is the steady state of a cycle as long as the grid. `static`: the quasi-static
+    deflection, if known.
     """
-    plain = deflection(checked(motion), model.sections, model.joints)
+    checked(motion)
+    plain = static or deflection(motion, model.sections, model.joints)
     if model.cycle is None:
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)

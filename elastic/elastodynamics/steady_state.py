@@ -6,6 +6,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.discretization import MotionAt, first_grid, vibrating_model
 from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, settled
 from elastic.elastodynamics.strains import Damping
+from elastic.solution import Deflection
 from rigid import Motion
 from rigid.arrays import Reals
 
@@ -19,6 +20,7 @@ def elastodynamic(
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
     breaks: Reals | None = None,
+    static: Deflection | None = None,
 ) -> Elastodynamic:
     """Compute the steady state of vibrating links over a cycle, at the positions of a motion.
 
@@ -42,6 +44,8 @@ def elastodynamic(
         Tolerance relative to the largest displacement.
     breaks
         Instants just before discontinuities of drive laws or loads [s]; time elements end there.
+    static
+        Quasi-static deflection at the requested positions, if known.
 
     Raises
     ------
@@ -51,4 +55,5 @@ def elastodynamic(
         If there are several designs.
     """
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
-    return settled(model, motion, first_grid(model, float(motion.time[0]), period, breaks), tolerance)
+    grid = first_grid(model, float(motion.time[0]), period, breaks)
+    return settled(model, motion, grid, tolerance, static=static)

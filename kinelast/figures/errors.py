@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,7 @@ class FigureError:
     parts: Mapping[str, float] = field(default_factory=dict)
     unknown: str = ""
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Total: signed parts added with their signs, others by magnitude; nan if unknown."""
         if self.unknown:
@@ -61,7 +62,7 @@ class FigureError:
         lacks = math.fsum(self.parts.get(name, 0.0) for name in BY_MOTION)
         return abs(lacks) + math.fsum(abs(part) for name, part in self.parts.items() if name not in BY_MOTION)
 
-    @property
+    @cached_property
     def largest(self) -> str:
         """Name of the largest part."""
         return max(self.parts, key=lambda name: abs(self.parts[name]), default="")

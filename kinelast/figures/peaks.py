@@ -164,13 +164,21 @@ class RunFigures:
             "J": power * (self.span[1] - self.span[0]),
         }
 
-    def rounded(self, values: Any, unit: str) -> Reals:
-        """Return the values with round-off set to zero."""
-        scale = self.scales.get(unit, 0.0)
-        if unit in ("W", "J"):  # the power of a drive without effort is round-off of the forces times its rate
-            power = max(self.scales["N"], self.scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
-            scale = max(scale, power if unit == "W" else power * (self.span[1] - self.span[0]))
-        return np.where(np.abs(values) <= NOISE * scale, 0.0, values)
+    @cached_property
+    def noise(self) -> dict[str, float]:
+        """Largest round-off of values, by unit."""
+        scales = self.scales
+        # the power of a drive without effort is round-off of the forces times its rate
+        power = max(scales["N"], scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
+        least = {"W": power, "J": power * (self.span[1] - self.span[0])}
+        return {unit: NOISE * max(scale, least.get(unit, 0.0)) for unit, scale in scales.items()}
+
+    def rounded(self, values: Any, unit: str) -> Any:
+        """Return the values, one or an array, with round-off set to zero."""
+        noise = self.noise.get(unit, 0.0)
+        if isinstance(values, float):
+            return 0.0 if abs(values) <= noise else values
+        return np.where(np.abs(values) <= noise, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
         """Return whether an error is large relative to the value, or to the scale if the value is nearly zero."""
@@ -244,10 +252,12 @@ def _further(first: Peak, second: Peak, over: str) -> Peak:
 
 def _peaks(extremes: Largest, motion: Motion) -> list[Peak]:
     values, positions = np.asarray(extremes.value, float), np.asarray(extremes.position)
-    shape = values.shape
     if not values.size:
         return []
-    parts = (np.broadcast_to(part, shape).tolist() for part in (extremes.xi, extremes.row))
+    parts = (
+        [part] * len(values) if isinstance(part, float | int) else np.broadcast_to(part, values.shape).tolist()
+        for part in (extremes.xi, extremes.row)
+    )
     time, drive = motion.time[positions].tolist(), motion.drive[:, positions].T.tolist()
     rows = zip(values.tolist(), positions.tolist(), time, drive, *parts, strict=True)
     nowhere = (math.nan,) * len(motion.drive)

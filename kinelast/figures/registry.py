@@ -74,7 +74,7 @@ def _safety(cycle: Cycle) -> Largest:
 def _angle_errors(cycle: Cycle) -> Largest:
     """Largest value over the points of every moving link."""
     links = cycle.scene.mechanism.links[1:]
-    best = [_angle_error(cycle, link.name) for link in links]
+    best = [cycle.once(_angle_error, link.name) for link in links]
     return Largest(
         *(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row", "gain"))
     )
@@ -208,7 +208,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
 
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
-               lambda cycle: sole(_angle_error(cycle, output.link)), listed=True, limit="output"),
+               lambda cycle: sole(cycle.once(_angle_error, output.link)), listed=True, limit="output"),
         Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[0]), LEAST,
                asked=True, rigid=True),
         Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,

@@ -126,7 +126,7 @@ def answer(
             progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, STAGES)
             return motion_at(times)
 
-        linear = _vibrating(scene, plain.motion, announced, cycle, tolerance)
+        linear = _vibrating(scene, plain, announced, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             reason = (
                 "friction sticks too hard to be settled"
@@ -444,13 +444,13 @@ def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
     return held, max(float(np.ptp(motion.time)), 1.0)
 
 
-def _vibrating(scene: Scene, motion: Motion, motion_at: MotionAt, period: float, tolerance: float) -> Elastodynamic:
+def _vibrating(scene: Scene, plain: Deflection, motion_at: MotionAt, period: float, tolerance: float) -> Elastodynamic:
     given = scene.sections, scene.joints, damping_of(scene), tolerance
     if many := too_many_beams(scene.mechanism):
         raise SceneError(scene.path, "run", "theory", many)
     try:
         if math.isnan(period):
-            return transient(motion, motion_at, *given, breaks=scene.course.breaks.edges)
-        return elastodynamic(motion, motion_at, period, *given, breaks=scene.course.breaks.edges)
+            return transient(plain.motion, motion_at, *given, breaks=scene.course.breaks.edges)
+        return elastodynamic(plain.motion, motion_at, period, *given, breaks=scene.course.breaks.edges, static=plain)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {error}") from None

@@ -142,7 +142,7 @@ class Reader:
             return {"error": None, "error_unknown": peak.error.unknown}
         size, figures = peak.error.size, self.results.figures
         if not figures.rounded(peak.value, unit):
-            size = float(figures.rounded(size, unit))
+            size = figures.rounded(size, unit)
         marks = {"error_measured": peak.error.measured, "unreliable": figures.unreliable(peak.value, size, unit)}
         return {"error": known(size), **{name: True for name, holds in marks.items() if holds}}
 
