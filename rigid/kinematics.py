@@ -159,20 +159,34 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    order = structure(mechanism)
+    coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
+    posture, closures = _placed(mechanism, (coordinates, rate, rate2), near, lead)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        here = posture.origin, posture.direction, closures
+        return _with_velocities(mechanism, instants, coordinates, rate, rate2, *here)
+
+
+def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
+    """Positions of all links without their velocities; see `motion`."""
+    return _placed(mechanism, drive_arrays(mechanism, drive, 0.0, 0.0, None)[:1], None, None)[0]
+
+
+def _placed(
+    mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
+) -> tuple[Posture, tuple[Closure, ...]]:
+    """Place all links; `drives`: coordinates of the drives, and rates that may differ by design."""
+    order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit
 
         require_fit(mechanism)
-    coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         placed, closures = place(mechanism, order, coordinates, near, lead)
-        if coordinates.ndim == 2:
-            shape = (*mechanism.designs[:-1], coordinates.shape[-1])
-        else:
-            shape = np.broadcast_shapes(*(value.shape[1:] for value in (coordinates, rate, rate2)), mechanism.designs)
-        origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
-        return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
+    if coordinates.ndim == 2:
+        shape = (*mechanism.designs[:-1], coordinates.shape[-1])
+    else:
+        shape = np.broadcast_shapes(*(value.shape[1:] for value in drives), mechanism.designs)
+    return Posture(mechanism, *(stacked(part, shape, complex) for part in (placed.origin, placed.direction))), closures
 
 
 def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayLike = 0.0) -> Motion:

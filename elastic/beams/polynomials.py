@@ -15,10 +15,10 @@ import numpy as np
 from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
-MAX_STEPS = 60  # steps of Newton's method; this many bisections exhaust double precision
-COMMON_STEPS = 4  # number of steps for all zeros, before converged ones are dropped
+MAX_STEPS = 60  # steps of Halley's method; this many bisections exhaust double precision
+COMMON_STEPS = 2  # number of steps for all zeros, before converged ones are dropped
 MAX_DIRECT = 3  # maximum number of coefficients with closed-form zeros
-LAST_CHANGE = 1e-8  # after a change of xi this small, one more quadratic step reaches round-off
+LAST_CHANGE = 1e-6  # after a step that changes xi by no more than this, the next change would be round-off
 
 
 @cache
@@ -155,7 +155,7 @@ def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
 
 
 def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
-    """Find the only zero of each polynomial between two marks, by Newton's method in a bracket.
+    """Find the only zero of each polynomial between two marks, by Halley's method in a bracket.
 
     A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps, only unconverged zeros are
     continued.
@@ -174,10 +174,10 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
         going: Any = slice(None)
         zeros = xi
         for step in range(MAX_STEPS):
-            height, slope = _with_slope(values, xi)
+            height, slope, bend = _with_derivatives(values, xi)
             below = (height < 0) == rising
             left, right = np.where(below, xi, left), np.where(below, right, xi)
-            new = xi - height / slope
+            new = xi - height * slope / (slope * slope - height * bend)
             new = np.where((new >= left) & (new <= right), new, (left + right) / 2)
             far = np.abs(new - xi) > LAST_CHANGE
             zeros[going] = new
@@ -202,14 +202,16 @@ def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: 
     return np.where((other >= left) & (other <= right), other, one)
 
 
-def _with_slope(values: Coefficients, xi: Reals) -> tuple[Reals, Reals]:
-    """Evaluate polynomials and their derivatives by one Horner scheme."""
+def _with_derivatives(values: Coefficients, xi: Reals) -> tuple[Reals, Reals, Reals]:
+    """Evaluate polynomials, their first derivatives and half their second derivatives by one Horner scheme."""
     height = values[-1] * xi
     height += values[-2]
-    slope = values[-1].copy()
+    slope, bend = values[-1].copy(), np.zeros(height.shape)
     for value in values[-3::-1]:
+        bend *= xi
+        bend += slope
         slope *= xi
         slope += height
         height *= xi
         height += value
-    return height, slope
+    return height, slope, bend

@@ -15,6 +15,7 @@ from elastic.elastodynamics.discretization import (
     Model,
     checked,
     first_discretization,
+    motion_on,
     numbers_of,
     numbers_per_amplitude,
     unlocked,
@@ -224,7 +225,7 @@ def resolved_in_time(
 def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     """Compute the vibration on a given time grid."""
     model, basis = discretization.model, discretization.basis
-    motion = checked(model.motion_at(grid.nodes))
+    motion = checked(motion_on(model.motion_at, grid))
     bent = unlocked(deflection(motion, model.sections, model.joints))
     kinds = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
     return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Real, Reals
-from rigid.kinematics import by_laws, motion
+from rigid.kinematics import by_laws, postures
 from rigid.laws import ConstantSpeed, MotionLaw, SegmentedLaw, TableError
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
@@ -137,7 +137,7 @@ def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, m
     one = NEAR_STEPS if most == 1 else 1
     steps = STEPS_PER_TURN * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
     times = np.asarray(drives.period * (np.arange(most * steps + 1) / steps))
-    moved = motion(mechanism, *by_laws(laws, times), times)
+    moved = postures(mechanism, by_laws(laws, times)[0])
     origin, direction = (part[..., ::steps] for part in (moved.origin, moved.direction))
     turned = mechanism.size * np.abs(direction - direction[..., :1])
     return np.asarray(np.maximum(np.abs(origin - origin[..., :1]), turned)[..., 1:].max(axis=0))
