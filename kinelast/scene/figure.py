@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -41,12 +40,14 @@ def items_of(scene: Scene, kind: Kind) -> list[str]:
     return _listed(scene, kind.names)
 
 
-_LISTED: WeakKeyDictionary[Scene, dict[Callable[[Scene], Iterable[str]], list[str]]] = WeakKeyDictionary()
+def _lists(_: Scene) -> dict[Callable[[Scene], Iterable[str]], list[str]]:
+    """Return a cache of lists, by the function that finds them."""
+    return {}
 
 
 def _listed(scene: Scene, function: Callable[[Scene], Iterable[str]]) -> list[str]:
     """Return the names or units that a function finds in a scene, computed once."""
-    known = _LISTED.setdefault(scene, {})
+    known = scene.once(_lists)
     if function not in known:
         known[function] = [*function(scene)]
     return known[function]
