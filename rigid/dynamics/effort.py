@@ -1,5 +1,6 @@
 """Equation of motion in the drive coordinates by virtual work; derivation: docs/dynamics.md."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,7 +86,7 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
     return (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
 
 
-def _reduced_loads(motion: Motion, units: list[Motion]) -> Reals:
+def _reduced_loads(motion: Motion, units: Sequence[Motion]) -> Reals:
     """Power of weights and loads at unit drive rates, shape (drives, ..., positions)."""
     mechanism = motion.mechanism
     mass, first, _ = mass_constants(mechanism, len(motion.columns))
