@@ -265,7 +265,9 @@ def _consistent(linear: Vibration, history: Sequence[Reals]) -> tuple[Reals, Rea
     """
     equations = linear.problem.equations
     x, x1, x2 = (part - known for part, known in zip(history, linear.history, strict=True))
-    terms = (equations.mass, x2), (equations.damping, x1), (equations.stiffness, x)
-    added = linear.under(sum((matrix @ part[..., None])[..., 0] for matrix, part in terms))
+    load: Reals = (
+        equations.mass @ x2[..., None] + equations.damping @ x1[..., None] + equations.stiffness @ x[..., None]
+    )
+    added = linear.under(load[..., 0])
     x, x1, x2 = (known + part for known, part in zip(linear.history, added, strict=True))
     return x, x1, x2
