@@ -4,10 +4,9 @@ Everything is drawn off screen by pyvista, which is imported when the first pict
 """
 
 from animations.diagrams import DIAGRAMS, Diagram, diagram_named
-from animations.files import RATE, movie, spread, stills
+from animations.files import RATE, RenderingUnavailable, movie, off_screen, probe, spread, stills
 from animations.layout import Scales, View, drawable
 from animations.picture import Picture
-from animations.rendering import RenderingUnavailable, off_screen, probe
 from animations.style import LOOKS, SHOWN, Style, colour
 
 __all__ = [

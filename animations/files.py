@@ -1,8 +1,12 @@
-"""Export of pictures and films to files."""
+"""Export of pictures and films to files, and rendering without a screen."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -12,7 +16,6 @@ import numpy as np
 from animations.diagrams import diagram_named
 from animations.layout import drawable
 from animations.picture import Picture
-from animations.rendering import off_screen
 from animations.style import Style
 from elastic import Deflection
 
@@ -39,6 +42,17 @@ CODECS: dict[str, dict[str, Any]] = {
     },
 }
 Progress = Callable[[int, int], None]
+WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
+OFF_SCREEN = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+TRIAL = """
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+window = vtkRenderWindow()
+window.SetOffScreenRendering(1)
+window.SetSize(16, 16)
+window.AddRenderer(vtkRenderer())
+window.Render()
+"""
 
 
 def stills(
@@ -218,3 +232,69 @@ def _write(path: Path, images: Iterator[Any], rate: float) -> None:
         film.send(None)
         for image in chain([first], images):
             film.send(np.ascontiguousarray(image))
+
+
+class RenderingUnavailable(RuntimeError):  # noqa: N818 - names the condition, not an error
+    """Rendering is impossible on this machine; the message names the library to install."""
+
+
+@cache
+def probe() -> str | None:
+    """Find a kind of window that renders, in a child process, once per process.
+
+    Returns
+    -------
+    VTK class name of the window, or None for VTK's default.
+
+    Raises
+    ------
+    RenderingUnavailable
+        No kind of window renders.
+    """
+    chosen: tuple[str | None, ...] = (None,)
+    if sys.platform.startswith("linux") and WINDOW not in os.environ:
+        chosen = (*OFF_SCREEN, None)  # these need no display; the one named in the environment may not exist
+    for window in chosen:
+        if _renders(window):
+            return window
+    raise RenderingUnavailable(
+        "pictures need OpenGL, and rendering an empty window failed. On Debian or Ubuntu install it by "
+        "`sudo apt install libegl1 libgl1`, or software rendering alone by `sudo apt install libosmesa6`. "
+        "All else works without: motion, deflection, reports, tables, finite element checks and meshes."
+    )
+
+
+def _renders(window: str | None) -> bool:
+    environment = os.environ if window is None else {**os.environ, WINDOW: window}
+    try:
+        trial = subprocess.run(
+            [sys.executable, "-c", TRIAL], env=environment, capture_output=True, timeout=60, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return trial.returncode == 0
+
+
+@contextmanager
+def off_screen() -> Iterator[None]:
+    """Use the window class that `probe` found, and raise VTK's errors at the end.
+
+    Raises
+    ------
+    RenderingUnavailable
+        See `probe`.
+    RuntimeError
+        VTK reported an error.
+    """
+    window = probe()
+    import pyvista as pv
+
+    before = os.environ.get(WINDOW)
+    if window is not None:
+        os.environ[WINDOW] = window
+    try:
+        with pv.VtkErrorCatcher(raise_errors=True, send_to_logging=False):
+            yield
+    finally:
+        if window is not None and before is None:
+            del os.environ[WINDOW]

@@ -1,15 +1,16 @@
-"""Picture of a mechanism, built once and then updated for each position."""
+"""Picture of a mechanism and its extent, built once and then updated for each position."""
 
+from collections.abc import Sequence
+from itertools import pairwise
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
 from animations.canvas import Canvas, move
-from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
-from animations.extents import stack_of
+from animations.diagrams import MOTION, SHAPE, STATIONS, Diagram, diagram_named
 from animations.labels import DOT_RADIUS, name_labels, peak_label
-from animations.layers import Stack
+from animations.layers import Stack, layers, reach, stacked
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
 from animations.placing import Label, ink_of, without_overlaps
@@ -18,23 +19,26 @@ from animations.shapes import (
     QUIET,
     Complexes,
     FlatShape,
+    carried,
     deformed_shapes,
     diagram_shapes,
     link_shapes,
+    moved_beams,
     outline_shapes,
 )
 from animations.solid import SolidShape
-from animations.solid_mechanism import mechanism_bodies
+from animations.solid_mechanism import AXLE_RADIUS, EYE_RADIUS, block, mechanism_bodies, rail, sections_of, thicknesses
 from animations.style import Style
-from animations.symbols import path_shapes, symbol_shapes
+from animations.symbols import moved_place, path_shapes, symbol_shapes
 from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
-from symbols import DRIVE, JOINTS, marks_of
+from symbols import DRIVE, JOINTS, hull, marks_of
 
 MAX_SAMPLES = 120  # maximum number of positions used for the view and the labels
 MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 24  # how many of these are used for solid bodies and for labels
 MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
+PARTS = 6  # number of convex pieces that approximate a bent beam
 
 
 class Picture:
@@ -176,3 +180,62 @@ def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, 
 def _dot(place: Complexes, radius: float) -> FlatShape:
     circle = radius * np.exp(2j * np.pi * np.arange(16) / 16)
     return FlatShape("mark", lambda position: place[position] + circle, (np.arange(16),), fill=INK)
+
+
+def stack_of(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> Stack:
+    """Assign layers so that no solid link passes through another."""
+    found = layers(_links(deflection, scales, style, positions), _pins(deflection, scales, positions))
+    return stacked(found, thicknesses(deflection, scales))
+
+
+def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> list[list[Reals]]:
+    """Extents of the parts of each link, see `reach`."""
+    motion, pin, moved = deflection.motion, scales.pin, scales.exaggeration
+    links = motion.mechanism.links
+    bodies: list[list[Reals]] = [[] for _ in links]
+
+    def add(at: int, corners: Sequence[complex] | Complexes, margin: float) -> None:
+        place = carried(deflection, at, np.array(corners, complex), moved)
+        bodies[at].append(reach(np.array([place(position) for position in positions]), margin))
+
+    sections = sections_of(deflection, scales)
+    axes = moved_beams(deflection, moved) if sections else None
+    bent = np.array([axes(position) for position in positions]) if axes else np.zeros((0, 0, 0), complex)
+    for beam, ((at, _), section) in enumerate(zip(motion.mechanism.beams, sections, strict=True)):
+        for one, other in pairwise(np.linspace(0, len(STATIONS) - 1, PARTS + 1).astype(int)):
+            bodies[at].append(reach(bent[:, beam, one : other + 1], float(section.depth.max()) / 2))
+    for at, link in enumerate(links[1:], 1):
+        for point in link.points:
+            bodies[at].append(reach(moved_place(deflection, at, point, moved)[positions, None], EYE_RADIUS * pin))
+        if not link.beams and len(link.points) > 1:
+            add(at, hull(np.array(list(link.points.values()), complex)), 0.5 * pin)
+        if link.name in style.outlines:
+            add(at, style.outlines[link.name], 0.0)
+    for joint in motion.structure.joints:
+        if joint.turns:
+            continue
+        slider, at, on = motion.mechanism.slider(joint.name), joint.block, joint.owner
+        box = block(deflection, slider, scales)[positions]
+        bodies[at].append(reach(box, 0.0))
+        if on:
+            bodies[on].append(reach(box, 0.0))
+        else:
+            bodies[at].append(reach(np.tile(rail(deflection, slider, pin), (len(positions), 1)), 0.0))
+    return bodies
+
+
+def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[set[int], Reals]]:
+    """Sets of links joined by an axle or block, with its extent, see `reach`."""
+    motion = deflection.motion
+    joined: dict[str, set[int]] = {}
+    axles: dict[str, Reals] = {}
+    for joint in motion.structure.joints:
+        if joint.turns:
+            place = moved_place(deflection, joint.child, joint.name, scales.exaggeration)[positions, None]
+            axles[joint.name] = reach(place, AXLE_RADIUS * scales.pin)
+        elif joint.parent:
+            axles[joint.name] = reach(block(deflection, motion.mechanism.slider(joint.name), scales)[positions], 0.0)
+        else:
+            continue  # the block slides on the ground's rail
+        joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
+    return [(joined[name], axles[name]) for name in axles]

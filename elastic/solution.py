@@ -16,12 +16,13 @@ from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
+from elastic.links.beam_trees import BeamTrees
 from elastic.links.clamped_links import LinkResponse, add_rigid_motion
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
 from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
-from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
-from rigid import SINGULAR, JointForces, Motion, Reals
+from elastic.links.sliding_blocks import block_places
+from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals
 from rigid.arrays import Columns, Complexes, Flags
 from rigid.closures import (
     cancellation_factor,
@@ -298,3 +299,41 @@ def _largest_magnitude(values: Coefficients) -> Reals:
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
+
+
+def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
+    """Raise ValueError if a compliant joint is not in the mechanism, or its name is ambiguous."""
+    names = [joint.name for joint in motion.structure.joints] if joints else []
+    for name in joints:
+        if names.count(name) == 0:
+            raise ValueError(f'there is no joint "{name}"')
+        if names.count(name) > 1:
+            raise ValueError(f'"{name}" names {names.count(name)} joints, expected one for a compliance')
+
+
+def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
+    """Raise MechanismError if a slider moves on a tapered beam, as fields beyond its block have no closed form."""
+    if all(section.taper is None for section in sections):
+        return
+    for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
+        for place in places:
+            if sections[place.beam].taper is not None:
+                owner = motion.mechanism.links[motion.mechanism.beams[place.beam][0]].name
+                name = motion.structure.joints[number].name
+                raise MechanismError(
+                    f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one',
+                    kind="section",
+                    links=(owner,),
+                    joints=(name,),
+                )
+
+
+def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: BeamCompliance) -> None:
+    """Raise MechanismError if all beams of a link with a ring are rigid: their forces are indeterminate."""
+    for cut in trees.cuts:
+        numbers = [branch.number for branch in trees.trees[cut.link]]
+        if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
+            name = mechanism.links[cut.link].name
+            raise MechanismError(
+                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
+            )

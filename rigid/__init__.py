@@ -10,7 +10,7 @@ from rigid.chunks import motion_in_chunks
 from rigid.closures.conditioning import SINGULAR
 from rigid.closures.forces import JointForces
 from rigid.decomposition import assur_groups, structure
-from rigid.kinematics import Motion, motion, with_rates
+from rigid.kinematics import Motion, acceleration_of, motion, position_of, velocity_of, with_rates
 from rigid.kinetostatics.resistance import Resistance
 from rigid.kinetostatics.springs import Spring, TorsionSpring
 from rigid.kinetostatics.statics import drive_efforts, reactions
@@ -35,7 +35,6 @@ from rigid.parts import (
     Weld,
 )
 from rigid.peaks import law_peaks
-from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.reach import ReachError, opening_joint, reach_words, reachable, require_reach
 from rigid.table_laws import RepeatedLaw, TableLaw

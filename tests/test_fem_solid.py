@@ -18,7 +18,7 @@ from elastic import RIGID, Section, Taper, deflection, i_section, sample, sectio
 from fem_check import compare_solid, solve_solid
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import SolidOutline, Strip
-from fem_check.solid.responses import responses
+from fem_check.solid.solution import responses
 from rigid import Beam, Friction, LineLoad, Link, Lump, PointLoad, motion
 
 NU = 0.3

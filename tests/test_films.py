@@ -12,10 +12,9 @@ from test_animations import SMALL, STEEL, bent_four_bar, cantilever, over, turne
 import kinelast
 from animations import Picture, Style, movie, off_screen
 from animations.diagrams import diagram_named
-from animations.extents import stack_of
 from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
-from animations.picture import shapes_of, view_for
+from animations.picture import shapes_of, stack_of, view_for
 from animations.placing import Label, ink_of, within
 from animations.shapes import NEGATIVE, POSITIVE, FlatShape, moved_beams
 from animations.solid import beam_bodies, cross_sections, prism

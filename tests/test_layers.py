@@ -9,9 +9,9 @@ from test_animations import STEEL, turned
 
 from animations import Style
 from animations.diagrams import diagram_named
-from animations.extents import stack_of
 from animations.layers import layers, meet, reach, stacked
 from animations.layout import drawable, scales_of
+from animations.picture import stack_of
 from animations.solid_mechanism import mechanism_bodies
 from elastic import deflection as bend
 from kinelast import deflection, load

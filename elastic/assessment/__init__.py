@@ -5,8 +5,7 @@ from elastic.assessment.buckling import Buckling, buckling_factor, buckling_rati
 from elastic.assessment.buckling_bound import buckling_bound
 from elastic.assessment.columns import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import over_cycle, period_of, rms
-from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation
-from elastic.assessment.settling import rest_from, settling_time
+from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, rest_from, settling_time
 from elastic.assessment.spectrum import Harmonics, harmonics
 from elastic.assessment.strength import safety_factor, stress_ends, stress_range
 from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, exceedances

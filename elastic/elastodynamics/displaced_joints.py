@@ -1,14 +1,23 @@
-"""Joints with large displacement of the links: forces and gaps beyond the linear solution."""
+"""Joints, sliding blocks and gears with large displacement of the links: forces and gaps beyond linear theory."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from elastic.elastodynamics.displaced_blocks import displaced_blocks
+import numpy as np
+
 from elastic.elastodynamics.displaced_gears import displaced_gears
 from elastic.elastodynamics.displaced_points import Load, Turned, bare_links
 from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.time_grid import interpolation, slopes
+from elastic.links.beam_trees import BeamTrees, trees_of
+from elastic.links.sliding_blocks import block_places
+from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.kinetostatics import beam_directions
+from rigid.plane import cross, dot
+
+SHIFTS = 4  # iterations for a block's position; each multiplies the error by about the axial strain
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +72,83 @@ def displaced_joints(
         turns,
         tuple((block.joint, block.slide, block.lever) for block in blocks),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacedBlock:
+    """Block of a slider on an elastic link with large displacement, at the points of a grid.
+
+    Attributes
+    ----------
+    joint
+        Index of the slider.
+    slide
+        Shift of the block along the rigid link's line onto the bent axis [m].
+    force
+        Force of the beam on the block in ground axes [N], complex.
+    more
+        Part of `force` beyond the linear solution.
+    lever
+        Moment of the force at the block on the beam's link, minus its moment at the position in the rigid motion [N m].
+    gap
+        Displacement under the block, except by the link's rotation, from child to parent [m], complex.
+    """
+
+    joint: int
+    slide: Reals
+    force: Complexes
+    more: Complexes
+    lever: Reals
+    gap: Complexes
+
+
+def displaced_blocks(
+    turned: Turned, structure: ElasticStructure, forces: Complexes, moments: Reals
+) -> list[DisplacedBlock]:
+    """Compute the blocks of all sliders on elastic links.
+
+    Parameters
+    ----------
+    turned
+        Displacements at the nodes.
+    forces, moments
+        Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
+    """
+    trees = trees_of(structure.mechanism)
+    return [_displaced(turned, structure, trees, number, forces, moments) for number in trees.rails]
+
+
+def _displaced(
+    turned: Turned, structure: ElasticStructure, trees: BeamTrees, number: int, forces: Complexes, moments: Reals
+) -> DisplacedBlock:
+    motion, place = turned.motion, turned.motion.places[number]
+    joint = place.joint
+    along = np.broadcast_to(place.along, motion.columns)
+    moved = turned.displacement(joint.block, joint.point(joint.block) or "")
+    slide = np.zeros(motion.columns)
+    for _ in range(0 if joint.drive is not None else SHIFTS):
+        slide = dot(along, moved - _under(turned.moved.beams, structure, motion, trees, number, slide)[0])
+    angle, curvature = _under(turned.moved.phi, structure, motion, trees, number, slide)
+    linear = joint.sense * forces[:, number]
+    pushed = 0.0 if joint.drive is not None else -joint.sense * moments[:, number] * curvature
+    force = np.exp(1j * angle) * (linear + pushed * along)
+    missed = joint.sense * 1j * turned.angle(joint.owner) * slide * along
+    return DisplacedBlock(
+        number, slide[1:], force[1:], (force - linear)[1:], -cross(slide * along, force)[1:], missed[1:]
+    )
+
+
+def _under(
+    values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
+) -> tuple[Any, Any]:
+    """Values and slopes along the line at a shifted block, from values along the beams (nodes, beams, points, 1)."""
+    places = block_places(motion, trees, {number: slide})[list(trees.rails).index(number)]
+    there: Any = np.zeros(len(values))
+    slope: Any = np.zeros(len(values))
+    for at, place in enumerate(places):
+        along, here = values[:, place.beam, :, 0], place.here | (not at)
+        value = (interpolation(structure.xi, place.xi) * along).sum(axis=-1)
+        rate = (slopes(structure.xi, place.xi) * along).sum(axis=-1) / structure.length[place.beam]
+        rate = rate * dot(beam_directions(motion)[place.beam], motion.places[number].along)
+        there, slope = np.where(here, value, there), np.where(here, rate, slope)
+    return there, slope

@@ -1,4 +1,4 @@
-"""Compatibility: gaps that bent links leave at the joints, and statically indeterminate joint forces.
+"""Compatibility: joint gaps of bent links, indeterminate joint forces, and links with closed rings.
 
 Utenov et al., equations (8) to (16): (8) to (11) pass the displacement of a joint from one link to the next, and (12)
 to (15) close the loop under the conditions (16) at its end. Here each link bends by itself, clamped at the root of its
@@ -11,21 +11,37 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Matrices, VectorCoefficients
 from elastic.beams.blocks import Block, at
-from elastic.beams.compliance import compliance_of
+from elastic.beams.compliance import BeamCompliance, compliance_of
 from elastic.beams.polynomials import added, evaluate
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
-from elastic.links.clamped_links import LinkResponse
-from elastic.links.configuration import ElasticProblem, LinkLoads, configuration_of
-from elastic.links.free_body import NO_DISPLACEMENT, follower_displacement, node_loads, with_joint_forces, with_points
-from elastic.links.rings import link_response
+from elastic.links.clamped_links import LinkResponse, clamped_response
+from elastic.links.configuration import (
+    Configuration,
+    ElasticProblem,
+    LinkLoads,
+    NodeDisplacements,
+    NodeLoads,
+    configuration_of,
+)
+from elastic.links.free_body import (
+    NO_DISPLACEMENT,
+    add_load,
+    follower_displacement,
+    node_loads,
+    with_joint_forces,
+    with_points,
+)
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.closures import MAX_UNSTRESSED
 from rigid.kinetostatics import beam_couples, beam_loads
 from rigid.plane import dot
+
+CLOSING_PASSES = 2  # the second pass removes round-off between beams of very different stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,3 +187,59 @@ def _work(state: JointForces, gaps: JointGaps) -> Columns:
     for force, moment, gap, turn in zip(state.force, state.moment, gaps.displacement, gaps.rotation, strict=True):
         total = total + dot(force, gap) + moment * turn
     return total
+
+
+def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
+    """Section forces and displacements of the links under load, clamped at their roots, with rings closed."""
+    if configuration.trees.cuts:
+        loads = _with_redundants(configuration, compliance, loads)
+    return clamped_response(configuration, compliance, loads)
+
+
+def _with_redundants(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkLoads:
+    """Add the loads that close the rings: force method, three redundants per ring."""
+    scaled, scale = _flexibility(configuration, compliance, loads.q)
+    for _ in range(CLOSING_PASSES):
+        nodes = clamped_response(configuration, compliance, loads).nodes
+        openings = np.moveaxis(_openings(configuration, nodes), 0, -1)
+        redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
+        closed = dict(loads.nodes)
+        for number, cut in enumerate(configuration.trees.cuts):
+            along, across, moment = (redundants[..., 3 * number + row] for row in range(3))
+            force = configuration.link[cut.link] * (along + 1j * across)
+            add_load(closed, (cut.link, cut.free), force, moment)
+            add_load(closed, (cut.link, cut.node), -force, -moment)
+        loads = replace(loads, nodes=closed)
+    return loads
+
+
+def _flexibility(
+    configuration: Configuration, compliance: BeamCompliance, q: VectorCoefficients
+) -> tuple[Matrices, Reals]:
+    """Flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale (..., n).
+
+    It is computed in link axes, so that it does not depend on the position.
+    """
+    local = configuration.in_link_axes
+    nothing = np.zeros((len(q), len(local.length), *local.columns), complex)
+    openings = []
+    for cut in local.trees.cuts:
+        for pair in ((1.0, 0.0), (1j, 0.0), (0.0, 1.0)):
+            nodes: NodeLoads = {}
+            add_load(nodes, (cut.link, cut.free), *(np.broadcast_to(value, local.columns) for value in pair))
+            add_load(nodes, (cut.link, cut.node), *(np.broadcast_to(-value, local.columns) for value in pair))
+            response = clamped_response(local, compliance.unstrained, LinkLoads(nodes, nothing))
+            openings.append(_openings(local, response.nodes))
+    flexibility = np.moveaxis(np.array(openings), (0, 1), (-1, -2))
+    scale = 1.0 / np.sqrt(np.abs(np.diagonal(flexibility, axis1=-2, axis2=-1)))
+    return flexibility * scale[..., :, None] * scale[..., None, :], scale
+
+
+def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Reals:
+    """Opening of each ring at its cut in link axes: x, y, rotation; shape (3 cuts, ..., positions)."""
+    rows = []
+    for cut in configuration.trees.cuts:
+        (free, turned), (node, held) = nodes[cut.link, cut.free], nodes[cut.link, cut.node]
+        opened = np.conj(configuration.link[cut.link]) * (free - node)
+        rows += [opened.real, opened.imag, turned - held]
+    return np.array(np.broadcast_arrays(*rows))

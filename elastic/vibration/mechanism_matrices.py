@@ -10,7 +10,6 @@ import numpy as np
 from elastic.arrays import Matrices
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
-from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import (
     RANK_TOLERANCE,
     VibratingLink,
@@ -29,6 +28,10 @@ from rigid.kinetostatics import balancing_forces
 MIN_MODAL_MASS = 1e-13  # modes with less mass per stiffness, relative to the largest, count as massless
 LARGE = 400  # number of coordinates above which sparse matrices are faster
 MIN_END_DISTANCE = 1e-3  # smallest distance of a block from a beam's end, relative to its length
+EXTRA_VECTORS = 6  # number of vectors in addition to the requested modes
+TOLERANCE = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
+MAX_ROUNDS = 300  # maximum number of subspace iterations
+CONSTRAINT_FLEXIBILITY = 1e-12  # compliance of constraints, relative to links; redundant ones leave the matrix regular
 
 
 class VibratingStructure:
@@ -271,4 +274,53 @@ def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
     moving = greatest > MIN_MODAL_MASS * np.maximum(greatest[:1], 0.0)
     omega = np.full((modes, len(per_stiffness)), np.inf)
     omega[: len(greatest)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, greatest, 1.0)), np.inf)
+    return omega
+
+
+def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, modes: int) -> Reals:
+    """Compute the lowest frequencies of one structure [rad/s], ascending, shape (modes,); inf for massless modes.
+
+    The method is subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue
+    problem.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Shape (n, n); the mass matrix is semidefinite.
+    constraints
+        Combinations of coordinates that must be zero, shape (rows, n); rows may be redundant.
+
+    References
+    ----------
+    Bathe, Finite Element Procedures, 2nd ed., 2014, section 11.6.
+    """
+    from scipy.linalg import eigh
+    from scipy.sparse import bmat, csc_matrix, identity
+    from scipy.sparse.linalg import splu
+
+    size, rows = len(stiffness), len(constraints)
+    diagonal = np.diagonal(stiffness)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, diagonal.max()))
+    scaled, weight = (csc_matrix(whole * np.outer(scale, scale)) for whole in (stiffness, mass))
+    ties = constraints * scale
+    ties = csc_matrix(ties / np.linalg.norm(ties, axis=1, keepdims=True))
+    solver = splu(bmat([[scaled, ties.T], [ties, -CONSTRAINT_FLEXIBILITY * identity(rows)]], format="csc"))
+    count = min(modes + EXTRA_VECTORS, size)
+    shapes = np.random.default_rng(0).standard_normal((size, count))
+    before = np.full(count, np.inf)
+    for _ in range(MAX_ROUNDS):
+        inertia = weight @ shapes
+        moved = solver.solve(np.concatenate([inertia, np.zeros((rows, count))]))[:size]
+        given, energy = moved.T @ (weight @ moved), moved.T @ inertia
+        # eigenvalues are mass per stiffness, largest first; massless shapes get zero
+        values, turn = eigh(given, energy + 1e-14 * np.trace(energy) * np.eye(count))
+        values, turn = values[::-1], turn[:, ::-1]
+        shapes = moved @ turn
+        if np.abs(values[:modes] - before[:modes]).max() <= TOLERANCE * values[0]:
+            break
+        before = values
+    per_stiffness = values[:modes]
+    omega = np.full(modes, np.inf)
+    moving = per_stiffness > 1e-13 * per_stiffness[0]
+    omega[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
     return omega

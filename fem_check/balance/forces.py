@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Deflection, displacement_of
-from fem_check.balance.masses import Masses, gauss, places
-from fem_check.balance.rates import size_of
+from fem_check.balance.masses import Masses, gauss, places, size_of
 from rigid import LineLoad, Motion, PointLoad, position_of
 from rigid.arrays import Complex, Complexes, Reals
 from rigid.plane import cross

@@ -1,6 +1,5 @@
 """Drives: averages over time, motors and gears, cylinders, flywheels, counterweights and springs."""
 
-from machine.drives.averages import mean, mean_positive, root_mean_square, time_weights
 from machine.drives.balance import (
     Balance,
     balanced,
@@ -20,5 +19,9 @@ from machine.drives.motors import (
     gear_effort,
     inertia_matched_ratio,
     least_torque_ratio,
+    mean,
+    mean_positive,
     motor_torque,
+    root_mean_square,
+    time_weights,
 )

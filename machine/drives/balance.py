@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from machine.drives.averages import root_mean_square
+from machine.drives.motors import root_mean_square
 from rigid import Motion, structure
 from rigid.arrays import Numbers, Reals
 from rigid.constants import mass_constants

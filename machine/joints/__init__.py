@@ -17,5 +17,4 @@ from machine.joints.bearings import (
     Plain,
     Rolling,
 )
-from machine.joints.clearance import clearance_effects, contact_losses, knocks
-from machine.joints.courses import JointCourse, joint_course
+from machine.joints.courses import JointCourse, clearance_effects, contact_losses, joint_course, knocks

@@ -10,12 +10,12 @@ from rigid.analysis.coordinates import (
     Rated,
     Slide,
 )
-from rigid.analysis.inverse import drive_values
 from rigid.analysis.repetition import Repetition, common_period, drives_repeat, mechanism_repeats
 from rigid.analysis.turning_points import (
     DeadPoint,
     LimitPosition,
     dead_points,
+    drive_values,
     limits,
     swing,
     time_ratio,

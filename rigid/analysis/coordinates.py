@@ -7,10 +7,9 @@ import numpy as np
 
 from rigid.arrays import Complexes, Real, Reals
 from rigid.joints import Joint
-from rigid.kinematics import Motion
+from rigid.kinematics import Motion, position_of, velocity_of
 from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
-from rigid.points import position_of, velocity_of
 
 
 class Rated(Protocol):

@@ -1,6 +1,5 @@
 """Loads of a motion, its energy, friction, and the joint forces that balance the loads."""
 
-from rigid.kinetostatics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.kinetostatics.friction import (
     MAX_FLANK_ROUNDS,
     creep_rate,
@@ -11,4 +10,5 @@ from rigid.kinetostatics.friction import (
     with_friction,
 )
 from rigid.kinetostatics.loads import beam_couples, beam_directions, beam_loads, link_loads, point_loads
+from rigid.kinetostatics.springs import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.kinetostatics.statics import balancing_forces, force_condition

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rigid.arrays import Columns, Reals
-from rigid.kinematics import Motion
+from rigid.kinematics import Motion, velocity_of
 from rigid.kinetostatics.friction import direction_of, speeds
 from rigid.parts import Law, PointForce, PointLoad
 from rigid.plane import dot
-from rigid.points import velocity_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,16 @@
-"""Springs and dampers between two links, as loads in `Mechanism.loads`."""
+"""Springs and dampers between two links, as loads in `Mechanism.loads`, and the energy of a motion."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.arrays import Complexes, Real, Reals
-from rigid.kinematics import Motion
+from rigid.arrays import Columns, Complexes, Real, Reals
+from rigid.constants import mass_constants
+from rigid.kinematics import Motion, position_of, velocity_of
+from rigid.kinetostatics.loads import given_loads
 from rigid.parts import GROUND, PointForce
 from rigid.plane import dot
-from rigid.points import position_of, velocity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,3 +147,40 @@ class TorsionSpring:
     def _rate(self, motion: Motion) -> Reals:
         one, other = (motion.mechanism.index[link] for link in (self.link, self.on))
         return motion.angular_velocity[one] - motion.angular_velocity[other]
+
+
+def kinetic_energy(motion: Motion) -> Reals:
+    """Kinetic energy of all links and rotors [J], shape (..., positions)."""
+    mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
+    omega = motion.angular_velocity
+    momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
+    energy: Reals = (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
+    for drive, rate in zip(motion.mechanism.drives, motion.drive_rate, strict=True):
+        energy = energy + drive.inertia * rate**2 / 2
+    return energy
+
+
+def potential_energy(motion: Motion) -> Reals:
+    """Energy of weights (0 with all mass at the origin) and springs [J], (..., positions)."""
+    mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
+    height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
+    return -height[1:].sum(axis=0) + _sum(motion, "energy")
+
+
+def dissipated_power(motion: Motion) -> Reals:
+    """Power dissipated by dampers [W], shape (..., positions)."""
+    return np.zeros(motion.columns) + _sum(motion, "dissipation")
+
+
+def load_power(motion: Motion) -> Reals:
+    """Power of all loads including springs and dampers, without weights [W], (..., positions)."""
+    power = np.zeros(motion.columns)
+    for at, pull, couple in given_loads(motion):
+        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * couple
+    return power
+
+
+def _sum(motion: Motion, quantity: str) -> Columns:
+    """Sum of a quantity over the loads that define it."""
+    known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
+    return sum((each(motion) for each in known if each is not None), start=0.0)

@@ -13,8 +13,7 @@ from rigid.topology.graph import (
 )
 from rigid.topology.input_output import Action, force_law, joint_rates, velocity_law
 from rigid.topology.kinematic_pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
-from rigid.topology.mechanism_graphs import bar_graph, link_graph
-from rigid.topology.planar import mechanism_mobility, planar_chain, require_fit
+from rigid.topology.planar import bar_graph, link_graph, mechanism_mobility, planar_chain, require_fit
 from rigid.topology.ranks import (
     RANK_TOLERANCE,
     Chain,

@@ -7,9 +7,9 @@ import numpy as np
 
 from elastic.links import members_of
 from fem_check.nonlinear.couplings import CouplingKind
-from fem_check.nonlinear.displacements import displacements
-from fem_check.nonlinear.link_motion import RigidLinkMotion
+from fem_check.nonlinear.loads import RigidLinkMotion
 from fem_check.nonlinear.node_masses import gathering_weights
+from fem_check.nonlinear.refinement import displacements
 from fem_check.nonlinear.rigid_places import as_complex
 from rigid import LineLoad
 
