@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic import FIELDS, Deflection, extremes, sample
+from rigid.arrays import Complexes, Reals
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 STATIONS = np.linspace(0.0, 1.0, 49)
@@ -51,13 +52,24 @@ def diagram_named(name: str) -> Diagram:
     return DIAGRAMS[name]
 
 
+def displacements(deflection: Deflection) -> Complexes:
+    """Displacements u + i w of the beams at 49 stations [m], shape (beams, positions, stations)."""
+    return sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
+
+
+def values_of(deflection: Deflection, diagram: Diagram) -> Reals:
+    """Field of a diagram, or magnitude of the displacements, at 49 stations, shape (beams, positions, stations)."""
+    if diagram.field is None:
+        return np.abs(displacements(deflection))
+    return sample(deflection, diagram.field, STATIONS)
+
+
 def peak(deflection: Deflection, diagram: Diagram) -> float:
     """Largest absolute value of a diagram [field unit], or displacement of the shape [m]."""
     if diagram is MOTION:
         return 0.0
     if diagram.field is None:
-        moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
-        values = np.append(np.abs(moved), np.abs(deflection.shift))
+        values = np.append(values_of(deflection, diagram), np.abs(deflection.shift))
     else:
         values = np.abs(extremes(deflection, (diagram.field,))[diagram.field].value)
     finite = values[np.isfinite(values)]

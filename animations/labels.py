@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from animations.diagrams import SHAPE, STATIONS, Diagram, steady
+from animations.diagrams import Diagram, steady, values_of
 from animations.layers import Stack
 from animations.layout import Scales, View
 from animations.placing import Ink, Label, half_of, kept_inside, within
@@ -13,7 +13,7 @@ from animations.shapes import Complexes, FlatShape, beams, moved_beams
 from animations.solid_mechanism import sections_of
 from animations.style import Style
 from animations.symbols import moved_place
-from elastic import Deflection, sample
+from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
@@ -119,10 +119,7 @@ def peak_label(
     -------
     Its position [m], complex, shape (positions,), and the label.
     """
-    if diagram is SHAPE:
-        values = np.abs(sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS))
-    else:
-        values = sample(deflection, str(diagram.field), STATIONS)
+    values = values_of(deflection, diagram)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
     beam, station = np.unravel_index(sizes.reshape(len(sizes), -1).argmax(-1), sizes.shape[1:])
     position = np.arange(len(sizes))

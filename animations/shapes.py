@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from animations.diagrams import STATIONS
+from animations.diagrams import STATIONS, displacements
 from elastic import Deflection, sample
 from rigid import Link, Reals, position_of
 from rigid.kinetostatics import beam_directions
@@ -123,7 +123,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
 def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], Complexes]:
     """Deformed axes at 49 stations, exaggerated [m], complex, (beams, stations)."""
     place = beams(deflection)
-    moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
+    moved = displacements(deflection)
     return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
 
 

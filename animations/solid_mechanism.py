@@ -1,28 +1,28 @@
 """A mechanism drawn as solid bodies: links in layers on axles, the ground behind them."""
 
-from collections.abc import Callable, Collection
-from functools import partial
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from animations.diagrams import STATIONS, Diagram
+from animations.diagrams import Diagram, values_of
 from animations.layers import Stack
 from animations.layout import Scales
 from animations.shapes import Complexes, carried, moved_beams
 from animations.solid import CIRCLE_CORNERS, CrossSections, SolidShape, beam_bodies, cross_sections, prism
 from animations.style import Style
 from animations.symbols import moved_place
-from elastic import Deflection, sample
-from rigid import Reals, Slider
+from elastic import Deflection
+from rigid import Slider
 from symbols import BLOCK_CORNERS, PEDESTAL, hull, travel
 
+Place = Callable[[int], Complexes]
+
 CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
+SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to a pin's diameter
-AXLE_REACH, HEAD_REACH, RAIL_REACH = (
-    0.55,
-    0.58,
-    0.65,
-)  # [layer thicknesses] reach of axles, heads and rails from the mid-plane
+SLAB_SHARE = 0.52  # half thickness of a body / thickness of its link: bodies cover the faces of the beams
+AXLE_REACH, HEAD_REACH, RAIL_REACH = 0.55, 0.58, 0.65  # [layer thicknesses] from the mid-plane
 EYE_RADIUS, AXLE_RADIUS = 0.62, 0.34  # radii of link ends and of axles, relative to a pin's diameter
 OUTLINE_OPACITY = 0.4  # opacity of outlines
 GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring layers
@@ -32,29 +32,14 @@ def mechanism_bodies(
     deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
 ) -> list[SolidShape]:
     """Build links, joints and ground; beams are coloured by the diagram's field or the displacement."""
-    links = deflection.motion.mechanism.links
-    sections = sections_of(deflection, scales)
-    owners = [at for at, _ in deflection.motion.mechanism.beams]
-    bodies = []
-    if sections:
-        axes = moved_beams(deflection, scales.exaggeration)
-        heights = [stack.middle[at] for at in owners]
-        bodies.append(beam_bodies(axes, sections, heights, _values(deflection, diagram)))
-    for at, (link, z) in enumerate(zip(links, stack.middle, strict=True)):
-        if link.name in style.outlines:
-            outline = np.array(style.outlines[link.name], complex)
-            half = 0.52 * DEFAULT_THICKNESS * scales.pin
-            bodies.append(_slab(deflection, at, scales.exaggeration, z, half, outline, "", "quiet", OUTLINE_OPACITY))
-    for at, (link, thick) in enumerate(zip(links, thicknesses(deflection, scales), strict=True)):
-        if at == 0:
-            continue
-        place = partial(_slab, deflection, at, scales.exaggeration, stack.middle[at], 0.52 * thick)
-        bodies += [place(EYE_RADIUS * scales.pin * CIRCLE, point, smooth=True) for point in link.points]
-        if not link.beams and len(link.points) > 1:
-            corners = np.array(list(link.points.values()), complex)
-            fill = GREYS[stack.layer[at] % 2]
-            bodies.append(place(hull((corners[:, None] + 0.5 * scales.pin * CIRCLE).ravel()), fill=fill))
-    return bodies + _joints(deflection, scales, stack)
+    bodies = _Bodies(deflection, scales, stack)
+    return [
+        *bodies.beams(diagram),
+        *bodies.outlines(style.outlines),
+        *bodies.rigid_parts(),
+        *bodies.sliders(),
+        *bodies.axles(),
+    ]
 
 
 def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
@@ -70,72 +55,116 @@ def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
     return thick
 
 
-def _values(deflection: Deflection, diagram: Diagram) -> Callable[[int], Reals]:
-    """Values of the field by position, shape (beams, stations)."""
-    if diagram.field is None:
-        values = np.abs(sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS))
-    else:
-        values = sample(deflection, diagram.field, STATIONS)
-    return lambda position: values[:, position]
+@dataclass(frozen=True, eq=False)
+class _Bodies:
+    """Builder of the solid bodies of a mechanism."""
+
+    deflection: Deflection
+    scales: Scales
+    stack: Stack
+
+    def beams(self, diagram: Diagram) -> Iterator[SolidShape]:
+        """One body of all beams."""
+        sections = sections_of(self.deflection, self.scales)
+        if sections:
+            axes = moved_beams(self.deflection, self.scales.exaggeration)
+            heights = [self.stack.middle[at] for at, _ in self.deflection.motion.mechanism.beams]
+            values = values_of(self.deflection, diagram)
+            yield beam_bodies(axes, sections, heights, lambda position: values[:, position])
+
+    def outlines(self, corners: Mapping[str, Sequence[complex]]) -> Iterator[SolidShape]:
+        """Outlines of links, transparent."""
+        half = SLAB_SHARE * DEFAULT_THICKNESS * self.scales.pin
+        for at, link in enumerate(self.deflection.motion.mechanism.links):
+            if link.name in corners:
+                place = self._on_link(at, np.array(corners[link.name], complex))
+                yield self._slab(at, half, place, len(corners[link.name]), "quiet", OUTLINE_OPACITY)
+
+    def rigid_parts(self) -> Iterator[SolidShape]:
+        """Eyes of the moving links, and the hulls of links without beams."""
+        links, pin = self.deflection.motion.mechanism.links, self.scales.pin
+        for at, (link, thick) in enumerate(zip(links, thicknesses(self.deflection, self.scales), strict=True)):
+            if at == 0:
+                continue
+            half, direction = SLAB_SHARE * thick, self.deflection.motion.direction[at]
+            for point in link.points:
+                eye = self._about(at, point, EYE_RADIUS * pin * CIRCLE, direction)
+                yield self._slab(at, half, eye, CIRCLE_CORNERS, smooth=True)
+            if not link.beams and len(link.points) > 1:
+                points = np.array(list(link.points.values()), complex)
+                corners = hull((points[:, None] + 0.5 * pin * CIRCLE).ravel())
+                fill = GREYS[self.stack.layer[at] % 2]
+                yield self._slab(at, half, self._on_link(at, corners), len(corners), fill)
+
+    def sliders(self) -> Iterator[SolidShape]:
+        """Blocks, each with the bar of the link that guides it, or with a rail on the ground."""
+        motion, pin = self.deflection.motion, self.scales.pin
+        for joint in motion.structure.joints:
+            if joint.turns:
+                continue
+            slider = motion.mechanism.slider(joint.name)
+            on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
+            corners = block(self.deflection, slider, self.scales)
+            yield prism(corners.__getitem__, 4, *self._between({on, at} - {0}, AXLE_REACH, AXLE_REACH))
+            if on:  # a thin bar, hidden inside the beam if there is one
+                start, end = slide(self.deflection, slider, pin)
+                bar = np.array([start, end, end, start]) + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
+                yield self._slab(on, 0.05 * self.stack.thick[on], self._on_link(on, bar), 4)
+            else:
+                yield _still(rail(self.deflection, slider, pin), *self._between({at}, RAIL_REACH, RAIL_REACH), "quiet")
+
+    def axles(self) -> Iterator[SolidShape]:
+        """Axles, square at welds, and their pedestals on the ground."""
+        mechanism, pin = self.deflection.motion.mechanism, self.scales.pin
+        joined: dict[str, set[int]] = {}
+        for joint in self.deflection.motion.structure.joints:
+            if joint.turns:
+                joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
+        for name, links in joined.items():
+            welded = name in mechanism.welded_points
+            corners: Complexes = AXLE_RADIUS * pin * (SQUARE if welded else CIRCLE)
+            low, high = self._between(links, AXLE_REACH, HEAD_REACH)
+            axle = self._about(max(links), name, corners)
+            yield prism(axle, len(corners), low, high, "soft", smooth=not welded)
+            if 0 in links:
+                foot = complex(mechanism.links[0].points[name]) + self.scales.symbol * PEDESTAL
+                yield _still(foot, *self._between({0}, 0.5, 0.5))
+
+    def _on_link(self, at: int, corners: Complexes) -> Place:
+        """Corners in the axes of a link [m]."""
+        return carried(self.deflection, at, corners, self.scales.exaggeration)
+
+    def _about(self, at: int, point: str, corners: Complexes, direction: Complexes | None = None) -> Place:
+        """Corners about a link's point [m], in the ground's axes or turned to a direction."""
+        middle = moved_place(self.deflection, at, point, self.scales.exaggeration)
+        if direction is None:
+            return lambda position: middle[position] + corners
+        return lambda position: middle[position] + direction[position] * corners
+
+    def _slab(
+        self,
+        at: int,
+        half: float,
+        place: Place,
+        corners: int,
+        fill: str = "metal",
+        opacity: float = 1.0,
+        smooth: bool = False,
+    ) -> SolidShape:
+        """Flat body in the mid-plane of a link."""
+        z = self.stack.middle[at]
+        return prism(place, corners, z - half, z + half, fill, opacity, smooth)
+
+    def _between(self, links: Collection[int], below: float, above: float) -> tuple[float, float]:
+        """Range of z that some links occupy, extended by a number of their thicknesses [m]."""
+        middle, thick = self.stack.middle, self.stack.thick
+        low = min(middle[at] - below * thick[at] for at in links)
+        return low, max(middle[at] + above * thick[at] for at in links)
 
 
-def _slab(
-    deflection: Deflection,
-    at: int,
-    exaggeration: float,
-    z: float,
-    half: float,
-    local: Complexes,
-    about: str = "",
-    fill: str = "metal",
-    opacity: float = 1.0,
-    smooth: bool = False,
-) -> SolidShape:
-    """Flat body of a link, centred at z; corners in the link's axes or relative to a point."""
-    if about:
-        middle, direction = moved_place(deflection, at, about, exaggeration), deflection.motion.direction[at]
-        return prism(lambda p: middle[p] + direction[p] * local, len(local), z - half, z + half, fill, opacity, smooth)
-    return prism(carried(deflection, at, local, exaggeration), len(local), z - half, z + half, fill, opacity, smooth)
-
-
-def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidShape]:
-    """Build axles (square at welds), pedestals on the ground, blocks and rails."""
-    motion, pin = deflection.motion, scales.pin
-    joined: dict[str, set[int]] = {}
-    bodies: list[SolidShape] = []
-    for joint in motion.structure.joints:
-        if not joint.turns:
-            bodies += _slider(deflection, motion.mechanism.slider(joint.name), scales, stack)
-            continue
-        joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
-    for name, links in joined.items():
-        middle = moved_place(deflection, max(links), name, scales.exaggeration)
-        low, high = _between(stack, links, AXLE_REACH, HEAD_REACH)
-        if name in motion.mechanism.welded_points:
-            bodies.append(prism(partial(_square, middle, AXLE_RADIUS * pin), 4, low, high, "soft"))
-        else:
-            bodies.append(
-                prism(partial(_round, middle, AXLE_RADIUS * pin), CIRCLE_CORNERS, low, high, "soft", smooth=True)
-            )
-        if 0 in links:
-            corners = complex(motion.mechanism.links[0].points[name]) + scales.symbol * PEDESTAL
-            foot = _between(stack, {0}, 0.5, 0.5)
-            bodies.append(prism(lambda _, still=corners: still, len(corners), *foot))  # type: ignore[misc]
-    return bodies
-
-
-def _between(stack: Stack, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-    """Range of z that some links occupy, extended by a number of their thicknesses [m]."""
-    low = min(stack.middle[at] - below * stack.thick[at] for at in links)
-    return low, max(stack.middle[at] + above * stack.thick[at] for at in links)
-
-
-def _round(middle: Complexes, radius: float, position: int) -> Complexes:
-    return middle[position] + radius * CIRCLE
-
-
-def _square(middle: Complexes, half: float, position: int) -> Complexes:
-    return middle[position] + half * np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
+def _still(corners: Complexes, low: float, high: float, fill: str = "metal") -> SolidShape:
+    """Body at rest."""
+    return prism(lambda _: corners, len(corners), low, high, fill)
 
 
 def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
@@ -164,17 +193,3 @@ def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
     start, end = slide(deflection, slider, pin)
     way = under(end - start)
     return np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
-
-
-def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[SolidShape]:
-    """Block on the link that guides it, or on a rail on the ground."""
-    pin, motion = scales.pin, deflection.motion
-    on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
-    corners = block(deflection, slider, scales)
-    box = prism(lambda p: corners[p], 4, *_between(stack, {on, at} - {0}, AXLE_REACH, AXLE_REACH))
-    if on:  # a thin bar, hidden inside the beam if there is one
-        start, end = slide(deflection, slider, pin)
-        bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
-        return [box, _slab(deflection, on, scales.exaggeration, stack.middle[on], 0.05 * stack.thick[on], bar)]
-    under_it = rail(deflection, slider, pin)
-    return [box, prism(lambda _: under_it, 4, *_between(stack, {at}, RAIL_REACH, RAIL_REACH), "quiet")]

@@ -9,11 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.integrate
+from many_speeds import speed_map
 from mechanisms import ALL, at_speed, cantilever, replaced, steel_four_bar, still, supported, with_link
 from tiers import in_tiers
 
 from elastic import RIGID, JointCompliance, Section, Taper, deflection, extremes, sample, with_rotary_inertia
-from elastic.elastodynamics import Damping, elastodynamic, solution, speed_map, theory_error, transient
+from elastic.elastodynamics import Damping, elastodynamic, solution, theory_error, transient
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.discretization import vibrating_model
 from elastic.elastodynamics.elastic_structure import elastic_structure

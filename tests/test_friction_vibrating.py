@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.integrate
+from many_speeds import speed_map
 from mechanisms import steel_four_bar
 from tiers import in_tiers
 
 from elastic import Section, displacement_of, sample
-from elastic.elastodynamics import elastodynamic, geometrically_exact, speed_map, transient
+from elastic.elastodynamics import elastodynamic, geometrically_exact, transient
 from rigid import (
     Beam,
     Friction,

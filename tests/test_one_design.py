@@ -7,7 +7,8 @@ from mechanisms import at_speed, bar, steel_four_bar, with_link
 from animations.diagrams import diagram_named
 from animations.layout import drawable
 from elastic import Section, deflection
-from elastic.assessment import buckling_factor, exceedances
+from elastic.assessment import exceedances
+from elastic.assessment.buckling import BucklingModes
 from elastic.elastodynamics import elastodynamic, natural_modes
 from rigid import motion
 from rigid.analysis import LinkAngle, limits
@@ -23,7 +24,7 @@ FUNCTIONS = {
     "forward": lambda: forward(LONGER.mechanism, [Effort()], 0.0, 0.0, 1.0),
     "picture": lambda: drawable(BENT, diagram_named("slope")),
     "cautions": lambda: exceedances(BENT),
-    "buckling": lambda: buckling_factor(deflection(COURSE, SECTIONS)),
+    "buckling": lambda: BucklingModes(deflection(COURSE, SECTIONS)),
     "natural modes": lambda: natural_modes(COURSE, SECTIONS),
     "vibration": lambda: elastodynamic(COURSE, at_speed(CASE.mechanism, 100.0), 2 * np.pi / 100.0, SECTIONS),
 }

@@ -13,7 +13,7 @@ from tiers import in_tiers
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
-from elastic.assessment.buckling import RESOLVED, buckling_factor, buckling_ratio
+from elastic.assessment.buckling import RESOLVED, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
 from kinelast import read_scene, shipped_scenes
 from kinelast.scene.data import scene_deflection
@@ -26,6 +26,16 @@ SLENDER = Section(EA=1e9, EI=EI)
 
 def divided(parts, length=1.5):
     return {f"P{k}": length * k / parts for k in range(parts + 1)}
+
+
+def buckling_factor(bent):
+    """Factor on all forces at which the mechanism buckles at each position, without the search of `buckling_ratio`."""
+    try:
+        ratio = BucklingModes(bent).of_links(np.arange(bent.motion.columns[-1])).max(axis=1)
+    except np.linalg.LinAlgError:
+        return np.full(bent.motion.columns, np.nan)
+    with np.errstate(divide="ignore"):
+        return 1.0 / ratio
 
 
 def factor(mechanism, joints=None):

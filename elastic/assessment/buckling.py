@@ -96,7 +96,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     even = np.linspace(0, len(pressed) - 1, EVEN_POSITIONS).round().astype(int)
     some = distinct([*even, bound.argmax(), *of_links.argmax(axis=-1)])
     try:
-        roots = _BucklingModes(deflection)
+        roots = BucklingModes(deflection)
         while len(some):
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
             some = _unseen(ratios, bound, resolved)
@@ -134,30 +134,6 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
     return some[~seen[some]]
 
 
-def buckling_factor(deflection: Deflection) -> Reals:
-    """Factor on all forces at which the mechanism buckles, shape (positions,).
-
-    Infinite without compression; nan at singular positions or if unknown.
-
-    Parameters
-    ----------
-    deflection
-        Deflection of one design.
-
-    Raises
-    ------
-    ValueError
-        If there are several designs.
-    """
-    columns = deflection.motion.columns
-    try:
-        ratio = _BucklingModes(deflection).of_links(np.arange(columns[-1])).max(axis=1)
-    except np.linalg.LinAlgError:
-        return np.full(columns, np.nan)
-    with np.errstate(divide="ignore"):
-        return np.asarray(1.0 / ratio)
-
-
 def _pressed_shapes(structure: ElasticStructure) -> Reals:
     """Shapes with unit strain energy on which axial forces do work, shape (n, r).
 
@@ -172,7 +148,7 @@ def _pressed_shapes(structure: ElasticStructure) -> Reals:
     return np.asarray(shapes @ np.linalg.inv(factor).T)
 
 
-class _BucklingModes:
+class BucklingModes:
     """Buckling modes of a mechanism at any position."""
 
     def __init__(self, deflection: Deflection) -> None:

@@ -1,6 +1,6 @@
 """Spans of beams as columns: compression, Euler load, slenderness."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from elastic.arrays import PerBeam
 from elastic.beams.polynomials import evaluate, turning_points, zeros_of
-from elastic.beams.section import Section
+from elastic.beams.section import Section, Taper
 from elastic.derived import coefficients
 from elastic.links.members import BeamRun, members_of, spans_of
 from elastic.solution import Deflection
@@ -53,16 +53,25 @@ def euler_loads(deflection: Deflection) -> PerBeam:
 
 def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> Reals:
     """Critical load of collinear beams, pinned at the ends of the row [N], shape (..., 1)."""
+    parts = zip(span.start, span.width, (sections[beam] for beam in span.beams), strict=True)
+    return _critical_load((start, width, section.EI, section.taper) for start, width, section in parts) / length**2
+
+
+def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> Reals:
+    """P l^2 of a pinned column, shape (..., 1), from the start, width, EI and taper of its parts; its length is 1.
+
+    Ritz's method: integral of M'^2 / integral of M^2/EI.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    matrix: Any = 0.0
-    for start, width, beam in zip(span.start, span.width, span.beams, strict=True):
-        xi, taper = (nodes + 1) / 2, sections[beam].taper
+    xi = (nodes + 1) / 2
+    flexibility: Any = 0.0
+    for start, width, EI, taper in parts:
         falling = 1.0 if taper is None else np.polynomial.polynomial.polyval(xi, taper.EI)
         moment = _moments(2 * (start + width * xi) - 1)
-        softness = np.abs(width) * weights / 2 / (sections[beam].EI * falling)
-        matrix = matrix + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
+        softness = np.abs(width) * weights / 2 / (EI * falling)
+        flexibility = flexibility + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
     with np.errstate(divide="ignore"):
-        return 1.0 / (np.linalg.eigvalsh(matrix)[..., -1:] * length**2)
+        return 1.0 / np.linalg.eigvalsh(flexibility)[..., -1:]
 
 
 def _moments(place: Reals) -> Reals:
@@ -78,17 +87,8 @@ def _moments(place: Reals) -> Reals:
 
 @lru_cache(maxsize=256)
 def _critical_factor(section: Section) -> float:
-    """P l^2/EI at the start of a pinned column: pi^2, or less with a taper.
-
-    Ritz's method: integral of M'^2 / integral of M^2/EI.
-    """
-    if section.taper is None:
-        return float(np.pi**2)
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    xi, weights = (nodes + 1) / 2, weights / 2
-    moment = _moments(nodes)
-    softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
-    return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
+    """P l^2/EI at the start of a pinned column: pi^2, or less with a taper."""
+    return np.pi**2 if section.taper is None else float(_critical_load([(0.0, 1.0, 1.0, section.taper)])[0])
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:

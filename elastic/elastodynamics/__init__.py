@@ -12,7 +12,7 @@ from elastic.elastodynamics.geometrically_exact import (
 from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at
-from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
+from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences
 from elastic.elastodynamics.steady_state import elastodynamic

@@ -96,49 +96,39 @@ class SpeedMap:
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
-def speed_map(
-    motion_at: MotionAt,
-    period: float,
-    ratios: Sequence[float],
-    sections: Sequence[Section],
-    measure: Measure,
-    joints: Mapping[str, JointCompliance] | None = None,
-    damping: Damping | float | None = None,
-    tolerance: float = TOLERANCE,
-) -> SpeedMap:
-    """Compute steady states at many drive speeds; terms that depend only on positions are shared.
+class SpeedAnswers:
+    """Steady states at many drive speeds; terms that depend only on positions are shared.
 
-    Grids and coordinates are shared and refined if any speed requires it.
+    Speeds are requested one set after the other by `find`. Grids and coordinates are shared and refined if any speed
+    requires it.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
         See `elastodynamic`; these are for relative speed 1. The cycle begins at time 0.
-    ratios
-        Relative speeds, positive.
     measure
         Function of a deflection at positions over the cycle, in order and ending at the cycle's start. Columns of the
         deflection are (speeds, positions). It returns shape (..., speeds), reduced over the positions.
     tolerance
         Tolerance relative to the largest displacement.
+    still
+        Measure without vibration; `measure` by default.
+    errors
+        Errors of the measures.
+    on_speed
+        Progress callback with the number of finished speeds and the total.
+    resolved
+        Bound on the convergence error below which it is not measured by a finer discretization.
+
+    Attributes
+    ----------
+    least_damping
+        Smallest damping ratio of a natural mode, half the relative width of its peaks.
 
     Raises
     ------
     MechanismError, ValueError
-        See `elastodynamic`; also raised if no link vibrates or a speed is not positive.
-    """
-    answers = SpeedAnswers(motion_at, period, sections, measure, joints, damping, tolerance)
-    answers.find(ratios)
-    return answers.map(ratios)
-
-
-class SpeedAnswers:
-    """Steady states at speeds requested one after the other; see `speed_map`.
-
-    `still`: measure without vibration, `measure` by default. `errors`: errors of the measures. `on_speed`: progress
-    callback with the number of finished speeds and the total. `least_damping`: smallest damping ratio of a natural
-    mode, half the relative width of its peaks. `resolved`: bound on the convergence error below which it is not
-    measured by a finer discretization.
+        See `elastodynamic`; also raised if no link vibrates.
     """
 
     def __init__(
@@ -169,7 +159,10 @@ class SpeedAnswers:
         self._rows: dict[float, _Row] = {}
 
     def find(self, ratios: Sequence[float]) -> None:
-        """Compute more speeds, and refine the discretization for those that have not converged."""
+        """Compute more relative speeds, and refine the discretization for those that have not converged.
+
+        Raises ValueError if a speed is not positive.
+        """
         if not all(ratio > 0 for ratio in ratios):
             raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
         left = sorted({float(ratio) for ratio in ratios} - self._rows.keys())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastic.arrays import VectorCoefficients
-from rigid.arrays import Columns, Numbers
+from rigid.arrays import Columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,24 +53,20 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
     Except for `q`, a value that is equal at all positions may be a scalar.
     """
 
-    def each(lists: tuple[Any, ...]) -> tuple[Any, ...]:
-        same = zip(*lists, strict=True)
-        return tuple(
-            (*items[0][:-2], *(change(*parts) for parts in zip(*(item[-2:] for item in items), strict=True)))
-            for items in same
-        )
+    def along_beams(name: str) -> Any:
+        values = [getattr(load, name) for load in loads]
+        return None if values[0] is None else change(*values)
 
-    def every(lists: tuple[Any, ...]) -> tuple[Numbers, ...]:
-        return tuple(change(*parts) for parts in zip(*lists, strict=True))
+    def per_joint(name: str) -> Any:
+        return tuple(change(*gaps) for gaps in zip(*(getattr(load, name) for load in loads), strict=True))
+
+    def per_place(name: str) -> Any:
+        """Change the last two entries of each item; the entries before them name its place."""
+        items = zip(*(getattr(load, name) for load in loads), strict=True)
+        return tuple((*same[0][:-2], *map(change, *(item[-2:] for item in same))) for same in items)
 
     return AddedLoads(
-        change(*(load.q for load in loads)),
-        each(tuple(load.points for load in loads)),
-        each(tuple(load.blocks for load in loads)),
-        every(tuple(load.gaps for load in loads)),
-        every(tuple(load.turns for load in loads)),
-        None if loads[0].strain is None else change(*(load.strain for load in loads)),
-        None if loads[0].section is None else change(*(load.section for load in loads)),
-        each(tuple(load.sliding for load in loads)),
-        each(tuple(load.slides for load in loads)),
+        **{name: along_beams(name) for name in ("q", "strain", "section")},
+        **{name: per_joint(name) for name in ("gaps", "turns")},
+        **{name: per_place(name) for name in ("points", "blocks", "sliding", "slides")},
     )

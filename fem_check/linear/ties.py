@@ -9,6 +9,7 @@ import numpy as np
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
+from fem_check.pins import gap_sense, pins
 from rigid import Mechanism, PinDrive, SliderDrive, structure
 from rigid.arrays import Columns
 
@@ -67,9 +68,9 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     def soft(name: str, ends: tuple[int, int], rows: tuple[Row, ...]) -> tuple[Row, ...]:
         return _softened(mechanism, joints.get(name), name, ends, rows)
 
-    for point, parent, child, welded in _pins(mechanism):
+    for point, parent, child, welded in pins(mechanism):
         sides = frame.place(parent, point), frame.place(child, point)
-        rows = (*_held(sides), _not_turned(sides)) if welded else _held(sides)
+        rows = (*_held(sides), _not_turned(sides)) if welded is not None else _held(sides)
         yield Tie(point, soft(point, (parent, child), rows))
     for slider in mechanism.sliders:
         ends = mechanism.index[slider.on], mechanism.index[slider.link]
@@ -114,23 +115,6 @@ def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple
     return name, (parent, child), _moved(frame.sides[name], frame.along(mechanism.slider(name)))
 
 
-def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, bool]]:
-    """Yield pins and welds: name, parent, child, and whether they are welded.
-
-    The parent is the first link at the point, or an earlier link that the child is welded to.
-    """
-    index = mechanism.index
-    welds = {(weld.point, frozenset((index[weld.on], index[weld.link]))) for weld in mechanism.welds}
-    shared: dict[str, list[int]] = {}
-    for at, link in enumerate(mechanism.links):
-        for point in link.points:
-            shared.setdefault(point, []).append(at)
-    for point, links in shared.items():
-        for number, at in enumerate(links[1:], 1):
-            fast = [other for other in links[:number] if (point, frozenset((other, at))) in welds]
-            yield point, (fast or links)[0], at, bool(fast)
-
-
 def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
     """Raise ValueError if a joint name is unknown or ambiguous."""
     names = [joint.name for joint in structure(mechanism).joints]
@@ -147,8 +131,7 @@ def _softened(
     """Apply the compliance and misfit of a joint to its rows."""
     if compliance is None:
         return rows
-    found = (joint for joint in structure(mechanism).joints if joint.name == name)
-    sense = next(1.0 if joint.child == ends[1] else -1.0 for joint in found if {joint.parent, joint.child} == {*ends})
+    sense = gap_sense(mechanism, name, *ends)
     changed = []
     for row in rows:
         soft, wanted = (

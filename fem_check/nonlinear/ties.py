@@ -1,6 +1,6 @@
 """Ties of nodes: shared pins, constraints, springs, and drive coordinates."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any
@@ -10,7 +10,8 @@ import numpy as np
 from elastic import JointCompliance
 from fem_check.nonlinear.couplings import CouplingKind, NodeCoupling, coupling_state
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
-from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring, structure
+from fem_check.pins import gap_sense, pins
+from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring
 
 
 @dataclass(frozen=True)
@@ -118,8 +119,8 @@ class _TieBuilder:
     def built(self, first: Reals) -> Ties:
         """Create all ties."""
         self.ties.winding = np.array([self._winding(drive, first[k]) for k, drive in enumerate(self.mechanism.drives)])
-        for point, parent, child, turn in _pins(self.mechanism):
-            self._pin(point, parent, child, turn)
+        for point, parent, child, turn in pins(self.mechanism):
+            self._pin(point, parent, child, None if turn is None else complex(turn))
         for slider in self.mechanism.sliders:
             self._slider(slider)
         for number, drive in enumerate(self.mechanism.drives):
@@ -152,7 +153,7 @@ class _TieBuilder:
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
         compliance = self.soft.get(point, JointCompliance())
         turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, compliance)
-        gap = _sense(self.mechanism, point, parent, child) * compliance.gap if compliance.gap else 0.0
+        gap = gap_sense(self.mechanism, point, parent, child) * compliance.gap if compliance.gap else 0.0
         if not compliance.translation and not gap and not at_c and (parent == 0 or not at_p):
             if parent == 0:
                 self.ties.held[c] = at_p
@@ -204,7 +205,7 @@ class _TieBuilder:
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
         number = self.couple(coupling)
-        sense = _sense(self.mechanism, name, parent[0], child[0]) if compliance.turn else 1.0
+        sense = gap_sense(self.mechanism, name, parent[0], child[0]) if compliance.turn else 1.0
         self._closed(number, angle + sense * compliance.turn, compliance.rotation)
         return number
 
@@ -261,7 +262,7 @@ class _TieBuilder:
             )
         slider = next((slider for slider in self.mechanism.sliders if slider.name == name), None)
         if slider is None:
-            parent, child = next((p, c) for point, p, c, _ in _pins(self.mechanism) if point == name)
+            parent, child = next((p, c) for point, p, c, _ in pins(self.mechanism) if point == name)
             ends = self.place(parent, name)[0], self.place(child, name)[0]
             coupling = NodeCoupling(CouplingKind.TURN, *ends)
         else:
@@ -300,38 +301,10 @@ def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple
     return nodes.at[link, point]
 
 
-def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, complex | None]]:
-    """Yield point, parent, child, and the angle of a weld or None.
-
-    Links that share a point are attached to the first, or to an earlier one they are welded to.
-    """
-    turns: dict[tuple[str, int, int], complex] = {}
-    for weld in mechanism.welds:
-        one, other, turn = mechanism.index[weld.on], mechanism.index[weld.link], complex(weld.turn)
-        turns |= {(weld.point, one, other): turn, (weld.point, other, one): turn.conjugate()}
-    shared: dict[str, list[int]] = {}
-    for number, link in enumerate(mechanism.links):
-        for point in link.points:
-            shared.setdefault(point, []).append(number)
-    for point, links in shared.items():
-        for place, number in enumerate(links[1:], 1):
-            fast = [other for other in links[:place] if (point, other, number) in turns]
-            parent = (fast or links)[0]
-            yield point, parent, number, turns.get((point, parent, number))
-
-
 def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
-    names: Sequence[str] = [*(name for name, *_ in _pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
+    names: Sequence[str] = [*(name for name, *_ in pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
     for name in joints:
         if names.count(name) != 1:
             raise NotCheckedError(
                 f'compliance or misfit of "{name}": expected one joint of this name, got {names.count(name)}'
             )
-
-
-def _sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
-    """Sign of gaps: -1 if parent and child are swapped in the mechanism's joint tree."""
-    found = (joint for joint in structure(mechanism).joints if joint.name == name)
-    return next(
-        1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}
-    )

@@ -4,8 +4,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from skfem import BilinearForm, LinearForm
-from skfem.helpers import ddot, div, dot, sym_grad
 
 from fem_check.solid.outline import Powers, SolidOutline, grid
 from rigid import Reals
@@ -72,21 +70,21 @@ class SolidLink:
 
     def stiffness(self) -> Any:
         """Sparse stiffness matrix of all dofs."""
-        from fem_check.solid.body import plane_stress
+        from fem_check.solid.forms import plane_stress
 
         membrane = self.stretching / (1.0 - self.poisson**2)
         return plane_stress.assemble(self.basis, membrane=membrane, poisson=self.poisson)
 
     def under(self, load: Any) -> Reals:
         """Load vector of a force per area [N/m^2], complex, shape (elements, points)."""
-        from fem_check.solid.body import pushed
+        from fem_check.solid.forms import pushed
 
         load = np.broadcast_to(load, self.xi.shape)
         return pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
 
     def strained(self, strip: int) -> Reals:
         """Load vector of a unit isotropic free strain of a beam."""
-        from fem_check.solid.body import swollen
+        from fem_check.solid.forms import swollen
 
         own = (self.grid.strip == strip)[:, None]
         return swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
@@ -142,22 +140,3 @@ class SolidLink:
             .T
         )
         return displacements
-
-
-@BilinearForm
-def plane_stress(u: Any, v: Any, given: Any) -> Any:
-    """Virtual work of stresses of u on strains of v; `membrane` E t/(1 - nu^2) [N/m], `poisson` nu."""
-    shearing = (1.0 - given.poisson) * ddot(sym_grad(u), sym_grad(v))
-    return given.membrane * (shearing + given.poisson * div(u) * div(v))
-
-
-@LinearForm
-def pushed(v: Any, given: Any) -> Any:
-    """Virtual work of a force per area, `load` [N/m^2], on v."""
-    return dot(given.load, v)
-
-
-@LinearForm
-def swollen(v: Any, given: Any) -> Any:
-    """Virtual work of the stresses of a restrained isotropic strain, `swelling` [N/m]."""
-    return given.swelling * div(v)

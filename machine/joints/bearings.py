@@ -151,7 +151,7 @@ class Plain:
     def pressure_times_speed(self, course: JointCourse) -> Reals:
         """Return the time average of p v [W/m^2], shape (...), to compare with the manufacturer's p v limit."""
         product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
-        return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
+        return course.mean(product)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +194,7 @@ class Guide:
         with np.errstate(divide="ignore", invalid="ignore"):
             mean = np.where(ends > even, (even**2 + ends**2) / (2.0 * ends), even)
         product = np.nan_to_num(mean * self.speed(course)) * course.known
-        return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
+        return course.mean(product)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,6 +62,10 @@ class JointCourse:
         """Distance covered around each position [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
+    def mean(self, values: Reals) -> Reals:
+        """Time average over the known positions, shape (...); `values` must be 0 at the others."""
+        return np.asarray((values * self.weight).sum(axis=-1) / (self.weight * self.known).sum(axis=-1))
+
     @property
     def travel(self) -> Reals:
         """Distance covered in the run, back and forth [rad or m], shape (...)."""

@@ -1,5 +1,6 @@
 """Positions of groups without closed form, by Newton's method at all positions at once."""
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any
 
@@ -51,50 +52,57 @@ def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Clos
     return closure(group, tree, cut)
 
 
-def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
-    """True if a cut joint is closed to round-off."""
-    ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
-    size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
-
-
 def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Columns) -> Flags:
     """True if coordinates of the free joints close a group to `parts` times the round-off."""
     closed = tree_closure(placed, group, coordinates)
-    gaps = [(place.joint, place.joint.gap(placed) / parts) for place in closed.cut]
-    return np.all([_shut(placed, joint, gap) for joint, gap in gaps], axis=0)
+    return _closed_to_round_off(placed, closed, [gap / parts for gap in _gaps(placed, closed)])
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = MAX_NEWTON_STEPS) -> Reals:
     """Find the coordinates of the free joints that close the group; nan if there is no solution."""
-    free = [group.tree[number] for number in group.free]
-    column = (-1, *[1] * (coordinates.ndim - 1))
-    sense = np.array([joint.sense for joint in free]).reshape(column)
-    size = placed.mechanism.size
-    unit = np.where(group.angles, 1.0, size).reshape(column)
+    per_coordinate = (-1, *[1] * (coordinates.ndim - 1))
+    sense = np.reshape([group.tree[number].sense for number in group.free], per_coordinate)
+    unit = np.reshape(np.where(group.angles, 1.0, placed.mechanism.size), per_coordinate)
     done = np.zeros(coordinates.shape[1:], bool)
-    before: Any = np.inf
+    length_before: Any = np.inf
     with np.errstate(all="ignore"):
         for _ in range(steps):
             closed = tree_closure(placed, group, coordinates)
-            gaps = [place.joint.gap(placed) for place in closed.cut]
-            step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
+            gaps = _gaps(placed, closed)
+            step = -np.stack([sum((row[cut] * gap).imag for cut, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
-            settled = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
-            # near a singular position, round-off keeps steps finite: accept closed joints if steps stop shrinking
             length = (np.abs(step) / unit).max(axis=0)
-            shut = [_shut(placed, place.joint, gap) for gap, place in zip(gaps, closed.cut, strict=True)]
-            settled |= np.all(shut, axis=0) & (length > before / 4)
-            before = length
+            converged = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
+            # near a singular position, round-off keeps steps finite: accept closed joints if steps stop shrinking
+            converged |= _closed_to_round_off(placed, closed, gaps) & (length > length_before / 4)
             if closed.tensions:
-                sizes = (abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
-                settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= MAX_CLOSED_GAP * reduce(
-                    np.maximum, sizes
-                )
-            done = done | settled
+                converged &= _redundant_joints_fit(group, closed, gaps)
+            length_before, done = length, done | converged
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
                 break
     return np.where(done, coordinates, np.nan)
+
+
+def _gaps(placed: PartialPosture, closed: Closure) -> list[Columns]:
+    """Gaps of the cut joints."""
+    return [place.joint.gap(placed) for place in closed.cut]
+
+
+def _closed_to_round_off(placed: PartialPosture, closed: Closure, gaps: Sequence[Columns]) -> Flags:
+    """True if the gaps of all cut joints are round-off of their positions."""
+
+    def is_round_off(joint: Joint, gap: Columns) -> Flags:
+        ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
+        size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
+        return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
+
+    return np.all([is_round_off(place.joint, gap) for place, gap in zip(closed.cut, gaps, strict=True)], axis=0)
+
+
+def _redundant_joints_fit(group: Group, closed: Closure, gaps: Sequence[Columns]) -> Flags:
+    """True if the gaps left by the least-squares step are small, relative to the effect of the free joints."""
+    effects = (np.abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
+    return reduce(np.maximum, map(np.abs, gaps)) <= MAX_CLOSED_GAP * reduce(np.maximum, effects)
 
 
 def sine_of(closed: Closure) -> Columns:

@@ -1,0 +1,36 @@
+"""Pairs of links at pins and welds, found from the points that links share."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rigid import Mechanism, structure
+from rigid.arrays import Complex
+
+
+def pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, Complex | None]]:
+    """Yield point, parent, child, and the angle of a weld or None.
+
+    Links that share a point are attached to the first, or to an earlier one they are welded to.
+    """
+    turns: dict[tuple[str, int, int], Complex] = {}
+    for weld in mechanism.welds:
+        one, other, turn = mechanism.index[weld.on], mechanism.index[weld.link], weld.turn
+        turns |= {(weld.point, one, other): turn, (weld.point, other, one): np.conj(turn)}
+    shared: dict[str, list[int]] = {}
+    for number, link in enumerate(mechanism.links):
+        for point in link.points:
+            shared.setdefault(point, []).append(number)
+    for point, links in shared.items():
+        for place, number in enumerate(links[1:], 1):
+            fast = [other for other in links[:place] if (point, other, number) in turns]
+            parent = (fast or links)[0]
+            yield point, parent, number, turns.get((point, parent, number))
+
+
+def gap_sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
+    """Sign of gaps: -1 if parent and child are swapped in the mechanism's joint tree."""
+    found = (joint for joint in structure(mechanism).joints if joint.name == name)
+    return next(
+        1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}
+    )
