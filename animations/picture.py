@@ -44,7 +44,7 @@ PARTS = 6  # number of convex pieces that approximate a bent beam
 class Picture:
     """Picture of a diagram, shown at one position after another.
 
-    Create it inside `rendering.off_screen`, and close it or use it in a `with` statement.
+    Create it inside `files.off_screen`, and close it or use it in a `with` statement.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ def mechanism_bodies(
         *bodies.beams(diagram),
         *bodies.outlines(style.outlines),
         *bodies.rigid_parts(),
-        *bodies.sliders(),
+        *bodies.blocks(),
         *bodies.axles(),
     ]
 
@@ -96,7 +96,7 @@ class _Bodies:
                 fill = GREYS[self.stack.layer[at] % 2]
                 yield self._slab(at, half, self._on_link(at, corners), len(corners), fill)
 
-    def sliders(self) -> Iterator[SolidShape]:
+    def blocks(self) -> Iterator[SolidShape]:
         """Blocks, each with the bar of the link that guides it, or with a rail on the ground."""
         motion, pin = self.deflection.motion, self.scales.pin
         for joint in motion.structure.joints:

@@ -315,7 +315,7 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
     """Raise MechanismError if a slider moves on a tapered beam, as fields beyond its block have no closed form."""
     if all(section.taper is None for section in sections):
         return
-    for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
+    for number, places in block_places(motion, trees).items():
         for place in places:
             if sections[place.beam].taper is not None:
                 owner = motion.mechanism.links[motion.mechanism.beams[place.beam][0]].name

@@ -1,4 +1,4 @@
-"""Pairs of links at pins and welds, found from the points that links share."""
+"""Pairs of links at pins and welds, found from the points that the links share."""
 
 from collections.abc import Iterator
 

@@ -12,18 +12,7 @@ import pytest
 from mechanisms import steel_bar
 from tiers import in_tiers
 
-from animations import (
-    DIAGRAMS,
-    Picture,
-    RenderingUnavailable,
-    Style,
-    movie,
-    off_screen,
-    probe,
-    rendering,
-    spread,
-    stills,
-)
+from animations import DIAGRAMS, Picture, RenderingUnavailable, Style, files, movie, off_screen, probe, spread, stills
 from animations.canvas import font_file
 from animations.diagrams import STATIONS, diagram_named, quantity, round_below
 from animations.layout import FOOT, HEAD, drawable, scales_of
@@ -400,7 +389,7 @@ class TestMachine:
     """A child process tests OpenGL once, and a missing OpenGL is reported in words."""
 
     def test_missing_opengl_names_the_package(self, monkeypatch, four_bar, tmp_path):
-        monkeypatch.setattr(rendering, "TRIAL", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+        monkeypatch.setattr(files, "TRIAL", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
         probe.cache_clear()
         try:
             with pytest.raises(RenderingUnavailable, match="apt install libegl1"):
@@ -420,7 +409,7 @@ class TestMachine:
         probe()
 
     def test_the_environment_is_restored(self, monkeypatch):
-        monkeypatch.delenv(rendering.WINDOW, raising=False)
+        monkeypatch.delenv(files.WINDOW, raising=False)
         probe.cache_clear()
         before = dict(os.environ)
         with off_screen():

@@ -94,7 +94,7 @@ def checked(motion: Motion) -> Motion:
             f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
         )
     links = trees_of(motion.mechanism)
-    for number, (first, *_) in zip(links.rails, block_places(motion, links), strict=True):
+    for number, (first, *_) in block_places(motion, links).items():
         off = ~np.isfinite(np.broadcast_to(first.xi, motion.columns))
         name = motion.structure.joints[number].name
         if off.any():
@@ -142,8 +142,7 @@ def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
 
 def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
     """True for each instant that is farther than `near` [s] from all breaks."""
-    apart: Flags = np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
-    return apart
+    return np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
 
 
 def _jumps_nowhere(model: Model, grid: Grid) -> bool:

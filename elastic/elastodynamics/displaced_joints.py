@@ -1,12 +1,11 @@
 """Joints, sliding blocks and gears with large displacement of the links: forces and gaps beyond linear theory."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.displaced_gears import displaced_gears
 from elastic.elastodynamics.displaced_points import Load, Turned, bare_links
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.time_grid import interpolation, slopes
@@ -14,6 +13,7 @@ from elastic.links.beam_trees import BeamTrees, trees_of
 from elastic.links.sliding_blocks import block_places
 from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.joints import JointPlace
 from rigid.kinetostatics import beam_directions
 from rigid.plane import cross, dot
 
@@ -115,10 +115,10 @@ def displaced_blocks(
         Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
     """
     trees = trees_of(structure.mechanism)
-    return [_displaced(turned, structure, trees, number, forces, moments) for number in trees.rails]
+    return [_displaced_block(turned, structure, trees, number, forces, moments) for number in trees.rails]
 
 
-def _displaced(
+def _displaced_block(
     turned: Turned, structure: ElasticStructure, trees: BeamTrees, number: int, forces: Complexes, moments: Reals
 ) -> DisplacedBlock:
     motion, place = turned.motion, turned.motion.places[number]
@@ -142,7 +142,7 @@ def _under(
     values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
 ) -> tuple[Any, Any]:
     """Values and slopes along the line at a shifted block, from values along the beams (nodes, beams, points, 1)."""
-    places = block_places(motion, trees, {number: slide})[list(trees.rails).index(number)]
+    places = block_places(motion, trees, {number: slide})[number]
     there: Any = np.zeros(len(values))
     slope: Any = np.zeros(len(values))
     for at, place in enumerate(places):
@@ -152,3 +152,59 @@ def _under(
         rate = rate * dot(beam_directions(motion)[place.beam], motion.places[number].along)
         there, slope = np.where(here, value, there), np.where(here, rate, slope)
     return there, slope
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacedGear:
+    """Teeth of two wheels, at the points of a grid.
+
+    Attributes
+    ----------
+    joint
+        Index of the follower's joint.
+    turn
+        Rotation of the follower's child relative to its parent, beyond the linear solution [rad].
+    ends
+        Link and point of both wheel centres: follower, driving wheel.
+    force
+        Tooth force on the follower in ground axes [N], complex; the opposite acts on the driving wheel.
+    more
+        Part of `force` beyond the linear solution.
+    """
+
+    joint: int
+    turn: Reals
+    ends: tuple[tuple[int, str], tuple[int, str]]
+    force: Complexes
+    more: Complexes
+
+
+def displaced_gears(turned: Turned, moments: Reals) -> Iterator[DisplacedGear]:
+    """Yield the toothed gears between two wheels.
+
+    Parameters
+    ----------
+    turned
+        Displacements at the nodes.
+    moments
+        Joint moments [N m], shape (nodes, joints).
+    """
+    for number, place in enumerate(turned.motion.places):
+        if place.teeth is not None and place.joint.gear is not None and place.turns and place.joint.gear.driver.turns:
+            yield _displaced_gear(turned, number, place, moments[:, number])
+
+
+def _displaced_gear(turned: Turned, number: int, place: JointPlace, moment: Reals) -> DisplacedGear:
+    joint, teeth = place.joint, place.teeth
+    assert joint.gear is not None
+    assert teeth is not None
+    wheel, body = (teeth.wheel, joint.point(teeth.wheel) or ""), (teeth.body, joint.gear.driver.point(teeth.body) or "")
+    between = np.broadcast_to(teeth.reach_body - teeth.reach, turned.motion.columns)
+    apart, linear = (moved(*wheel) - moved(*body) for moved in (turned.displacement, turned.linear_displacement))
+    push = teeth.push(np.sign(moment))
+    share = push * np.conj(between)
+    after = 1 + apart / between
+    opened = dot(share, np.log(after)) - dot(push, linear)
+    effort = teeth.sense * moment
+    force = effort * push / np.conj(after)
+    return DisplacedGear(number, -teeth.sense * opened[1:], (wheel, body), force[1:], (force - effort * push)[1:])

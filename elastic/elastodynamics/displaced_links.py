@@ -190,5 +190,4 @@ def strain_of(structure: ElasticStructure, section: Complexes) -> Complexes:
     )
     along, across = (np.divide(1.0, part, out=np.zeros_like(part), where=part > 0) for part in (EA, kGA))
     free = np.array([np.ravel(part.strain)[0] for part in structure.sections], float)
-    strain: Complexes = section.real * along + free[:, None] + 1j * section.imag * across
-    return strain
+    return section.real * along + free[:, None] + 1j * section.imag * across

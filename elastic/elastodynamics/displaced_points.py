@@ -51,8 +51,7 @@ class Turned:
 
     def beyond(self, at: int, place: Any) -> Complexes:
         """(exp(i alpha) - 1 - i alpha) arm of a link without beams, at the nodes [m], complex."""
-        moved: Complexes = _beyond(self.angle(at)) * self.motion.direction[at] * place
-        return moved
+        return _beyond(self.angle(at)) * self.motion.direction[at] * place
 
     def displacement(self, at: int, point: str) -> Complexes:
         """Displacement of a chosen point in ground axes, at the nodes [m], complex."""
@@ -63,25 +62,21 @@ class Turned:
         """Displacement as in `displacement`, but linear in the angle of its link."""
         if not at:
             return np.zeros(len(self.moved.angle), complex)
-        moved: Complexes = self.moved.moves[:, self.chosen.index((at, point)), 0]
-        return moved
+        return self.moved.moves[:, self.chosen.index((at, point)), 0]
 
     def point(self, at: int, name: str) -> complex:
         """Position of a point in link axes [m], complex."""
-        place: complex = np.ravel(self.motion.mechanism.links[at].points[name])[0]
-        return place
+        return np.ravel(self.motion.mechanism.links[at].points[name])[0]
 
     def arm(self, at: int, place: Any) -> Complexes:
         """Convert an arm from link axes to ground axes, at the points [m], complex."""
-        arm: Complexes = self.motion.direction[at][1:] * place
-        return arm
+        return self.motion.direction[at][1:] * place
 
 
 def _beyond(angle: Reals) -> Complexes:
     """exp(i angle) - 1 - i angle, without cancellation."""
     half = np.sin(angle / 2)
-    beyond: Complexes = -2 * half**2 + 1j * (np.sin(angle) - angle)
-    return beyond
+    return -2 * half**2 + 1j * (np.sin(angle) - angle)
 
 
 def require_known(motion: Motion) -> None:
@@ -161,8 +156,7 @@ def _pull(spring: Spring, vector: Complexes, opening: Complexes) -> Complexes:
     with np.errstate(invalid="ignore", divide="ignore"):
         unit = np.where(reach > 0, vector / reach, 0.0)
     tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * dot(unit, opening)
-    pull: Complexes = tension * unit
-    return pull
+    return tension * unit
 
 
 def _turning_loads(turned: Turned) -> Iterator[Load]:
@@ -255,5 +249,4 @@ def _slider(turned: Turned, number: int, force: Complexes) -> tuple[list[Load], 
 
 
 def _turn(angle: Reals) -> Complexes:
-    turn: Complexes = np.exp(1j * angle) - 1
-    return turn
+    return np.exp(1j * angle) - 1

@@ -140,8 +140,7 @@ def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
     """Gaps to be closed per coordinate, of `shape`; `links.compatibility.bent_links` finds the gaps due to loads."""
-    beams = trees_of(motion.mechanism)
-    blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
+    blocks = block_places(motion, trees_of(motion.mechanism))
     still = (ZERO, ZERO)
     gaps, turns = [], []
     for place_number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
@@ -243,9 +242,9 @@ def below(
     structure: ElasticStructure, motion: Motion, name: str, beams: Complexes, slope: Reals
 ) -> tuple[Complexes, Reals]:
     """Displacement of a beam under a block in ground axes, and its slope, shape (positions, c)."""
-    links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
+    number = int(name.removeprefix(UNDER))
     moved, turned = np.zeros(1, complex), np.zeros(1)
-    for at, place in enumerate(block_places(motion, links)[list(links.rails).index(number)]):
+    for at, place in enumerate(block_places(motion, trees_of(motion.mechanism))[number]):
         there = interpolation(structure.xi, place.xi)[:, None]
         move, turn = (there @ beams[:, place.beam])[:, 0], (there @ slope[:, place.beam])[:, 0]
         here = np.broadcast_to(place.here | (not at), motion.columns)[:, None]

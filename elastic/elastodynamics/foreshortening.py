@@ -105,8 +105,7 @@ class Foreshortening:
 
     @staticmethod
     def _rotation(per_unit: Reals, amounts: Reals) -> Reals:
-        rotation: Reals = (per_unit @ amounts[..., None])[..., 0]
-        return rotation
+        return (per_unit @ amounts[..., None])[..., 0]
 
     def _per_rotation(self, phi: Reals) -> Reals:
         """Amplitudes per rotation, shape (nodes, k, points)."""
@@ -114,8 +113,7 @@ class Foreshortening:
 
     def _feedback(self, phi: Reals, own: Reals) -> Reals:
         """Unit matrix minus the effect of the rotation due to the amplitudes themselves, shape (nodes, k, k)."""
-        matrix: Reals = np.eye(len(self.along)) - self._per_rotation(phi) @ own
-        return matrix
+        return np.eye(len(self.along)) - self._per_rotation(phi) @ own
 
     @cached_property
     def _turned_rate(self) -> Reals:

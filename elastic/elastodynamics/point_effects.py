@@ -44,8 +44,7 @@ class PointRow:
             total = total + dot(way[:, None], moved.moves[:, point])
         for point, share in self.shares.items():
             total = total + np.reshape(share, (-1, 1)) * moved.turns[:, point]
-        component: Reals = total
-        return component
+        return total
 
     def times(self, factor: float) -> PointRow:
         """Scale the component."""
@@ -166,8 +165,7 @@ def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
     """Inertia and weight of a lump [N], complex."""
     arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
     felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
-    force: Complexes = -lump.mass * felt
-    return force
+    return -lump.mass * felt
 
 
 def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:

@@ -103,8 +103,7 @@ class Vibration:
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
         greatest = np.abs(moved).max()
         tails = [terms.grid.tail(values, greatest) for values in (moved, by_inertia)]
-        unresolved: Reals = np.maximum.reduce([*tails, VIBRATION.axial_weight * self.unresolved_axial])
-        return unresolved
+        return np.maximum.reduce([*tails, VIBRATION.axial_weight * self.unresolved_axial])
 
     @property
     def unresolved_axial(self) -> Reals:

@@ -50,15 +50,13 @@ def unstrained_basis(structure: ElasticStructure) -> Reals:
     """Basis of the elastic coordinates with unit stiffness, shape (n, n)."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
-    unstrained: Reals = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
-    return unstrained
+    return (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
 
 
 def mass_of(kinds: Kinematics) -> Reals:
     """Mass matrix of the displacements of a basis at every position, shape (positions, r, r)."""
     rows = np.sqrt(masses(kinds.structure))[:, None] * kinds.rows
-    mass: Reals = (np.conj(rows).swapaxes(-1, -2) @ rows).real
-    return mass
+    return (np.conj(rows).swapaxes(-1, -2) @ rows).real
 
 
 def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
@@ -95,8 +93,7 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
         basis = _with_more(basis, cycle.bent / loaded.max(), besides / closer)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
     size = np.sqrt(np.maximum(scale, VIBRATION.massless * scale[-1]))
-    reduced: Reals = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
-    return reduced
+    return cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
 
 
 def _with_more(basis: Reals, others: Reals, least: float) -> Reals:

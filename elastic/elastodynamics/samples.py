@@ -35,5 +35,4 @@ def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
     heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
     basis = legendre.legvander(2 * places - 1, order)
     series = np.einsum("gr...,gr...k->...k", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
-    there: Reals = series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T
-    return there
+    return series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T

@@ -284,8 +284,7 @@ def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None
 
 def _counted(grid: Grid) -> Flags:
     """Mark the elements that are long enough to be divided."""
-    counted: Flags = grid.steps > VIBRATION.min_step * np.ptp(grid.edges)
-    return counted
+    return grid.steps > VIBRATION.min_step * np.ptp(grid.edges)
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:

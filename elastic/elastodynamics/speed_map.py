@@ -306,8 +306,7 @@ class _Row:
 
 def _share(errors: Any, values: Any) -> Reals:
     """Relative errors; zero if a value is zero."""
-    share: Reals = np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
-    return share
+    return np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
 
 
 def _on_line(at: Reals, known: Sequence[float], values: Reals) -> Reals:

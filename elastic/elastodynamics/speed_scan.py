@@ -180,8 +180,7 @@ class SpeedScan:
 def mean_frequencies(problem: Problem) -> Reals:
     """Frequencies of the coordinates' modes with the mean mass of the cycle [rad/s], ascending, shape (r,)."""
     diagonal = np.diagonal(problem.terms.elastic, axis1=-2, axis2=-1)
-    mean: Reals = np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
-    return mean
+    return np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
 
 
 def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> SpeedScan:

@@ -75,8 +75,7 @@ def second_order_error(vibration: Vibration, bent: Deflection) -> float:
 
 def _greatest(chord: Reals) -> Reals:
     """Largest magnitude on every beam, shape (beams,)."""
-    greatest: Reals = np.abs(chord).max(axis=(1, 2), initial=0.0)
-    return greatest
+    return np.abs(chord).max(axis=(1, 2), initial=0.0)
 
 
 def _chord(bent: Deflection) -> Reals:

@@ -201,8 +201,7 @@ class Grid:
         before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
         with np.errstate(invalid="ignore", divide="ignore"):
             fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
-        share: Reals = last * fall / greatest
-        return share
+        return last * fall / greatest
 
     def smoothed(self, values: Numbers, fastest: float) -> Numbers:
         """Remove those orders of every element's Legendre series that change too fast.
@@ -216,8 +215,7 @@ class Grid:
         elements = values.reshape(len(self.steps), self.stages, -1)
         highest = np.minimum(np.sqrt(fastest * self.steps / 0.7), self.stages - 2).astype(int)
         kept = _up_to(self.stages)[highest]
-        smooth: Numbers = (kept @ elements).reshape(values.shape)
-        return smooth
+        return (kept @ elements).reshape(values.shape)
 
     def divided(self, parts: Integers) -> Grid:
         """Divide every element into a number of equal parts, shape (elements,)."""
@@ -241,8 +239,7 @@ def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
     scale[scale == 0.0] = 1.0
 
     def change(one: Reals, other: Reals) -> Reals:
-        changed: Reals = np.abs((other - one) / scale).max(axis=-1, initial=0.0)
-        return changed
+        return np.abs((other - one) / scale).max(axis=-1, initial=0.0)
 
     low, high, before, after = times[:-1], times[1:], values[:-1], values[1:]
     first = change(before, after)

@@ -92,5 +92,4 @@ def _amplitudes(posed: Problem, forces: Reals) -> Reals:
     structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
     strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
     stiffness: Any = (strains.T * rigidities(structure)) @ strains
-    amplitudes: Reals = np.linalg.solve(stiffness, strains.T @ forces)
-    return amplitudes
+    return np.linalg.solve(stiffness, strains.T @ forces)

@@ -30,8 +30,10 @@ class OnBeam:
     here: Flags
 
 
-def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED) -> list[tuple[OnBeam, ...]]:
-    """Find the beams on which the block of each slider moves, and its positions on them.
+def block_places(
+    motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED
+) -> dict[int, tuple[OnBeam, ...]]:
+    """Find the beams on which the block of each slider moves, and its positions on them, by joint index.
 
     At every position the block is on one of these beams. If it is off all of them, xi of the first is nan.
 
@@ -41,10 +43,10 @@ def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns]
         Displacement of the block along its line by joint index, in addition to the motion [m].
     """
     if not trees.rails:
-        return []
+        return {}
     table = beam_constants(motion.mechanism, len(motion.columns))
     directions = beam_directions(motion)
-    all_places = []
+    all_places = {}
     for number, beams in trees.rails.items():
         place = motion.places[number]
         at = place.joint.owner
@@ -60,7 +62,7 @@ def block_places(motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns]
             elsewhere = elsewhere | here
         first = places[0] if places else OnBeam(beams[0], xi, np.zeros(np.shape(xi), bool))
         first = OnBeam(first.beam, np.where(elsewhere, first.xi, np.nan), first.here)
-        all_places.append((first, *places[1:]))
+        all_places[number] = (first, *places[1:])
     return all_places
 
 
@@ -70,7 +72,7 @@ def block_loads(
     """Loads of sliding blocks on the beams, in the order of `BeamTrees.rails`."""
     trees, loads = configuration.trees, []
     slides = {} if added is None else {number: slide for number, slide, _ in added.slides}
-    for number, places in zip(trees.rails, block_places(motion, trees, slides), strict=True):
+    for number, places in block_places(motion, trees, slides).items():
         sense = motion.structure.joints[number].sense
         pull, load = -sense * forces.force[number], -sense * forces.moment[number]
         for joint, force, more in added.blocks if added is not None else ():

@@ -109,7 +109,7 @@ def _design_frequencies(
     """Frequencies of one design, shape (modes, positions), and their largest change in the last refinement."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
-    for first, *_ in block_places(motion, trees_of(motion.mechanism)):
+    for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
         carried &= np.isfinite(np.atleast_2d(np.broadcast_to(first.xi, motion.columns))[design, chosen])
     good = np.flatnonzero((condition <= SINGULAR) & carried)
     omega = np.full((modes, len(chosen)), np.nan)
