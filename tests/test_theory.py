@@ -673,7 +673,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
     def none(*_):
         raise np.linalg.LinAlgError("Matrix is not positive definite")
 
-    monkeypatch.setattr(buckling._BucklingModes, "of_links", none)
+    monkeypatch.setattr(buckling.BucklingModes, "of_links", none)
     text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
     results = computed(scene_from_text(text), Request())
     (reported,) = (finding for finding in findings(results) if finding.heading == "Not judged")
