@@ -122,7 +122,8 @@ class _Bodies:
                 joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
         for name, links in joined.items():
             welded = name in mechanism.welded_points
-            corners: Complexes = AXLE_RADIUS * pin * (SQUARE if welded else CIRCLE)
+            outline: Complexes = SQUARE if welded else CIRCLE
+            corners = AXLE_RADIUS * pin * outline
             low, high = self._between(links, AXLE_REACH, HEAD_REACH)
             axle = self._about(max(links), name, corners)
             yield prism(axle, len(corners), low, high, "soft", smooth=not welded)
