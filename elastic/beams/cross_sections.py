@@ -10,7 +10,7 @@ import numpy as np
 POISSON = 0.3
 """Default Poisson's ratio (metals)."""
 Wall = tuple[Any, Any, Any, Any, Any]
-"""Thin wall: thickness, length, distances of its start and end from the axis, and int Y dA before its start."""
+"""Thin wall: thickness, length, distances Y of its ends from the neutral axis, and int Y dA before its start."""
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     along = sum(part[3] + part[0] * (part[1] - y) ** 2 for part in parts)
     across = sum(part[4] + part[0] * (part[2] - z) ** 2 for part in parts)
     product = sum(part[5] + part[0] * (part[1] - y) * (part[2] - z) for part in parts)
-    share = product / across  # below 0: the outermost fibres lie where the toe circles face along Y
+    share = product / across  # I_yz/I_y < 0; a toe is farthest out where its normal is along the gradient of Y
     out_y, out_z = 1.0 / np.hypot(1.0, share), -share / np.hypot(1.0, share)
     toes = [(depth - toe, wall - toe), (wall - toe, width - toe)]
     ends = [(0.0, 0.0), (depth, 0.0), (0.0, width), *((at + toe * out_y, beside + toe * out_z) for at, beside in toes)]
@@ -287,7 +287,7 @@ def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 
 def peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest / mean shear stress of a thin-walled angle: at the axis, on the longer side."""
+    """Largest / mean shear stress of a thin-walled angle: where the neutral axis crosses the first leg."""
     area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)

@@ -55,8 +55,9 @@ def _sum(rows: Numbers) -> Numbers:
 class Amplitudes:
     """Coefficients of the fields of all beams, before they are divided into pieces (`elastic.beams.division`).
 
-    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are in powers of xi, up to the first block on the beam. On
-    tapered beams, `taper_functions` replace the powers in the parts of u, w, phi due to section forces.
+    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are polynomials in xi, valid from the start of the
+    beam to the first block on it. On tapered beams, `taper_functions` replace the powers in the parts of u, w, phi due
+    to section forces.
 
     Attributes
     ----------
@@ -85,8 +86,8 @@ def elastic_line(
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
     """Integrate u, w, phi of beams clamped at their start: N/EA once, M/EI twice, and shear.
 
-    Utenov et al., equations (2) to (5), with EA in (4) and zero constants of integration. phi is the rotation of the
-    section; with shear deformation, w' = phi - V/kGA.
+    Utenov et al., equations (2) to (5), with zero constants of integration; EA corrects the misprint EI in (4)
+    (docs/errata.md). phi is the rotation of the section; with shear deformation, w' = phi - V/kGA.
 
     Returns
     -------

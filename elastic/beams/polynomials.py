@@ -136,7 +136,8 @@ def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
 
     Returns
     -------
-    Shape (m + 1, ...): the zero between two neighbouring marks, or the first mark if there is none.
+    Shape (m + 1, ...): the zero between each pair of neighbouring marks (0, turning points, 1), or the lower mark of a
+    pair without a zero.
     """
     return zeros_between(values, *at_marks(values, turning))
 

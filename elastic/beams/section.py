@@ -128,7 +128,7 @@ class JointCompliance:
     Attributes
     ----------
     translation
-        Displacement per force [m/N] of the parent's point from the child's, along the force.
+        Displacement of the parent's point from the child's per joint force on the child [m/N], along this force.
     rotation
         Rotation per moment of a drive or slider [rad/(N m)].
     gap, turn

@@ -85,7 +85,7 @@ class Rolling:
         return EXPONENTS[self.kind]
 
     def equivalent_load(self, course: JointCourse) -> Reals:
-        """Equivalent load P [N], shape (...): mean of the p-th power over the angle of rotation."""
+        """Equivalent load P [N], shape (...): power mean with exponent p over the angle of rotation."""
         return course.mean_force(self.exponent)
 
     def revolutions(self, course: JointCourse) -> Reals:
@@ -124,7 +124,7 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing relative to the one that moves each rolling element to the next, shape (...).
+        """Return the swing / the swing that moves each rolling element to the place of its neighbour, shape (...).
 
         Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
         number of elements is unknown.
@@ -187,8 +187,8 @@ class Guide:
     def pressure_times_speed(self, course: JointCourse) -> Reals:
         """Mean of p v over time and area [W/m^2], shape (...), which heats the guide.
 
-        If both sides bear, the pressure is linear from F/(l b) - m to F/(l b) + m, and its magnitude has the mean
-        ((F/(l b))^2 + m^2)/(2 m).
+        If both sides bear, the pressure is linear from f - m to f + m with f = F/(l b) and m = 6 M/(l^2 b), and its
+        magnitude has the mean (f^2 + m^2)/(2 m).
         """
         even, ends = self._parts(course)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -239,7 +239,7 @@ class Pin:
         return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
 
     def safety(self, course: JointCourse) -> Reals:
-        """Yield stress / largest stress, bending at the surface or shear at the axis, shape (..., positions)."""
+        """Yield stress / largest of bending (surface) and sqrt(3) shear (axis) stress, shape (..., positions)."""
         worst = np.maximum(self.bending(course), np.sqrt(3.0) * self.shear(course))
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
@@ -297,7 +297,7 @@ class Eye:
     def tear_out(self, course: JointCourse) -> Reals:
         """Return the shear stress in the two planes from the hole to the end [Pa], shape (..., positions).
 
-        F/(2 t (e - d/2)), the shortest planes, from the farthest point of the hole. Range: `EYE_RANGE`.
+        F/(2 t (e - d/2)): the planes are taken as short as the plate behind the hole. Range: `EYE_RANGE`.
         """
         return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 

@@ -59,7 +59,7 @@ class JointCourse:
 
     @cached_property
     def path(self) -> Reals:
-        """Distance covered around each position [rad or m], shape (..., positions)."""
+        """Distance covered in the time weight of each position [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     def mean(self, values: Reals) -> Reals:
@@ -186,7 +186,8 @@ def clearance_effects(
     """Return displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
 
     The result is of first order in the clearances and holds for rigid links: each pin displaces the output by its
-    influence. Range: clearances and displacements that are small relative to the links, away from dead points.
+    offset times the displacement per unit joint gap. Range: clearances and displacements that are small relative to the
+    links, away from dead points.
 
     Parameters
     ----------
@@ -199,8 +200,8 @@ def clearance_effects(
 
     Returns
     -------
-    The worst displacement, which is the sum of the influences' magnitudes; and the displacement with every pin pressed
-    by its force.
+    The worst displacement: the sum of the pins' largest contributions in one direction, for the worst direction; and
+    the displacement if the joint forces press all pins against their holes.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():

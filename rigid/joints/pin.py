@@ -17,7 +17,7 @@ from rigid.teeth import Teeth
 
 @dataclass(frozen=True, eq=False)
 class PinJoint(Joint):
-    """Pin between two links; coordinate: angle of its block from its owner [rad]."""
+    """Pin between two links; coordinate: angle of `block` from `owner` [rad], see `Joint`."""
 
     turns: ClassVar[bool] = True
     letter: ClassVar[str] = "R"

@@ -1,7 +1,8 @@
 """Interface of all joints, before and after placement: `Joint` and `JointPlace`.
 
-A joint has one coordinate: the position of its block relative to its owner. It does not depend on which link is the
-parent, the link placed first.
+A joint has one coordinate: the position of one of its links, the block, relative to the other, the owner. The parent
+is the link placed first. The coordinate depends on this choice only for a pin without a drive, gear or weld, which
+measures the angle of the child from the parent.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Body of welded links: `shift` [m] and `turn` of a link's axes in the axes of `link`."""
+    """Position of a welded link in its body: `shift` [m] and `turn` of its axes in the body's axes, those of `link`."""
 
     link: int
     shift: Complex = 0.0
@@ -68,8 +69,9 @@ class Body:
 class Coupling:
     """Gear as seen by its follower: ratio and driving joint.
 
-    `pressure_angle` of its teeth [rad], or None if it has none. `law`: for a follower whose driver is in its own group,
-    the factors and joints between links placed before; their changes from the drawing add up to that of the follower.
+    `pressure_angle` of its teeth [rad], or None if it has none. `law` is used if the driver is in the follower's own
+    group: pairs (factor, joint) of drives and of joints between links placed before. The follower's change of
+    coordinate from the drawing is the sum of factor * change of the joint's coordinate.
     """
 
     ratio: float
@@ -136,7 +138,7 @@ class Joint(ABC):
 
     @property
     def holds_rotation(self) -> bool:
-        """Whether it prevents relative rotation with locked drives; a gear only couples it."""
+        """Whether the joint prevents relative rotation with locked drives; a gear only couples the rotation."""
         return not self.turns or self.drive is not None
 
     @property
@@ -248,7 +250,7 @@ class Joint(ABC):
 class JointPlace(ABC):
     """Joint at a posture.
 
-    Both constraints of a cut joint, and their multipliers, are each one complex number.
+    The two constraints of a cut joint form one complex number, and so do their two multipliers.
 
     Attributes
     ----------
