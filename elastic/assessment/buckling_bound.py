@@ -5,7 +5,7 @@ to the chord. Since w is zero at both ends of the chord,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 
-where P_E is the Euler load of the pinned span and U its strain energy. The strain energies add up to that of the
+where P_E is the Euler load of the pinned span and U twice its strain energy. The strain energies add up to that of the
 mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
 This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces on points that turn with
 their links add rows. The Frobenius norm bounds the eigenvalue.
