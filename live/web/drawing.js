@@ -2,7 +2,7 @@
 import { fill } from "./layers.js";
 import { inCylinder, isMiddle, loop } from "./links.js";
 import { symbols } from "./marks.js";
-import { around, BELOW, besideLine, boxAt, freeBoxes } from "./placing.js";
+import { around, BELOW, besideLine, placedBoxes } from "./placing.js";
 import { gridStep, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 const STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]]; // colours of the smallest, middle and largest stress
 
@@ -11,7 +11,7 @@ const colour = (share) => {
   return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
 };
 
-const LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
+const LINK_HALF = 3, LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
 const inPixels = ([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`;
 const px = (place) => inPixels(toScreen(place));
 const linkPath = (link, place) =>
@@ -130,8 +130,8 @@ export function draw() {
   fill("rigid", rigid);
   fill("bent", bent);
   fill("last", last);
-  symbols(sheet, place, live, picture, i);
-  fillWords(sheet, place, lines);
+  const thin = symbols(sheet, place, live, picture, i);
+  fillWords(sheet, place, [...lines.map((line) => [...line, LINK_HALF]), ...thin.map((line) => [...line, 1])]);
   fill("guides", [
     ...view.guides.map((d) => ["path", { class: "guide", d }]),
     ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []),
@@ -139,7 +139,7 @@ export function draw() {
   ]);
 }
 
-// Names of points, and sizes: on no link and on no other words, if there is room.
+// Names of points, and sizes: on no other words, and if there is room on nothing that is drawn.
 function fillWords(sheet, place, lines) {
   const word = (words, spots) => ({ words, spots, wide: LETTER * words.length + 2 });
   const pins = sheet.pins.map(({ at: { point } }) => point).filter(place);
@@ -149,16 +149,14 @@ function fillWords(sheet, place, lines) {
     return besideLine((part) => [x0 + part * dx, y0 + part * dy], [dx / long, dy / long], SIZE_AWAY);
   };
   const all = [...names, ...sizes(sheet, place).map(([line, words]) => word(words, ofLine(line)))];
-  const texts = freeBoxes(all, lines, [view.width, view.height]).map((box, k) => {
-    const [left, , , foot] = box ?? boxAt(all[k].spots[0], all[k].wide);
-    return [
-      "text",
-      { class: k < names.length ? "name" : "size", x: left.toFixed(1), y: (foot - BELOW).toFixed(1) },
-      all[k].words,
-    ];
+  const boxes = placedBoxes(all, lines, [view.width, view.height]);
+  const texts = boxes.map((box, k) => {
+    const place = box ? { x: box[0].toFixed(1), y: (box[3] - BELOW).toFixed(1) } : { display: "none" };
+    return ["text", { class: k < names.length ? "name" : "size", ...place }, all[k].words];
   });
+  const leaders = boxes.map((box) => (box?.[4] ? `M${box[4].map(inPixels).join("L")}` : "")).join("");
   fill("names", texts.slice(0, names.length));
-  fill("sizes", texts.slice(names.length));
+  fill("sizes", [...texts.slice(names.length), ["path", { class: "leader", d: leaders || "M0,0" }]]);
 }
 
 // Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.

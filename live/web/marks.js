@@ -1,5 +1,5 @@
 // Symbols of the sheet or of the moving scene, and its points.
-import { isUnder, markAttributes } from "./symbols.js";
+import { isUnder, markAttributes, markLines } from "./symbols.js";
 import { fill } from "./layers.js";
 import { toScreen, view } from "./view.js";
 
@@ -9,7 +9,7 @@ const pair = (name, k, i) => {
   return [values[n], values[n + 1]];
 };
 
-// Marks of the moving scene, or of its tables as long as it does not move.
+// Draw the marks of the moving scene, or of its tables as long as it does not move, and return their lines.
 export function symbols(sheet, place, live, picture, i) {
   const local = ({ link, local: [x, y] }) => {
     const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i);
@@ -34,15 +34,16 @@ export function symbols(sheet, place, live, picture, i) {
   };
   const path = (mark, more = {}) => ["path", { ...markAttributes(mark, frame), ...more }];
   const marks = [...(live ? picture.marks : sheet.marks ?? []), ...sheet.discs];
-  fill("under", marks.filter(isUnder).map((mark) => path(mark)));
-  fill("symbols", marks.filter((mark) => !isUnder(mark)).map((mark) => path(mark)));
+  const under = marks.filter(isUnder).map((mark) => path(mark));
+  const over = marks.filter((mark) => !isUnder(mark)).map((mark) => path(mark));
+  fill("under", under);
+  fill("symbols", over);
   const pins = sheet.pins.filter(({ at }) => place(at.point)),
     chosen = view.chosen?.kind === "point" && view.chosen.name;
-  fill(
-    "pins",
-    pins.map((mark) => {
-      const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
-      return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
-    }),
-  );
+  const points = pins.map((mark) => {
+    const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
+    return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
+  });
+  fill("pins", points);
+  return [...under, ...over, ...points].flatMap(([, attributes]) => markLines(attributes));
 }

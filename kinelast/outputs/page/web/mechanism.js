@@ -102,6 +102,7 @@ function buildLinks() {
 }
 
 function buildNames() {
+  parts.leaders = parts.names.appendChild(s("path", { class: "leader" }));
   const fixed = Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }));
   parts.points = [...movingPoints, ...fixed].map((each) => ({
     ...each,
@@ -109,7 +110,12 @@ function buildNames() {
   }));
   parts.labels = model.links.slice(1).map((link, n) => {
     const style = `fill:${linkColour(n + 1)}`;
-    return { k: n + 1, text: parts.names.appendChild(s("text", { class: "linkname", style }, short(link.name))) };
+    return {
+      k: n + 1,
+      text: link.name.includes(" ")
+        ? null
+        : parts.names.appendChild(s("text", { class: "linkname", style }, short(link.name))),
+    }; // a slot's block has no name
   });
 }
 
@@ -153,7 +159,7 @@ function update(i) {
     rigid.setAttribute("d", closedLine(ring(k, i, 0)));
   }
   const frame = frameAt(i);
-  for (const { mark, path } of parts.marks) put(path, markAttributes(mark, frame), []);
+  for (const each of parts.marks) put(each.path, each.drawn = markAttributes(each.mark, frame), []);
   if (names) nameAll(i);
   if (reactions) { for (const [k, each] of parts.forces.entries()) drawForce(k, each, i); }
   [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));

@@ -51,14 +51,26 @@ export function markAttributes(mark, frame) {
   };
 }
 
-/** Straight lines of a mark on the screen, from its path's attributes. */
+/** Lines of a mark on the screen, from its path's attributes. */
 export function markLines({ d, transform }) {
   const [c, , s, , x, y] = transform.slice(7).split(" ").map(parseFloat);
-  return transform === "" ? [] : d.split("M").filter((outline) => !outline.includes("A")).flatMap((outline) => {
+  return transform === "" ? [] : d.split("M").slice(1).flatMap((outline) => {
+    if (outline.includes("A")) return circleLines([x, y], parseFloat(outline));
     const spots = outline.split("L").map((spot) => spot.split(" ").map(parseFloat));
     const places = spots.map(([u, v]) => [c * u + s * v + x, c * v - s * u + y]);
-    return places.slice(1).map((to, n) => [places[n], to]);
+    return places.slice(1).map((to, n) => [places[n], to]).concat(
+      outline.endsWith("Z") ? [[places.at(-1), places[0]]] : [],
+    );
   });
+}
+
+const CORNERS = 12; // of a circle as lines
+/** A circle as lines around it. */
+export function circleLines(/** @type {number[]} */ [x, y], radius) {
+  const far = radius / Math.cos(Math.PI / CORNERS);
+  const corners = Array.from({ length: CORNERS + 1 }, (_, k) => (2 * Math.PI * k) / CORNERS)
+    .map((turn) => [x + far * Math.cos(turn), y + far * Math.sin(turn)]);
+  return corners.slice(1).map((to, k) => [corners[k], to]);
 }
 
 export const isUnder = (mark) => mark.level === "guide" || mark.level === "ground"; // behind the links
