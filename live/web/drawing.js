@@ -11,7 +11,7 @@ const colour = (share) => {
   return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
 };
 
-const LINK_HALF = 3, LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
+const LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
 const inPixels = ([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`;
 const px = (place) => inPixels(toScreen(place));
 const linkPath = (link, place) =>
@@ -131,7 +131,7 @@ export function draw() {
   fill("bent", bent);
   fill("last", last);
   const thin = symbols(sheet, place, live, picture, i);
-  fillWords(sheet, place, [...lines.map((line) => [...line, LINK_HALF]), ...thin.map((line) => [...line, 1])]);
+  fillWords(sheet, place, lines, thin);
   fill("guides", [
     ...view.guides.map((d) => ["path", { class: "guide", d }]),
     ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []),
@@ -139,17 +139,19 @@ export function draw() {
   ]);
 }
 
-// Names of points, and sizes: on no other words, and if there is room on nothing that is drawn.
-function fillWords(sheet, place, lines) {
-  const word = (words, spots) => ({ words, spots, wide: LETTER * words.length + 2 });
+// Names of points, and sizes: on no link, on no other words, and on no symbol if there is room. Words of the chosen link
+// or point are always drawn.
+function fillWords(sheet, place, links, thin) {
+  const word = (words, spots, always) => ({ words, spots, always, wide: LETTER * words.length + 2 });
+  const { chosen, preview } = view;
   const pins = sheet.pins.map(({ at: { point } }) => point).filter(place);
-  const names = pins.map((point) => word(point, around(toScreen(place(point)), NAME_AWAY)));
+  const names = pins.map((point) => word(point, around(toScreen(place(point)), NAME_AWAY), chosen?.name === point));
   const ofLine = ([[x0, y0], [x1, y1]]) => {
     const [dx, dy] = [x1 - x0, y1 - y0], long = Math.hypot(dx, dy) || 1;
     return besideLine((part) => [x0 + part * dx, y0 + part * dy], [dx / long, dy / long], SIZE_AWAY);
   };
-  const all = [...names, ...sizes(sheet, place).map(([line, words]) => word(words, ofLine(line)))];
-  const boxes = placedBoxes(all, lines, [view.width, view.height]);
+  const all = [...names, ...sizes(sheet, place).map(([line, words]) => word(words, ofLine(line), chosen || preview))];
+  const boxes = placedBoxes(all, links, thin, [view.width, view.height]);
   const texts = boxes.map((box, k) => {
     const place = box ? { x: box[0].toFixed(1), y: (box[3] - BELOW).toFixed(1) } : { display: "none" };
     return ["text", { class: k < names.length ? "name" : "size", ...place }, all[k].words];

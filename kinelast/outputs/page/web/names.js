@@ -1,11 +1,10 @@
-// Names in the picture: on no other name and within the frame, and if there is room on nothing that is drawn.
-// Points come before links where there is no room for all names.
-const LINK_HALF = 3; // pixels from the middle of a link to a word, at least
+// Names in the picture: on no link, on no other name, within the frame, and on no symbol if there is room.
+// Points come before links if there is no room for all names.
 function nameAll(i) {
   const place = ({ link, point }) => at(drawnPlace(link, point, i, view.factor));
   const points = parts.points.map((each) => ({ text: each.text, spots: around(place(each), 0.9 * stage.unit) }));
   const links = parts.labels.filter(({ text }) => text).map(({ k, text }) => ({ text, spots: besideLink(k, i) }));
-  placeNames([...points, ...links], linesDrawn(i));
+  placeNames([...points, ...links], linesOfLinks(i, view.factor), thinLines(i));
 }
 
 // Beside the middle of a link's beam and then nearer to its ends; around the middle of a link without beams.
@@ -19,18 +18,17 @@ function besideLink(k, i) {
   return besideLine((part) => at(drawnOnBeam(beam, part, i, view.factor)), [dx, -dy], 1.3 * stage.unit);
 }
 
-// All that is drawn, as lines on the screen: links, undeformed links, symbols and the ring.
-function linesDrawn(i) {
+// Undeformed links, symbols and the ring as lines on the screen.
+function thinLines(i) {
   const { factor, rigid, spot } = view;
   const ringed = parts.first && spot
     ? circleLines(at(drawnOnBeam(parts.first.beam, parts.first.part, i, factor)), 1.1 * stage.unit)
     : [];
-  const thin = [
+  return [
     ...(rigid && factor > 0 ? linesOfLinks(i, 0) : []),
     ...parts.marks.flatMap(({ drawn }) => markLines(drawn)),
     ...ringed,
   ];
-  return [...linesOfLinks(i, factor).map((line) => [...line, LINK_HALF]), ...thin.map((line) => [...line, 1])];
 }
 
 function linesOfLinks(i, factor) {
@@ -42,10 +40,10 @@ function linesOfLinks(i, factor) {
 }
 
 // Names: {text, spots}. One without a free place is left out.
-function placeNames(names, lines) {
+function placeNames(names, links, thin) {
   for (const { text } of names) text.wide ??= text.getComputedTextLength() + 2;
   const words = names.map(({ text, spots }) => ({ wide: text.wide, spots }));
-  const boxes = placedBoxes(words, lines, [stage.width, stage.height]);
+  const boxes = placedBoxes(words, links, thin, [stage.width, stage.height]);
   names.forEach(({ text }, k) => {
     const box = boxes[k];
     text.setAttribute("display", box ? "inline" : "none");

@@ -1,9 +1,9 @@
 // Places for words among lines and other words on the screen, for report and editor.
 export const ABOVE = 11, BELOW = 3; // pixels that letters take above and below their foot
-const FREE = 1; // pixels from a line to a word, at least
+const LINK_HALF = 3, THIN_HALF = 1; // pixels from the middle of a line to a word, at least
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1.2, 0], [-1.2, 0], [0, -1.2], [0, 1.2]];
 const NEAR = [1, 2, 3], FAR = [4.5, 6]; // distances of words from their place; far words have a leader line
-const CROSSING = 10, OVERLAP = 1e4; // costs of a crossed line and of other words, in pixels of a hidden line
+const CROSSING = 10, COVER = 1e4; // costs of a crossed thin line and of a covered link or word [pixels]
 
 // Spots around a place: x, y of a name's foot, 1 where it begins there, -1 where it ends, 0 where that is its middle,
 // and the place itself if it is far.
@@ -17,28 +17,45 @@ export function around(/** @type {number[]} */ [x, y], far, distances = [...NEAR
 }
 
 /**
- * Boxes for words {wide, spots}: each takes the first spot that is free, or hides as little as possible. Words that
- * would lie on others, or outside, have none. A box has its leader line as its fifth entry.
- * @param {any[]} lines [from, to, half width]; a wide line costs more
+ * Boxes for words {wide, spots, always}: each takes its first free spot, or the one that hides the least of thin lines.
+ * A word without a spot off links and other words has no box, unless it is always drawn. No box is outside. A box has
+ * its leader line as its fifth entry.
  */
-export function placedBoxes(words, lines, [width, height]) {
-  const taken = [], drawn = [...lines];
-  const cost = (/** @type {any[]} */ [left, top, right, foot]) =>
-    left < 0 || top < 0 || right > width || foot > height
-      ? Infinity
-      : drawn.reduce((sum, line) => sum + line[2] * hidden(line, [left, top, right, foot]), 0) +
-        OVERLAP * taken.filter((other) => overlap(other, [left, top, right, foot])).length;
-  return words.map(({ wide, spots }) => {
-    let best, least = OVERLAP;
+export function placedBoxes(words, links, thin, [width, height]) {
+  const taken = [];
+  const drawn = [...links.map((line) => withBounds(line, LINK_HALF, COVER)), ...thin.map(thinLine)];
+  return words.map(({ wide, spots, always }) => {
+    let best, least = always ? Infinity : COVER;
     for (const spot of spots) {
-      const box = boxAt(spot, wide), here = cost(box);
-      if (here < least) [best, least] = [box, here];
-      if (here === 0) break;
+      const box = boxAt(spot, wide);
+      if (!(box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height)) continue; // also if not a number
+      const cost = costOf(box, taken, drawn, least);
+      if (cost < least) [best, least] = [box, cost];
+      if (cost === 0) break;
     }
     if (best) taken.push(best);
-    if (best?.[4]) drawn.push([...best[4], FREE]);
+    if (best?.[4]) drawn.push(thinLine(best[4]));
     return best;
   });
+}
+
+// Cost of a box [pixels of a hidden thin line]; the sum ends as soon as it reaches the limit.
+function costOf(/** @type {any[]} */ box, taken, drawn, limit) {
+  let sum = 0;
+  const leader = box[4] && thinLine(box[4]);
+  for (const other of taken) if (overlap(other, box) || (leader && hidden(leader, other))) sum += COVER;
+  for (const line of drawn) {
+    if (sum >= limit) return sum;
+    if (overlap(line.bounds, box)) sum += line.weight * hidden(line, box);
+  }
+  return sum;
+}
+
+const thinLine = (line) => withBounds(line, THIN_HALF, 1);
+
+function withBounds([[x0, y0], [x1, y1]], half, weight) {
+  const bounds = [Math.min(x0, x1) - half, Math.min(y0, y1) - half, Math.max(x0, x1) + half, Math.max(y0, y1) + half];
+  return { from: [x0, y0], way: [x1 - x0, y1 - y0], half, weight, bounds };
 }
 
 // The box of words at a spot: left, top, right, bottom, and the leader line to a far spot.
@@ -63,17 +80,18 @@ function aside(/** @type {number[]} */ [x, y], /** @type {number[]} */ [dx, dy],
   return [x + across, y + far * dx + 4, level ? 0 : Math.sign(across)];
 }
 
-const overlap = (/** @type {any[]} */ a, /** @type {any[]} */ b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+const overlap = (/** @type {any[]} */ a, /** @type {any[]} */ b) =>
+  a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 
 // Cost of a line that a box hides [pixels]: its length within the box's width and height, and a crossing.
-function hidden([[x0, y0], [x1, y1], half], /** @type {any[]} */ [left, top, right, foot]) {
+function hidden({ from, way, half }, /** @type {any[]} */ box) {
   let first = 0, last = 1;
-  for (const [from, way, low, high] of [[x0, x1 - x0, left, right], [y0, y1 - y0, top, foot]]) {
-    if (way === 0 && (from < low - half || from > high + half)) return 0;
-    if (way === 0) continue;
-    const [one, other] = [(low - half - from) / way, (high + half - from) / way];
-    first = Math.max(first, Math.min(one, other));
-    last = Math.min(last, Math.max(one, other));
+  for (const k of [0, 1]) {
+    const low = box[k] - half - from[k], high = box[k + 2] + half - from[k];
+    if (way[k] === 0 && (low > 0 || high < 0)) return 0;
+    if (way[k] === 0) continue;
+    first = Math.max(first, Math.min(low / way[k], high / way[k]));
+    last = Math.min(last, Math.max(low / way[k], high / way[k]));
   }
-  return first < last ? CROSSING + (last - first) * Math.hypot(x1 - x0, y1 - y0) : 0;
+  return first < last ? CROSSING + (last - first) * Math.hypot(...way) : 0;
 }
