@@ -215,6 +215,33 @@ def test_figures_do_not_overlap_the_picture(width, driver, out):
     assert page.run(wide) == [0, 0]
 
 
+THIN = """
+    const names = [...document.querySelectorAll('.mechanism .names text')].filter((text) => text.getAttribute('display') !== 'none');
+    return names.filter((text) => {
+        const box = text.getBoundingClientRect();
+        return [...document.querySelectorAll('.mechanism .rigid path, .mechanism .mark')].some((path) => {
+            const long = path.getTotalLength(), onScreen = path.getScreenCTM();
+            return long && Array.from({ length: 200 }, (_, n) => path.getPointAtLength((n * long) / 199).matrixTransform(onScreen))
+                .some(({ x, y }) => x > box.left + 2 && x < box.right - 2 && y > box.top + 4 && y < box.bottom - 4);
+        });
+    }).map((text) => text.textContent)"""  # noqa: E501
+
+
+@pytest.mark.parametrize("width", [390, 1366])
+@pytest.mark.parametrize("name", ["steel_four_bar", "flap_plates"])
+def test_names_cover_no_link_and_rarely_a_thin_line(name, width, driver, out):
+    page = Page(driver, out / name / "report.html", width)
+    shown, links, thin = 0, [], []
+    count = page.run("return kinelast.row('drive').length")
+    for position in range(0, count, count // 8):
+        page.run("kinelast.showPosition(arguments[0])", position)
+        names, crossed = page.run(CROSSED)
+        shown, links, thin = shown + names, links + crossed, thin + page.run(THIN)
+    assert shown >= 50
+    assert links == []
+    assert len(thin) <= 0.02 * shown
+
+
 @pytest.mark.parametrize("name", ["pusher", "quick_return"])
 def test_names_of_links_on_paper_lie_on_no_link(name):
     from matplotlib.figure import Figure

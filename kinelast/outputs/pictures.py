@@ -141,7 +141,8 @@ def _sheet(results: Results, position: int, factor: float, extent: tuple[complex
     """Return the mechanism at a position with exaggerated displacements."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     marks, motion = results.cycle.once(display_list), results.motion
-    return MechanismAxes(posture, places, extent, marks, lambda mark: mark.direction(motion)[position])
+    thin = list(_links(results, position)) if factor else []
+    return MechanismAxes(posture, places, extent, marks, lambda mark: mark.direction(motion)[position], thin)
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:

@@ -27,6 +27,8 @@ DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
 SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bar's length at which its name may be
 LETTER = 0.9  # width of a letter of 10 points / unit of the symbols, at their full size
+AWAY = (1.0, 1.4)  # distances of a point's name / its usual distance
+ON_THIN = 0.2  # weight of thin lines / weight of links; value of a place on a thin line / value of a free place
 NAME_OFFSET = 1.2  # distance from a bar to its name / unit of the symbols
 TINY = 1e-30  # [m^2] avoids a division by zero
 
@@ -44,6 +46,8 @@ class MechanismAxes:
         Display list, if it covers more than this posture.
     spin
         Function from a mark to its x axis, for bodies that are not links.
+    thin
+        Lines behind the links [m], which names avoid.
     """
 
     axes: Axes
@@ -55,9 +59,11 @@ class MechanismAxes:
         extent: tuple[complex, complex] | None = None,
         marks: Iterable[Mark] | None = None,
         spin: Callable[[Mark], Any] | None = None,
+        thin: Iterable[Any] = (),
     ) -> None:
         self.here = here
         self.spin = spin or (lambda _: 1.0)
+        self.thin = _bars(thin)
         self.mechanism = here.mechanism
         self.places = {
             (link.name, point): complex(np.ravel(here.point(link.name, point))[0])
@@ -133,20 +139,16 @@ class MechanismAxes:
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
 
     def name_beside(self, name: str, line: Any, others: Iterable[Any], fontsize: float) -> None:
-        """Draw the name of a link next to its line, as far as possible from the lines of the other links."""
+        """Draw the name of a link next to its line, away from the other links and, if possible, from thin lines."""
         chord = line[-1] - line[0]
         across = 1j * chord / abs(chord) * (1 if chord.real >= 0 else -1) * NAME_OFFSET * self.unit
-        bars = np.array([bar for other in others for bar in pairwise(np.asarray(other).tolist())])
+        bars = _bars(others)
         letter = LETTER * self.unit / self.letters * fontsize / 10
 
         def room(place: complex, offset: complex) -> float:
-            if not bars.size:
-                return 0.0
             ends = {"left": (0, 1), "right": (-1, 0), "center": (-0.5, 0.5)}[_side(offset)]
             words = place + offset + letter * len(name) * np.linspace(*ends, 5)[:, None]
-            start, along = bars[:, 0], bars[:, 1] - bars[:, 0]
-            share = ((words - start) * along.conj()).real / np.maximum(abs(along) ** 2, TINY)
-            return min(float(abs(words - start - np.clip(share, 0, 1) * along).min()), letter)
+            return min(_distance(words, bars), letter) + ON_THIN * min(_distance(words, self.thin), letter)
 
         spots = [complex(line[int(share * (len(line) - 1))]) for share in SHARES]
         if len(line) == 2:
@@ -204,8 +206,14 @@ class MechanismAxes:
         taken = np.angle(np.array(ways)) if ways else np.array([0.0])
         trial = np.radians(np.arange(0, 360, 15) + 45)
         room = np.abs(np.angle(np.exp(1j * (trial[:, None] - taken)))).min(axis=1)
-        distance = 2.0 if any(d.turns and d.joint == point for d in self.mechanism.drives) else 1.5
-        return complex(np.exp(1j * trial[int(room.argmax())])) * (distance + 0.9 * (distance > 1.5)) * self.unit
+        distance = 2.9 if any(d.turns and d.joint == point for d in self.mechanism.drives) else 1.5
+        offsets = np.concatenate([np.exp(1j * trial) * away * distance * self.unit for away in AWAY])
+        letter = LETTER * self.unit / self.letters
+        half = 0.5 * letter * (len(point) - 1)
+        words = [place + offset + half * np.linspace(-1, 1, 3)[:, None] for offset in offsets]
+        free = np.array([_distance(spots, self.thin) > letter for spots in words])
+        worth = np.concatenate([room / away for away in AWAY]) * np.where(free, 1.0, ON_THIN)
+        return complex(offsets[int(worth.argmax())])
 
     def _line(self, spots: list[complex], **style: Any) -> None:
         self.axes.plot([spot.real for spot in spots], [spot.imag for spot in spots], **style)
@@ -223,6 +231,19 @@ class MechanismAxes:
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         self.axes.text(*_xy(place), words, **{**style, "fontsize": self.letters * style["fontsize"]})
+
+
+def _bars(lines: Iterable[Any]) -> Any:
+    """Return the ends of the straight parts of lines, shape (parts, 2)."""
+    ends = [bar for line in lines for bar in pairwise(np.asarray(line).tolist())]
+    return np.array(ends, complex).reshape(-1, 2)
+
+
+def _distance(places: Any, bars: Any) -> float:
+    """Return the smallest distance from places, shape (places, 1), to straight lines; infinity without lines."""
+    start, along = bars[:, 0], bars[:, 1] - bars[:, 0]
+    share = ((places - start) * along.conj()).real / np.maximum(abs(along) ** 2, TINY)
+    return float(abs(places - start - np.clip(share, 0, 1) * along).min(initial=np.inf))
 
 
 def _side(offset: complex) -> str:

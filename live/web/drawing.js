@@ -143,9 +143,9 @@ export function draw() {
 // or point are always drawn.
 function fillWords(sheet, place, links, thin) {
   const word = (words, spots, always) => ({ words, spots, always, wide: LETTER * words.length + 2 });
-  const { chosen, preview } = view;
+  const { chosen, preview } = view, isChosen = (point) => chosen?.kind === "point" && chosen.name === point;
   const pins = sheet.pins.map(({ at: { point } }) => point).filter(place);
-  const names = pins.map((point) => word(point, around(toScreen(place(point)), NAME_AWAY), chosen?.name === point));
+  const names = pins.map((point) => word(point, around(toScreen(place(point)), NAME_AWAY), isChosen(point)));
   const ofLine = ([[x0, y0], [x1, y1]]) => {
     const [dx, dy] = [x1 - x0, y1 - y0], long = Math.hypot(dx, dy) || 1;
     return besideLine((part) => [x0 + part * dx, y0 + part * dy], [dx / long, dy / long], SIZE_AWAY);
