@@ -78,9 +78,9 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 def discretized_finer(
     answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
 ) -> tuple[Deflection, float]:
-    """Deflection at the same positions in a finer discretization, and what is left of its own iteration.
+    """Deflection at the same positions in a finer discretization, and its own error of convergence.
 
-    The latter is relative to the largest displacement, for large displacement relative to that of the worst beam.
+    This error is relative to the largest displacement; for large displacement, relative to that of the worst beam.
 
     The difference is the discretization error of the answer. Time and coordinates are refined together, because
     refining only one may show little.

@@ -190,4 +190,4 @@ def _leaves(row: Mapping[str, Any], shown_in: DisplayUnits) -> str:
     if row["left"] < NOTHING:
         return "leaves nothing"
     before, after = (quantity(row[key].value, row[key].unit, 3, shown_in) for key in ("before", "after"))
-    return f"leaves {percent(row['left'])} in the mean square, at most {after} of {before}"
+    return f"leaves {percent(row['left'])} as root mean square, at most {after} of {before}"

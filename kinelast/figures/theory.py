@@ -71,6 +71,7 @@ EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to 
 FAR = 3.0  # change of the largest deflection by vibration / accuracy; above this, quasi-static is not tried
 FORCES_LATER = 3.0  # bound on the error of forces / error of deflections after the first steps to the exact answer
 SHARED = 0.5  # largest error of a finer exact answer, relative to that of the answer whose error it measures
+FAR_FROM_SETTLED = 10.0  # a finer answer with a larger error, relative to that of the answer, measures nothing
 LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
 NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
 MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
@@ -354,7 +355,7 @@ class _Rungs:
         """Return the exact answer in a finer discretization, and the errors that are known as shares.
 
         There is no finer answer if the error bounds of displacements and forces are small, if it would take too long,
-        or if it converges less well than the answer itself.
+        or if it converges much less well than the answer itself.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
         shares = {TIME: discretized, LARGE: LEFT_OVER_CHANGE * large_displacement_error(exact)}
@@ -365,9 +366,11 @@ class _Rungs:
         finer = finer or finer_vibration(exact)
         bent, left = discretized_finer(exact, finer, exact.exact.closer(tolerance), begun)
         worst = exact.exact.worst
-        if left > max(tolerance, worst):
+        if left > FAR_FROM_SETTLED * max(tolerance, worst):
             return {}, shares
-        return {TIME: self._cycle(bent)}, {} if left <= max(tolerance, SHARED * worst) else {LARGE: shares[LARGE]}
+        if left > max(tolerance, SHARED * worst):
+            return {TIME: self._cycle(bent)}, {LARGE: LEFT_OVER_CHANGE * max(worst, left)}
+        return {TIME: self._cycle(bent)}, {}
 
     def _answer(
         self,
