@@ -1,4 +1,7 @@
-"""Response of the vibrating mechanism as a function of drive speed."""
+"""Response of the vibrating mechanism as a function of drive speed.
+
+The map, the answers at single speeds and their errors share the types of this file.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

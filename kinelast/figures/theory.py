@@ -1,4 +1,7 @@
-"""Choice of the theory of motion for a scene, and the error of its answer."""
+"""Choice of the theory of motion for a scene, and the error of its answer.
+
+The answers of all theories share vibrations, finer discretizations and figures, so that one class computes them.
+"""
 
 import math
 import time
