@@ -60,8 +60,8 @@ def tapered(
 ) -> tuple[Taper, tuple[float, ...]]:
     """Taper of a beam with linearly varying dimensions.
 
-    Area and second moment are then polynomials of degree 2 and 4. Other properties are fitted to within
-    `MAX_FIT_ERROR`: shear coefficients, and the second moment of a T or angle, because its axis moves.
+    Area and second moment are then polynomials of degree 2 and 4, except the second moment of a T or angle, because its
+    axis moves. Where such a polynomial is off by more than `MAX_FIT_ERROR`, one of degree `FIT_DEGREE` is fitted.
 
     Parameters
     ----------

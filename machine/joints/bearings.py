@@ -115,7 +115,7 @@ class Rolling:
             return np.asarray(np.where(per_second > 0.0, self.revolutions(course) / per_second, np.inf))
 
     def static_safety(self, course: JointCourse) -> Reals:
-        """Return C0 / largest load, shape (...) (ISO 76:2006, any load)."""
+        """Return C0 / largest load, shape (...) (ISO 76:2006). Range: any load."""
         with np.errstate(divide="ignore"):
             return np.asarray(of_designs(self.static) / course.size.max(axis=-1))
 

@@ -59,7 +59,7 @@ class JointCourse:
 
     @cached_property
     def path(self) -> Reals:
-        """Distance covered in the time weight of each position [rad or m], shape (..., positions)."""
+        """Distance covered in the time that each position represents [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     def mean(self, values: Reals) -> Reals:
@@ -117,8 +117,8 @@ class JointCourse:
     def force_turns(self, of_child: bool) -> Reals:
         """Number of turns of the force direction in a link's axes during a run, shape (...).
 
-        About 0, the force stays on one side of the ring: a point load, which allows a loose fit. At 1 or more, it moves
-        around the ring: a circumferential load, which needs a tight fit.
+        If it is about 0, the force stays on one side of the ring: a point load, which allows a loose fit. At 1 or
+        more, it moves around the ring: a circumferential load, which needs a tight fit.
         """
         way = self.polar(of_child)
         known = np.where(np.isfinite(way) & (np.abs(way) > 0.0), way, 1.0)

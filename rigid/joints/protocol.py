@@ -314,7 +314,7 @@ class JointPlace(ABC):
 
     @abstractmethod
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Contact force components [N] from force and moment; `length` guides a block [m]."""
+        """Contact force components [N] from force and moment; `length`: guided length of a block [m]."""
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
         """Gap of the Coriolis acceleration [m/s^2], from velocities and i times angular ones."""

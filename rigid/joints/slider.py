@@ -134,7 +134,7 @@ class SliderPlace(JointPlace):
         return rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Real part: the factor of the displacement, the imaginary part of `row`, in Im(dual * row)."""
+        """Real part: in Im(dual * row) it multiplies the imaginary part of `row`, which is the displacement."""
         return dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
