@@ -120,7 +120,7 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
     motion = scene_motion(scene)
     plain = scene_deflection(scene, motion)
     results = Results(scene, plain)
-    fine = _vibrating(scene, motion, scene.course.at, results.period, FINE)
+    fine = _vibrating(scene, plain, scene.course.at, results.period, FINE)
     exact = geometrically_exact(fine, FINE)
     finer, left = discretized_finer(exact, finer_vibration(exact), FINE)
     settled = exact.exact and max(exact.exact.open, left, exact.time_error) < MAX_RESIDUAL
