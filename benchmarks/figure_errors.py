@@ -131,7 +131,7 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
     if number % CHECKED_EVERY == 0 and fine.stable:
         row[CHECKED] = independent(scene, results, exact)
     yield row
-    usual = _vibrating(scene, motion, scene.course.at, results.period, USUAL)
+    usual = _vibrating(scene, plain, scene.course.at, results.period, USUAL)
     for rung in _Rungs(results.cycle, scene.theory).climbed(usual, USUAL, 0.0):
         yield row_of(scene, rung.theory, rung, reference)
 
