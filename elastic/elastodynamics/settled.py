@@ -79,9 +79,12 @@ class Settled:
         """Measure of convergence; a beam that bends little may have a larger error."""
         return max(self.share, self.worst / BEAMS)
 
-    def closer(self, tolerance: float) -> float:
-        """Tolerance of a finer answer that measures the error of this one, which was computed to `tolerance`."""
-        return FURTHER * (tolerance if self.worst <= tolerance else min(tolerance, self.worst / BEAMS))
+    def finer_tolerance(self, tolerance: float) -> float:
+        """Tolerance of a finer answer whose worst beam is to measure that of this one, which was computed to `tolerance`.
+
+        The finer answer then has `worst` below `FURTHER` times the larger of `tolerance` and the `worst` of this one.
+        """
+        return FURTHER * min(tolerance, max(tolerance, self.worst) / BEAMS)
 
 
 def places_of(moved: Displacements) -> Complexes:

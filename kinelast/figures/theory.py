@@ -367,7 +367,7 @@ class _Rungs:
         self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(exact, finer, exact.exact.closer(tolerance), begun)
+        bent, left = discretized_finer(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
         worst = exact.exact.worst
         if left > FAR_FROM_SETTLED * max(tolerance, worst):
             return {}, shares
