@@ -283,12 +283,16 @@ def _drawings(
 
     `shown` contains the results and report for the page and its print: those of the best design, if requested.
     """
-    from kinelast.outputs import page, pictures, print_page
+    from kinelast.outputs.page import report_page
 
     scene = results.scene
-    yield "report.html", lambda: (part / "report.html").write_bytes(page.report_page(*shown))
+    yield "report.html", lambda: (part / "report.html").write_bytes(report_page(*shown))
     if request.handout:
-        yield "report.pdf", partial(print_page.write_page, part / "report.pdf", *shown)
+        from kinelast.outputs.print_page import write_page
+
+        yield "report.pdf", partial(write_page, part / "report.pdf", *shown)
+    if request.stills or request.dxf or request.animate:
+        from kinelast.outputs import pictures
     if request.stills:
         progress(f"{scene.name}: drawing stills", 0, 1)
         yield "stills", partial(pictures.write_stills, part / "stills", results)
