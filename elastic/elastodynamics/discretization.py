@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -151,16 +151,10 @@ def _jumps_nowhere(model: Model, grid: Grid) -> bool:
     plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
     if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
         return False
-    for motion in (model.looked_at, motion_on(model.motion_at, grid)):
+    for motion in (model.looked_at, model.motion_at(grid.nodes)):
         if motion.drive_acceleration.any() or np.ptp(motion.drive_rate, axis=-1).any():
             return False
     return True
-
-
-@lru_cache(maxsize=1)  # the first grid is examined before it is used
-def motion_on(motion_at: MotionAt, grid: Grid) -> Motion:
-    """Motion at the nodes of a grid."""
-    return motion_at(grid.nodes)
 
 
 def first_discretization(model: Model, tolerance: float) -> Discretization:

@@ -92,10 +92,10 @@ class Coordinates:
         found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])
         return np.asarray(found[..., 0], float)
 
-    def without(self, response: ResidualResponse, amounts: Reals) -> ResidualResponse:
-        """Subtract given values of the coordinates from a response."""
+    def response(self, amounts: Reals) -> ResidualResponse:
+        """Displacements and forces at given values of the coordinates, shape (nodes, r)."""
         moved = self.vibration.problem.terms.kinematics.unit @ amounts[..., None]
-        return ResidualResponse(response.moved - moved, response.forces - self.forces(amounts))
+        return ResidualResponse(moved, self.forces(amounts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +142,8 @@ class Unbalanced:
     @cached_property
     def besides(self) -> ResidualResponse:
         """Residual beyond the static response of the elastic coordinates."""
-        return self._coordinates.without(
-            ResidualResponse(self.change, self.strained), self._coordinates.static(self.push)
-        )
+        followed = self._coordinates.response(self._coordinates.static(self.push))
+        return ResidualResponse(self.change, self.strained) - followed
 
 
 def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
@@ -239,7 +238,8 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     linear
         Vibration in that discretization.
     turned
-        Coordinates per unit coordinate of `now`, shape (new r, r).
+        Coordinates per unit coordinate of `now`, shape (new r, r). They also take over what they can represent of the
+        residual response; rates of the other amplitudes are interpolated, because differences would be too rough.
     """
     grid = linear.problem.terms.grid
     sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])
@@ -253,7 +253,7 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     amounts = coordinates.static(coordinates.push(residual.forces))
     parts = zip(now.history, (amounts[1:], *grid.rates(amounts)), strict=True)
     history = _consistent(linear, [sampler(known) @ turned.T + added for known, added in parts])
-    residual = coordinates.without(residual, amounts)
+    residual -= coordinates.response(amounts)
     return Displaced(linear, history, residual, sampled(now.force), sampled(now.joints), sampled(now.moments))
 
 

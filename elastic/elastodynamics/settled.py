@@ -80,9 +80,9 @@ class Settled:
         return max(self.share, self.worst / BEAMS)
 
     def finer_tolerance(self, tolerance: float) -> float:
-        """Tolerance of a finer answer whose worst beam is to measure that of this one, which was computed to `tolerance`.
+        """Tolerance of a finer answer that measures the error of this one, which was computed to `tolerance`.
 
-        The finer answer then has `worst` below `FURTHER` times the larger of `tolerance` and the `worst` of this one.
+        The `worst` of the finer answer is then at most `FURTHER` times the larger of `tolerance` and this `worst`.
         """
         return FURTHER * min(tolerance, max(tolerance, self.worst) / BEAMS)
 

@@ -15,7 +15,6 @@ from elastic.elastodynamics.discretization import (
     Model,
     checked,
     first_discretization,
-    motion_on,
     numbers_of,
     numbers_per_amplitude,
     unlocked,
@@ -225,7 +224,7 @@ def resolved_in_time(
 def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     """Compute the vibration on a given time grid."""
     model, basis = discretization.model, discretization.basis
-    motion = checked(motion_on(model.motion_at, grid))
+    motion = checked(model.motion_at(grid.nodes))
     bent = unlocked(deflection(motion, model.sections, model.joints))
     kinds = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
     return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))

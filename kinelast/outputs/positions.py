@@ -167,10 +167,7 @@ def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
 def _table(columns: Mapping[str, tuple[Any, str]], results: Results) -> Table:
     """Return a table of columns in the units of the report."""
     wide = results.motion.columns
-    made = (
-        Column(name, values if np.shape(values) == wide else np.broadcast_to(values, wide), unit)
-        for name, (values, unit) in columns.items()
-    )
+    made = (Column(name, np.broadcast_to(values, wide), unit) for name, (values, unit) in columns.items())
     return Table(tuple(made)).in_units(results.scene.report_units)
 
 

@@ -17,9 +17,7 @@ from rigid.transmission import transmission_angles
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # golden section ratio
 MAX_ITERATIONS = 80  # number of golden-section steps that reaches round-off
-TOUCH_TOLERANCE = (
-    64 * np.finfo(float).eps
-)  # largest distance from a value that counts as touching it, relative to the coordinate's size
+TOUCH_TOLERANCE = 64 * np.finfo(float).eps  # largest distance that counts as touching / size of the coordinate
 
 
 @dataclass(frozen=True, eq=False)
