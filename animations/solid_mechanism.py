@@ -48,7 +48,7 @@ def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
 
 
 def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
-    """Thickness of each link [m]: that of its widest beam, or of a rigid body."""
+    """Thickness of each link [m]: width of the widest beam, or thickness of a rigid body."""
     thick = [DEFAULT_THICKNESS * scales.pin] * len(deflection.motion.mechanism.links)
     for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
         thick[at] = max(thick[at], float(section.width.max()))
@@ -157,7 +157,7 @@ class _Bodies:
         return prism(place, corners, z - half, z + half, fill, opacity, smooth)
 
     def _between(self, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-        """Range of z that some links occupy, extended by a number of their thicknesses [m]."""
+        """Range of z of some links [m], extended below and above by multiples of their thicknesses."""
         middle, thick = self.stack.middle, self.stack.thick
         low = min(middle[at] - below * thick[at] for at in links)
         return low, max(middle[at] + above * thick[at] for at in links)
@@ -177,7 +177,7 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
 
 
 def slide(deflection: Deflection, slider: Slider, pin: float) -> tuple[complex, complex]:
-    """Ends of a slider's path, slightly extended, in the axes of its owner [m]."""
+    """Ends of a slider's path in the axes of the link that guides it [m], slightly extended."""
     low, high = travel(deflection.motion, slider) or (0.0, 0.0)
     start, end = (complex(slider.origin + slider.direction * way) for way in (low - 2.6 * pin, high + 2.6 * pin))
     return start, end

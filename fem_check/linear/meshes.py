@@ -1,6 +1,6 @@
-"""Contact points of gear teeth, and the forces of a unit tooth effort on both wheels.
+"""Contact points of gear teeth, and forces of a unit tooth effort on both wheels.
 
-Pitch points and lines of action are computed independently, from pitch radii.
+The check finds pitch points and lines of action from pitch radii, independently of `rigid`.
 """
 
 from collections.abc import Mapping
@@ -20,16 +20,16 @@ MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
 
 @dataclass(frozen=True, eq=False)
 class Wheel:
-    """Toothed wheel or rack.
+    """Toothed wheel or rack with the joint that connects it to the carrier.
 
     Attributes
     ----------
     place
-        Place of its joint on the toothed body.
+        Place of the joint on the wheel or rack.
     hub
         Position of the joint [m], complex.
     sign
-        1 if the toothed body moves along the joint's coordinate relative to the carrier, otherwise -1.
+        1 if the joint's coordinate is that of the wheel or rack relative to the carrier, -1 if it is the opposite.
     """
 
     place: Side
@@ -38,7 +38,7 @@ class Wheel:
 
 
 class Pitch(NamedTuple):
-    """Pitch point [m], tangent of a positive effort on the follower, and normal of its flanks; complex."""
+    """Pitch point [m], direction of a positive effort on the follower, and normal of the follower's flanks; complex."""
 
     point: Complexes
     tangent: Complexes
@@ -46,12 +46,14 @@ class Pitch(NamedTuple):
 
 
 def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
-    """Tooth force on follower and driver per unit effort along the follower's coordinate.
+    """Compute the tooth forces on follower and driver for a unit effort along the follower's coordinate.
 
-    The force acts at the pitch point, along the line of action: the tangent turned by the pressure angle.
+    The force acts at the pitch point. The line of action is the tangent, turned by the pressure angle.
 
-    Returns place, force and moment for both, or None without a pitch point: no teeth, no common carrier, ratio 1,
-    coincident axes, or no wheel.
+    Returns
+    -------
+    Place, force and moment on the follower and on the driver. None if there is no pitch point: a gear without teeth or
+    without a common carrier, a ratio of 1, coincident axes, or two racks.
     """
     mechanism = frame.motion.mechanism
     carriers = {*mechanism.ends(gear.follower)} & {*mechanism.ends(gear.driver)}
@@ -59,7 +61,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
         return None
     (carrier,) = carriers
     follower, driver = (_wheel(frame, end, carrier) for end in (gear.follower, gear.driver))
-    # motion of the follower per unit motion of the driver, relative to the carrier
+    # the third argument is the follower's motion per unit motion of the driver, relative to the carrier
     pitch = _pitch(frame, gear, gear.ratio * follower.sign * driver.sign, driver.hub, follower.hub)
     if pitch is None:
         return None
@@ -78,7 +80,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 
 
 def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Pitch of two hubs from the ratio of their speeds relative to the carrier; None for two racks."""
+    """Find the pitch from both hubs and the ratio of the speeds relative to the carrier; None for two racks."""
     racks = [end for end in (gear.driver, gear.follower) if not end.turns]
     if not racks:
         return _pitch_of_wheels(rate, driver, follower)
@@ -93,7 +95,7 @@ def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: C
 
 
 def _pitch_of_wheels(rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Pitch of two wheels: the instantaneous centre of their relative motion divides the line of their hubs."""
+    """Find the pitch of two wheels: the instantaneous centre of the relative motion is on the line of the hubs."""
     distance = np.abs(follower - driver)
     if rate == 1 or not np.any(distance):
         return None
@@ -107,7 +109,7 @@ def _pitch_of_wheels(rate: float, driver: Complexes, follower: Complexes) -> Pit
 
 
 def _wheel(frame: Frame, end: PinDrive | SliderDrive, carrier: int) -> Wheel:
-    """Toothed body at one end of a gear: the link of the joint that is not the carrier."""
+    """Find the wheel or rack at one end of a gear: the link of the joint that is not the carrier."""
     motion, mechanism = frame.motion, frame.motion.mechanism
     on, link = mechanism.ends(end)
     body, sign = (link, 1) if on == carrier else (on, -1)

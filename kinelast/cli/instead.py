@@ -1,6 +1,7 @@
-"""Options that replace the reports: lists, the live editor, a scene to begin with, and exports.
+"""Options that replace the reports: lists, the live editor, a first scene, imports and exports.
 
-Each function returns the exit status, or raises an error for bad input. Imports are lazy as in the command.
+Each function returns the exit status, or raises an error for bad input. Modules that few options need are imported
+when they are used.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ if TYPE_CHECKING:
     from kinelast.cli.imported import Imported
 
 FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
-"""Scene that --new writes; it is the example of docs/scenes.md."""
+"""Scene that `--new` writes, the example of docs/scenes.md."""
 
 
 def instead_of_reports(batch: Batch) -> Callable[[], int] | None:
-    """Return the function of the first option that replaces the reports, or None if there is no such option."""
+    """Return the function of the first requested option that replaces the reports; None if all scenes get reports."""
     for requested, answer in (
         (batch.version, _version),
         (batch.completion, partial(_complete, batch.completion or "")),
@@ -124,7 +125,7 @@ def _copy(name: str) -> int:
 
 
 def _begun(path: Path, model: Path) -> int:
-    """Write a scene to begin with, equal to a model."""
+    """Write a copy of a model as the user's first scene."""
     from kinelast.scene.text import scene_to_begin_with
 
     _write(path, scene_to_begin_with(model.read_text(encoding="utf-8")), "change to another folder")
@@ -133,7 +134,7 @@ def _begun(path: Path, model: Path) -> int:
 
 
 def _import(source: str, bend: bool) -> int:
-    """Write the scene of another program's mechanism, and tell how its first run went."""
+    """Write the scene of another program's mechanism, and print the result of a first run."""
     from kinelast.scene.text import scene_to_begin_with
 
     first_run = _first_run(source, bend)

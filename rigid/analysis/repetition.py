@@ -1,4 +1,4 @@
-"""Period of a mechanism: common period of its drives, and number of periods until the links return."""
+"""Period of a mechanism: common period of the drives, and number of these periods until the links return."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -30,10 +30,10 @@ class Repetition:
     Attributes
     ----------
     turn
-        One turn of the first drive at constant speed, or the longest of the repeated laws times the number of periods
-        that return the drive [s]; None if there is neither.
+        Duration of one turn of the first drive at constant speed [s]. Without such a drive, the longest time after
+        which a repeated law returns its drive; None without either.
     period
-        Period of the whole state [s], shape (designs, 1) if it differs between designs; nan if there is none.
+        Period of the whole state [s], shape (designs, 1) if it differs between designs; nan without a period.
     why
         Reason why there is no period, otherwise "".
     """
@@ -44,7 +44,7 @@ class Repetition:
 
 
 def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Repetition:
-    """Common period of drives at constant speed, with repeated laws, or at rest; None stands for an effort."""
+    """Common period of drives at constant speed, with repeated laws, or at rest; a drive by effort has the law None."""
     turns: list[Any] = []
     rounds: list[float] = []
     why = ""
