@@ -211,18 +211,9 @@ class Discretization:
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
     @property
-    def fastest_inertia(self) -> float:
+    def fastest(self) -> float:
         """Frequency limit for inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
         return VIBRATION.max_frequency_ratio * self.left_out
-
-    @property
-    def fastest(self) -> float:
-        """Frequency limit for inertia and damping; above it damping forces exceed elastic ones [rad/s]."""
-        with np.errstate(divide="ignore"):
-            return min(
-                self.fastest_inertia,
-                VIBRATION.max_frequency_ratio * float(1.0 / np.max(self.model.damping.beams, initial=0.0)),
-            )
 
     def wider(self) -> Discretization:
         """Discretization with twice as many modes, and shapes that represent the loads more closely."""

@@ -177,7 +177,7 @@ def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: 
         See `exact_steps.settled_links`.
     """
     now = step.now
-    besides = step.besides.smoothed(now.vibration.problem.terms.grid, fastest)
+    besides = step.besides.slowed(now.vibration.problem, now.vibration.cyclic, fastest)
     moving = response(step.push[1:] + inertia_load(operator, besides))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
     residual, answer = now.residual + besides, step.found

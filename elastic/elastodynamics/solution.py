@@ -202,7 +202,7 @@ def resolved_in_time(
         resolved = None  # free the memory for the finer one
         resolved = vibration_in(discretization, grid)
         if rubs:
-            resolved, rubbed = with_friction(resolved, loose, discretization.fastest_inertia, sliding)
+            resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
         error, finer = time_error(resolved, discretization.resolved)
         in_vain = in_vain + 1 if 0.5 * least <= error < VIBRATION.max_round_off else 0
         least = min(least, error)

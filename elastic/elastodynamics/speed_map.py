@@ -381,7 +381,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
         terms = course.here()[1]
         answer = vibration(terms, unlocked(course.plain(ratio)), speed=ratio)
         if answer.motion.mechanism.friction:
-            answer, rubbed = with_friction(answer, tolerance, course.discretization.fastest_inertia)
+            answer, rubbed = with_friction(answer, tolerance, course.discretization.fastest)
         error, finer = time_error(answer, course.resolved)
         if finer is None:
             break
@@ -412,7 +412,7 @@ def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask)
     """Return errors due to discretization and large displacement at the points of the grid, and the remaining share."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
-        answer, _ = with_friction(answer, tolerance, course.discretization.fastest_inertia)
+        answer, _ = with_friction(answer, tolerance, course.discretization.fastest)
     else:
         answer, _ = corrected(answer, tolerance)
     bent, errors = answer.deflection, task.of

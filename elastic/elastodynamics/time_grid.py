@@ -217,6 +217,36 @@ class Grid:
         kept = _up_to(self.stages)[highest]
         return (kept @ elements).reshape(values.shape)
 
+    def lagged(self, values: Numbers, lag: float, cyclic: bool) -> Numbers:
+        """Solve y + lag dy/dt = values for y at all points except the start, shape (points, ...).
+
+        Parameters
+        ----------
+        values
+            Values at the same points.
+        lag
+            Time constant [s].
+        cyclic
+            True for a periodic solution; otherwise y starts with the value that is extrapolated to the start.
+        """
+        if not lag:
+            return values
+        method, elements = scheme(self.stages), values.reshape(len(self.steps), self.stages, -1)
+        per = (lag / self.steps)[:, None, None]
+        inverse = np.linalg.inv(np.eye(self.stages) + per * method.first[:, 1:])
+        found, decay = inverse @ elements, -per * (inverse @ method.first[:, :1])
+
+        def starts(first: Numbers) -> list[Numbers]:
+            reached = [first]
+            for own, left in zip(found[:, -1], decay[:, -1, 0], strict=True):
+                reached.append(own + left * reached[-1])
+            return reached
+
+        first = (_to_start(self.stages) @ elements[0])[0]
+        if cyclic:
+            first = starts(np.zeros_like(first))[-1] / (1.0 - np.prod(decay[:, -1, 0]))
+        return (found + decay * np.array(starts(first)[:-1])[:, None]).reshape(values.shape)
+
     def divided(self, parts: Integers) -> Grid:
         """Divide every element into a number of equal parts, shape (elements,)."""
         pieces = [
