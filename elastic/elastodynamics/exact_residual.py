@@ -14,11 +14,15 @@ from elastic.elastodynamics.displaced_links import Displaced, ExactLoads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.settled import TINY
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
 from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinematics import stacked
+
+ROUND_OFF = 1e-8  # round-off of strains, relative to the largest displacement / length
+SMALL = 0.1  # smallest reference of a residual force, relative to the largest force of all beams
 
 Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # maps a load to its history
 
@@ -129,6 +133,26 @@ class Unbalanced:
         more -= now.residual.forces
         more[:, more.shape[1] - len(structure.soft) :] = 0.0
         return more
+
+    @property
+    def force_share(self) -> float:
+        """Largest residual of N or M, relative to the largest of its beam; see `SMALL` for beams with little force.
+
+        Round-off of the strains is ignored, because stiff beams would turn it into large forces.
+        """
+        structure = self.now.vibration.problem.terms.kinematics.structure
+        weights, both = structure.weights, 2 * structure.weights.size
+        if not weights.size:
+            return 0.0
+
+        def greatest(rows: Reals) -> Reals:
+            return np.abs(rows.reshape(-1, 2, *weights.shape) / weights).max(axis=(0, 3))
+
+        strain = ROUND_OFF * np.abs(self.now.moved.beams).max() / structure.length ** np.array([[1], [2]])
+        noise = strain * greatest(rigidities(structure)[:both])
+        off, forces = (greatest(rows[1:, :both]) for rows in (self.strained, self.found.strained))
+        base = np.maximum(forces, SMALL * forces.max(axis=1, keepdims=True))
+        return float((np.maximum(off - noise, 0.0) / np.maximum(base, TINY)).max())
 
     @cached_property
     def _coordinates(self) -> Coordinates:

@@ -102,9 +102,11 @@ def _by_linear_steps(
     for count in range(1, (SETTINGS.max_steps_with_friction if rubs else SETTINGS.max_steps) + 1):
         loads = loads_of(now)
         loads = _rubbed(loads, sliding if sliding and count == 1 else loads.added.sliding, blunt)
-        after, residual, bent = _step(now, response, loads, fastest)
+        found = unbalanced(now, loads)
+        after, bent = stepped(found, linear, response, fastest), found.bent
         change = places_of(after.moved) - places_of(now.moved)
-        settled = Settled(now, change, residual, count, loads.added.sliding if hard else ())
+        forces = 0.0 if rubs else found.force_share
+        settled = Settled(now, change, places_of(found.change), count, loads.added.sliding if hard else (), forces)
         size = float(np.abs(change).max(initial=0.0))
         if best and not hard and not settled.open < SETTINGS.max_growth * best.open:
             break
@@ -150,7 +152,7 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
     best: Settled | None = None
     least = np.inf
     for count in range(1, SETTINGS.max_first_steps + 1):
-        after, residual, _ = _step(now, linear.under, exact_loads(now), fastest)
+        after, residual = _step(now, fastest)
         change = places_of(after.moved) - places_of(now.moved)
         size = Settled(now, change, residual, count).open
         enough = enough or max(min(SETTINGS.first_step_share * size, SETTINGS.first_rest), SETTINGS.first_resolved)
@@ -169,7 +171,7 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
 def next_step(known: Settled, fastest: float) -> Settled:
     """Take one more step, linearized about the rigid motion, from displaced links."""
     now = known.displaced
-    after, residual, _ = _step(now, now.vibration.under, exact_loads(now), fastest)
+    after, residual = _step(now, fastest)
     return Settled(after, places_of(after.moved) - places_of(now.moved), residual, known.steps + 1)
 
 
@@ -192,15 +194,10 @@ def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Respons
     return response
 
 
-def _step(
-    now: Displaced, response: Response, loads: ExactLoads, fastest: float
-) -> tuple[Displaced, Complexes, Deflection]:
-    """Displaced links after a step under given loads.
-
-    Also return the residual of the beams' displacements, see `Settled`, and the quasi-static answer under these loads.
-    """
-    found = unbalanced(now, loads)
-    return stepped(found, now.vibration, response, fastest), places_of(found.change), found.bent
+def _step(now: Displaced, fastest: float) -> tuple[Displaced, Complexes]:
+    """Displaced links after a step, and the residual of the beams' displacements before it, see `Settled`."""
+    found = unbalanced(now, exact_loads(now))
+    return stepped(found, now.vibration, now.vibration.under, fastest), places_of(found.change)
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:

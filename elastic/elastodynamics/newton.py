@@ -108,7 +108,8 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         except np.linalg.LinAlgError:
             break
         change = places_of(after.moved) - places_of(settled_now.now.moved)
-        settled = Settled(settled_now.now, change, places_of(settled_now.change), count)
+        residual_now = places_of(settled_now.change)
+        settled = Settled(settled_now.now, change, residual_now, count, forces=settled_now.force_share)
         size = float(np.abs(change).max(initial=0.0))
         best = settled if best is None or settled.open < best.open else best
         done = settled.open if share == 1.0 else settled.change_share

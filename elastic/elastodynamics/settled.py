@@ -15,6 +15,7 @@ from rigid.arrays import Columns, Complexes
 Sliding = tuple[tuple[int, Columns, Columns], ...]  # see `AddedLoads.sliding`
 
 BEAMS = 10.0  # tolerance of a single beam's deflection, relative to the overall tolerance
+FORCES = 10.0  # same of the section forces
 FURTHER = 0.4  # tolerance of a finer answer, relative to that of the answer it is compared with
 STATIONS = 21
 TINY = float(np.finfo(float).tiny)
@@ -36,6 +37,8 @@ class Settled:
         Number of steps, including the one for `change`.
     sliding
         Rates of joints with hard friction.
+    forces
+        See `Unbalanced.force_share`; 0 if not required.
     """
 
     displaced: Displaced
@@ -43,6 +46,7 @@ class Settled:
     residual: Complexes
     steps: int
     sliding: Sliding = ()
+    forces: float = 0.0
 
     @property
     def share(self) -> float:
@@ -77,7 +81,7 @@ class Settled:
     @property
     def open(self) -> float:
         """Measure of convergence; a beam that bends little may have a larger error."""
-        return max(self.share, self.worst / BEAMS)
+        return max(self.share, self.worst / BEAMS, self.forces / FORCES)
 
     def finer_tolerance(self, tolerance: float) -> float:
         """Tolerance of a finer answer that measures the error of this one, which was computed to `tolerance`.

@@ -19,7 +19,6 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of, sliding_rows
 from elastic.elastodynamics.strains import rigidities
-from elastic.elastodynamics.time_grid import Grid
 from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
