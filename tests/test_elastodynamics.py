@@ -660,6 +660,17 @@ class TestTimeElements:
         expected = (one * slope + two * bent).sum(axis=1)[:, None] * [1.0, 2.0j]
         np.testing.assert_allclose(grid.rates_times(values, (one, two)), expected, atol=1e-10)
 
+    def test_a_lag_is_that_of_the_closed_form(self):
+        """Periodic: a cosine with another amplitude and phase. From a start: this, and a part that decays."""
+        grid = Grid(np.array([0.0, 0.1, 0.3, 0.35, 0.7, 1.0]) * 2 * np.pi)
+        t = grid.nodes[1:, None]
+        for lag in (0.05, 1.0, 20.0):
+            expected = np.real(np.exp(1j * t) / (1 + 1j * lag))
+            np.testing.assert_allclose(grid.lagged(np.cos(t), lag, True), expected, atol=1e-6)
+        decaying = expected + (1.0 - np.real(1 / (1 + 1j * lag))) * np.exp(-t / lag)
+        np.testing.assert_allclose(grid.lagged(np.cos(t), lag, False), decaying, atol=1e-6)
+        assert grid.lagged(t, 0.0, True) is t
+
     def test_another_load_equals_a_new_problem(self):
         """Once, and by the inverse of the element matrices."""
         grid = Grid(np.linspace(0.0, 6.0, 7))
