@@ -113,7 +113,7 @@ def largest(results, bent):
 
 
 def test_every_figure_has_an_error_by_large_displacement():
-    """Each error is right to a tenth of the change by the geometrically exact answer, if this is at least 1 %."""
+    """Each error is right to an eighth of the change by the geometrically exact answer, if this is at least 1 %."""
     results = fast(ELASTODYNAMIC)
     reported, left = with_large_displacement(results.answer.vibrating)
     here, there = (largest(results, bent) for bent in (results.deflection, reported.deflection))
@@ -122,7 +122,7 @@ def test_every_figure_has_an_error_by_large_displacement():
     for key, values in exact.items():
         change, found = np.abs(values - here[key]), np.abs(there[key] - here[key])
         large = change > 0.01 * np.abs(here[key])
-        np.testing.assert_allclose(found[large], change[large], rtol=0.1, err_msg=key)
+        np.testing.assert_allclose(found[large], change[large], rtol=1 / 8, err_msg=key)
         changed += int(large.sum())
     assert changed > 10
     assert left == 0.0
