@@ -271,7 +271,7 @@ def _rates(motion: Motion) -> Reals:
 
 
 def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
-    """Return the number of the item with the greatest known magnitude; for `LEAST` the smallest value, if all are known."""
+    """Return the item number of the greatest known magnitude; for `LEAST`, of the smallest value if all are known."""
     known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
