@@ -54,7 +54,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Place of a welded link's axes in its body, whose axes are those of `link`: `shift` [m] and `turn`."""
+    """Place of a welded link's axes in its body, in the axes of `link`: `shift` [m] and `turn`."""
 
     link: int
     shift: Complex = 0.0
