@@ -358,7 +358,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Yield the index in `names` and the `Peak` of each value that is larger between the positions."""
+    """Yield the row and the `Peak` of each value that is larger between the positions."""
     if not better:
         return
     run = results.scene.run
