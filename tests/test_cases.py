@@ -276,7 +276,7 @@ class TestFormulasOutsideTheirRange:
         ("name", "words"),
         [
             ("bearing_overloaded", "the equivalent load over C is at most 0.5"),
-            ("bearing_small_swing", "the swing over the angle between elements is at least 1"),
+            ("bearing_small_swing", "the swing over twice the angle between elements is at least 1"),
         ],
     )
     def test_the_life_of_a_bearing_outside_its_range_is_not_judged(self, name, words, answered):

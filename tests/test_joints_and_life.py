@@ -11,6 +11,7 @@ from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.parts import breaks_first
+from kinelast.figures.ranges import outside_ranges
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
@@ -20,6 +21,7 @@ from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.fatigue import FATIGUE as LIFE
 from kinelast.scene.parts.fatigue import beam_fatigue
 from kinelast.tasks.request import Request
+from machine.joints import SLIP_RANGE
 from tests.scene_texts import SLIDER_CRANK
 
 ARM = """
@@ -161,6 +163,14 @@ def test_parts_of_a_joint_are_sized_from_its_force():
     limits = {each["kind"]: each["outcome"] for each in found["acceptance"]["limits"]}
     assert len(limits) == 11
     assert limits["bearing_life"] == "kept"
+
+
+@pytest.mark.parametrize(("kind", "outside"), [("ball", False), ("roller", True)])
+def test_rollers_need_twice_the_minimum_load_of_balls(kind, outside):
+    """The load is 0.015 C, the minimum 0.01 C for balls and 0.02 C for rollers."""
+    scene = scene_from_text(f'{ARM}\n[bearings.O.rolling]\nC = "20 kN"\ntype = "{kind}"\n')
+    found = dict(outside_ranges(scene, {"bearing_load_share": [0.015]}))
+    assert found == ({SLIP_RANGE: {"O": pytest.approx(0.75)}} if outside else {})
 
 
 def test_a_scene_without_these_parts_has_no_such_figures():

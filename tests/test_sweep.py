@@ -146,7 +146,7 @@ def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, caps
     assert summary["acceptance"]["verdict"] == "acceptable"
     assert {each["design"]: each["passed"] for each in summary["answered"]}[int(best[0])] is True
     kept = sum(row[5] == "1.0" for row in rows)
-    assert f"bars: 12 designs; {kept} keep all limits without vibration and error; smallest deflection.rocker" in line
+    assert f"bars: 12 designs; {kept} keep all limits, ignoring vibration and error; smallest deflection.rocker" in line
     assert f"no. {best[0]} (sections.bar.depth" in line
     assert "6 without figures: ...% of the positions are out of reach" in line
     assert [bool(row[-1]) for row in rows] == [False, True] * 6

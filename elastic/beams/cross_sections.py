@@ -26,7 +26,7 @@ class Shape:
     fibre
         Distance from the axis to the outermost fibre [m]; the largest stress is M fibre/inertia.
     peak_shear
-        Largest shear stress divided by the mean V/A; it occurs at the axis, V Q/(I b).
+        Largest shear stress V Q/(I b), usually at the axis, divided by the mean V/A.
     cowper
         Coefficients a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
     width, round
@@ -100,7 +100,7 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
     Raises
     ------
     ValueError
-        If flanges and fillets leave no web, or the web no flange.
+        If the dimensions leave no web or no flange.
 
     References
     ----------
@@ -108,7 +108,7 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
     """
     inside = depth - 2 * flange
     if not np.all((inside > 2 * fillet) & (width >= web + 2 * fillet)):
-        raise ValueError("an I needs flanges and fillets below half of its depth, and a web and fillets in its width")
+        raise ValueError("an I needs flange + fillet < depth/2, and web + 2 fillet <= width")
     round_area, round_inertia, round_place = fillet_area(fillet)
     place = inside / 2 - round_place
     area = 2 * width * flange + inside * web + 4 * round_area
@@ -134,7 +134,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
     Raises
     ------
     ValueError
-        If walls or corners take up more than half of a side.
+        If a wall takes up half of a side or more, or a corner more than half.
 
     References
     ----------
@@ -142,7 +142,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
     """
     least = np.minimum(depth, width) / 2
     if not np.all((wall < least) & (corner <= least)):
-        raise ValueError("a box needs a wall below half of its sides, and corners of no more")
+        raise ValueError("a box needs wall < half of each side, and corner <= half of each side")
     inner = np.maximum(corner - wall, 0.0)
     parts = [
         (1.0, width * depth, width * depth**3 / 12, width * depth**2 / 8),
@@ -173,11 +173,11 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     Raises
     ------
     ValueError
-        If flanges and fillets leave no web, or the web no flange.
+        If the dimensions leave no web or no flange.
     """
     inside = depth - 2 * flange
     if not np.all((inside > 2 * fillet) & (width >= web + fillet)):
-        raise ValueError("a channel needs flanges and fillets below half of its depth, and a web and a fillet in width")
+        raise ValueError("a channel needs flange + fillet < depth/2, and web + fillet <= width")
     round_area, round_inertia, round_place = fillet_area(fillet)
     place = inside / 2 - round_place
     area = 2 * width * flange + inside * web + 2 * round_area
@@ -195,10 +195,10 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
     Raises
     ------
     ValueError
-        If flange and fillets leave no web, or the web no flange.
+        If the dimensions leave no web or no flange.
     """
     if not np.all((depth > flange + fillet) & (width >= web + 2 * fillet)):
-        raise ValueError("a T needs a flange and fillets below its depth, and a web and fillets in its width")
+        raise ValueError("a T needs flange + fillet < depth, and web + 2 fillet <= width")
     stem = depth - flange
     round_area, round_inertia, round_place = fillet_area(fillet)
     parts = [  # area, distance of centroid from the flange's outer face, own second moment
@@ -222,8 +222,8 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     """Angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
     Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y times the
-    deflection in the plane. This is assumed to be possible. If joints prevent it, the section is stiffer by at most
-    I_z/`inertia`. The load acts through the shear centre.
+    deflection in the plane. The formulas assume that it is free to do so. If joints prevent it, the section is stiffer
+    by at most I_z/`inertia`. The load acts through the shear centre.
 
     Parameters
     ----------
@@ -233,10 +233,10 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     Raises
     ------
     ValueError
-        If wall and radii leave no legs.
+        If the wall and the radii leave no straight part of a leg, or a toe is thicker than the wall.
     """
     if not np.all((np.minimum(depth, width) > wall + fillet + toe) & (toe <= wall)):
-        raise ValueError("an angle needs a wall and radii below its legs, and toes of no more than its wall")
+        raise ValueError("an angle needs wall + fillet + toe < each leg, and toe <= wall")
     round_area, round_inertia, round_place = fillet_area(fillet)
     toe_area, toe_inertia, toe_place = fillet_area(toe)
     parts = [  # area, centroid (y, z), own integrals of y^2, z^2, y z

@@ -18,7 +18,7 @@ from rigid.arrays import Numbers, Reals
 MAX_STEPS = 60  # steps of Halley's method; this many bisections exhaust double precision
 COMMON_STEPS = 2  # number of steps for all zeros, before converged ones are dropped
 MAX_DIRECT = 3  # maximum number of coefficients with closed-form zeros
-LAST_CHANGE = 1e-8  # after a change of xi this small, one more step reaches round-off
+LAST_CHANGE = 1e-8  # a step of xi this small ends at round-off
 
 
 @cache

@@ -70,7 +70,7 @@ class Section:
 
     @property
     def thin_walled(self) -> bool:
-        """True if walls carry the shear, as in a tube or an I; the link is then not a plane body."""
+        """True if walls carry the shear, as in a tube or an I; plane-stress elements then do not apply."""
         return bool(np.ravel(self.peak_shear)[0] > MAX_SOLID_SHEAR)
 
     def __repr__(self) -> str:
@@ -106,7 +106,7 @@ def _with_rotary_inertia(beam: Beam, section: Section) -> Beam:
         return beam
     taper = section.taper
     if taper is not None and beam.mass_taper != taper.EA:
-        raise ValueError(f"mass along a beam {beam.mass_taper} times that at its start, its area {taper.EA} times")
+        raise ValueError(f"mass and area of a beam must have the same taper, not {beam.mass_taper} and {taper.EA}")
     return replace(
         beam, rotary_inertia=beam.mass_per_length * square, rotary_taper=taper.EI if taper else beam.mass_taper
     )

@@ -118,7 +118,7 @@ def nodes(degree: int) -> Reals:
 def interpolated(values: Reals) -> Coefficients:
     """Coefficients, in powers of t, of the polynomials with given values at the `nodes`, shape (degree + 1, ...).
 
-    The conversion goes through the Chebyshev series in two steps; their product would lose 6^degree to cancellation.
+    The conversion goes through the Chebyshev series in two steps; a single matrix would lose 6^degree to cancellation.
     """
     spectrum, powers = _chebyshev(len(values) - 1)
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)

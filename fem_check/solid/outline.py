@@ -157,7 +157,7 @@ def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[i
     back = np.inf if sine == 0 else (first + second * cosine) / (2 * sine)
     if sharp and (reach > MAX_CORNER_REACH * abs(first_way) or back > MAX_CORNER_REACH * abs(turned)):
         angle = np.degrees(np.angle(np.conj(d) * e))
-        raise OutlineError(f"two beams meet at {angle:.3g} degrees, {first:.3g} and {second:.3g} m deep: no plane body")
+        raise OutlineError(f"two beams meet at {angle:.3g} degrees, {first:.3g} and {second:.3g} m deep: too sharp")
     corner = 1j * d * first / 2 + reach * d
     return complex(corner if sharp else corner * min(1.0, MAX_MITRE * max(first, second) / abs(corner)))
 

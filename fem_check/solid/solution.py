@@ -151,7 +151,7 @@ def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
     if any(section.thin_walled for section in sections):
-        return "a beam is hollow or an I, which shears as no plane body does"
+        return "a beam is hollow or an I; plane-stress elements cannot model its shear"
     blocks = frame.spots[len(frame.motion.mechanism.beams) :]
     return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
 

@@ -17,9 +17,9 @@ SMALL = 0.1  # smallest reference value of errors over time, relative to the lar
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:
-    """Return the largest error over time of any chord deflection, from the theory of motion and the time elements.
+    """Return the largest error over time of any chord deflection, due to the theory of motion and time elements.
 
-    The error is relative to the largest deflection of the beam. `--check nonlinear` measures it.
+    It is relative to the `reference_deflection` of the beam's member. `--check nonlinear` measures it.
     """
     chord = sample(answer.deflection, "chord", STATIONS)
     base = reference_deflection(_greatest_of_members(answer, chord))
@@ -31,7 +31,7 @@ def history_error(answer: Cycle, off: Estimate) -> float:
 
 
 def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
-    """Return the largest errors over time of fields and joint forces, from the theory of motion and the time elements.
+    """Return the largest errors over time of fields and joint forces, due to the theory of motion and time elements.
 
     Each error is relative to the largest value of its member or joint, or to `SMALL` times the largest of all if that
     is larger.

@@ -100,13 +100,13 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, with averages and whole-run figures from another cycle of the same run."""
+        """Return the figures, with averages and whole-run figures from another `Cycle` of the same run."""
         of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, with rigid-motion figures from a cycle with more closely spaced instants."""
+        """Return the figures, with rigid-motion figures from a `Cycle` with more closely spaced instants."""
         better = {}
         for each in (
             each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
@@ -271,7 +271,7 @@ def _rates(motion: Motion) -> Reals:
 
 
 def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
-    """Return the number of the item with the greatest known magnitude, or with the smallest if all are known."""
+    """Return the item number of the greatest known magnitude; for `LEAST`, of the smallest value if all are known."""
     known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
@@ -310,7 +310,7 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
 def _searched(
     results: Results, names: list[tuple[str, int]], progress: Progress
 ) -> dict[int, tuple[float, float, float]]:
-    """Return the value, location and time of larger values between the positions, by number."""
+    """Return the value, location and time of larger values between the positions, by index in `names`."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
@@ -340,9 +340,9 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Return the extreme along the beam for each name, its location, and whether it is well conditioned.
+    """Return the extreme for each (field, beam), its location, and whether it is well conditioned.
 
-    Each name has its own instants. The results have the shape of `grid`.
+    Each pair has its own instants. The results have the shape of `grid`.
     """
     instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
     moved = results.scene.course.at(instants)
@@ -358,7 +358,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Yield the number, value, location and time of peaks that are larger between the positions."""
+    """Yield the row and the `Peak` of each value that is larger between the positions."""
     if not better:
         return
     run = results.scene.run

@@ -153,7 +153,7 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
             bound, moved = (
                 quantity(each, solved.units[limit.figure], shown_in=shown_in) for each in (limit.bound, held_to)
             )
-            room = f" ({moved} without vibration and error)" if moved != bound else ""
+            room = f" ({moved} for the quasi-static figure)" if moved != bound else ""
             gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
             said.append(f"active limit {limit.figure}, {bound}{room}: {gain}")
     for row in _variables(solved):

@@ -236,7 +236,7 @@ def _closing(evaluation: Evaluation, tally: Tally) -> str:
     """Summarise a sweep in one line."""
     units, words, shown_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.shown_in
     if tally.limits_kept is not None:
-        words.append(f"{tally.limits_kept} keep all limits without vibration and error")
+        words.append(f"{tally.limits_kept} keep all limits, ignoring vibration and error")
     aim = tally.aim
     if tally.best is None:
         words.append("none acceptable" if tally.limits_kept == 0 else f"no design has the figure {aim.figure}")

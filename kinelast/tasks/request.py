@@ -65,9 +65,10 @@ class Request:
     stations: int = option(SCENE, "stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS),
         belongs="fields", default=101)
     checks: tuple[int | str, ...] = option(CHECKING,
-        f"compare with finite elements, so many to a beam [{tasks.ELEMENTS}]; with the whole mechanism vibrating and "
-        "displaced as far as it will; with links as plane bodies (check.json)", "ELEMENTS|nonlinear|solid,...",
-        flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), default=(), writes=("check.json",))
+        f"compare with finite elements, ELEMENTS per beam [{tasks.ELEMENTS}]; nonlinear: the whole mechanism with "
+        "vibration and displacements of any size; solid: plane-stress elements (check.json)",
+        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), default=(),
+        writes=("check.json",))
     handout: bool = option(PICTURES,
         "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)", flags=("--print",),
         writes=("report.pdf",))
@@ -122,7 +123,7 @@ class Request:
 
     @property
     def solid(self) -> bool:
-        """True if links are checked as plane bodies."""
+        """True if links are checked by plane-stress elements."""
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:

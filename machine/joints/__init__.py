@@ -6,6 +6,7 @@ from machine.joints.bearings import (
     HOLE_RANGE,
     LIFE_FACTORS,
     LOAD_RANGE,
+    MIN_LOADS,
     OVERLAP_RANGE,
     PIN_RANGE,
     SLIP_RANGE,

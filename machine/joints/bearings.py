@@ -12,6 +12,8 @@ MILLION = 1e6
 LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99: 0.25}
 """Life factor a_1 by reliability (ISO 281:2007, table 12)."""
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
+MIN_LOADS = {"ball": 0.01, "roller": 0.02}
+"""Minimum load against skidding of the rolling elements, relative to C (bearing makers)."""
 SHEAR_FACTOR = 4.0 / 3.0  # largest / mean shear stress of a solid round section
 BEARING_LIFE = "life of a rolling bearing"
 LOAD_RANGE = Range(
@@ -20,20 +22,20 @@ LOAD_RANGE = Range(
 )  # fmt: skip
 """Equivalent load / dynamic rating for which ISO 281 applies."""
 SLIP_RANGE = Range(
-    BEARING_LIFE, "equivalent load over C", "bearing makers' minimum load, balls 0.01, rollers 0.02", least=0.01,
-    outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
+    BEARING_LIFE, "equivalent load over the minimum load", "bearing makers: 0.01 C for balls, 0.02 C for rollers",
+    least=1.0, outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
 )  # fmt: skip
-"""Minimum load against skidding of the rolling elements."""
+"""Equivalent load / minimum load (`MIN_LOADS`)."""
 STATIC_RANGE = Range(
     BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
     outside="a larger load leaves dents in the raceways: choose a larger bearing",
 )  # fmt: skip
 """Static rating / static load that ISO 76 requires."""
 OVERLAP_RANGE = Range(
-    BEARING_LIFE, "swing over the angle between elements", "Harris and Kotzalas 2007, section 11.10", least=1.0,
+    BEARING_LIFE, "swing over twice the angle between elements", "Harris and Kotzalas 2007, section 11.10", least=1.0,
     outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
 )  # fmt: skip
-"""Swing, relative to the spacing of the rolling elements, for which the life formula applies."""
+"""Swing / (4 pi/Z) for which the life formula applies."""
 PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
     outside="the pin yields, and the formula no longer holds",
@@ -124,7 +126,7 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing / the swing that moves each rolling element to the place of its neighbour, shape (...).
+        """Return the swing / the swing that moves each rolling element to its neighbour's place, shape (...).
 
         Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
         number of elements is unknown.

@@ -211,7 +211,7 @@ def clearance_effects(
         force = forces[number]
         with np.errstate(invalid="ignore", divide="ignore"):
             way = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
-        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the force displaces the child
+        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the child moves against the force
     worst = np.zeros(motion.columns)
     for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
         parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)

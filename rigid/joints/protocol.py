@@ -1,8 +1,8 @@
 """Interface of all joints, before and after placement: `Joint` and `JointPlace`.
 
 A joint has one coordinate: the position of one of its links, the block, relative to the other, the owner. The parent
-is the link placed first. The coordinate depends on this choice only for a pin without a drive, gear or weld, which
-measures the angle of the child from the parent.
+is the link placed first. This order affects the coordinate of a pin only if it has no drive, gear or weld: it is then
+the angle of the child from the parent.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Position of a welded link in its body: `shift` [m] and `turn` of its axes in the body's axes, those of `link`."""
+    """Place of a welded link's axes in its body, in the axes of `link`: `shift` [m] and `turn`."""
 
     link: int
     shift: Complex = 0.0
@@ -69,9 +69,9 @@ class Body:
 class Coupling:
     """Gear as seen by its follower: ratio and driving joint.
 
-    `pressure_angle` of its teeth [rad], or None if it has none. `law` is used if the driver is in the follower's own
-    group: pairs (factor, joint) of drives and of joints between links placed before. The follower's change of
-    coordinate from the drawing is the sum of factor * change of the joint's coordinate.
+    `pressure_angle` of the teeth [rad]; None without teeth. `law` is used if the driver is in the follower's own group:
+    pairs (factor, joint), for driven joints and joints of links placed before. The follower's coordinate changes from
+    the drawing by the sum of factor * change of the joint's coordinate.
     """
 
     ratio: float
@@ -230,7 +230,7 @@ class Joint(ABC):
         return 1.0
 
     def rotation_gap(self, placed: Placed) -> Columns:
-        """Rotation gap in addition to `gap`, child from parent [rad]; 0 if unconstrained."""
+        """Rotation gap that `gap` leaves out, child from parent [rad]; 0 except for welds."""
         return 0.0
 
     def carry(self, parent: Body) -> Body:
@@ -295,7 +295,7 @@ class JointPlace(ABC):
 
     @abstractmethod
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Displacement of the child's point, and rotation, due to the free motion, (gap, turn).
+        """Displacement of the child's point and rotation, (gap, turn), due to the free motion.
 
         It is also the force and moment on the child for an effort along the free motion.
         """
@@ -306,7 +306,7 @@ class JointPlace(ABC):
 
     @abstractmethod
     def second_rate(self, acceleration: Any, turning: Any) -> Columns:
-        """Second rate of the free motion from accelerations and i eps - w^2 [rad/s^2 or m/s^2]."""
+        """Second rate of the free motion from accelerations and `Motion.turning` [rad/s^2 or m/s^2]."""
 
     @abstractmethod
     def effort(self, force: Columns, moment: Columns) -> Columns:
@@ -317,7 +317,7 @@ class JointPlace(ABC):
         """Contact force components [N] from force and moment; `length`: guided length of a block [m]."""
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
-        """Gap of the Coriolis acceleration [m/s^2], from velocities and i times angular ones."""
+        """Gap of the Coriolis acceleration [m/s^2], from velocities and i times angular velocities."""
         return ZERO
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Meta, field
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, joint_words, least
+from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, items_of, joint_words, least
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
@@ -48,7 +48,7 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
     safety: Factor | None = None  #: required static safety factor [no limit]
     #: minimum equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [no limit]
     least_load: Share | None = None
-    least_overlap: Factor | None = None  #: minimum swing / angle between elements [no limit]
+    least_overlap: Factor | None = None  #: minimum swing / twice the angle between elements [no limit]
 
 
 class PlainTable(StrictTable, frozen=True, kw_only=True):
@@ -293,6 +293,12 @@ def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], 
     return reduced(found)
 
 
+def _over_minimum(scene: Scene, shares: Any) -> Any:
+    """Return the equivalent load / minimum load of each rolling bearing, from equivalent load / C."""
+    kinds = [scene.parts[KEY][name].rolling.kind for name in items_of(scene, ROLLING)]
+    return shares / np.array([formulas.MIN_LOADS[kind] for kind in kinds])
+
+
 _one, _every, _least = partial(_found, averaged), partial(_found, each), partial(_found, least)
 LIVES = "bearing_life", "bearing_revolutions"
 BEARINGS: Part[JointParts] = Part(
@@ -314,7 +320,7 @@ BEARINGS: Part[JointParts] = Part(
                _one(ROLLING, formulas.Rolling.static_safety), LEAST, whole=True, limit="rolling.safety"),
         Figure("bearing_load_share", "equivalent load of a rolling bearing / dynamic rating", "1", ROLLING,
                _one(ROLLING, formulas.Rolling.load_share), LEAST, whole=True, limit="rolling.least_load"),
-        Figure("bearing_overlap", "swing of a rolling bearing / angle between elements", "1", ROLLING,
+        Figure("bearing_overlap", "swing of a rolling bearing / twice the angle between elements", "1", ROLLING,
                _one(ROLLING, formulas.Rolling.overlap), LEAST, whole=True, rigid=True, limit="rolling.least_overlap"),
         Figure("bearing_pressure", "pressure in a plain bearing", "Pa", PLAIN,
                _every(PLAIN, lambda part, course: part.pressure(course)), limit="plain.pressure"),
@@ -343,7 +349,7 @@ BEARINGS: Part[JointParts] = Part(
         RangeCheck(formulas.LOAD_RANGE, ROLLING, "bearing_load_share", LIVES),
         RangeCheck(formulas.STATIC_RANGE, ROLLING, "bearing_static_safety", LIVES),
         RangeCheck(formulas.OVERLAP_RANGE, ROLLING, "bearing_overlap", LIVES),
-        RangeCheck(formulas.SLIP_RANGE, ROLLING, "bearing_load_share"),
+        RangeCheck(formulas.SLIP_RANGE, ROLLING, "bearing_load_share", quantity=_over_minimum),
         RangeCheck(formulas.PIN_RANGE, PIN, "pin_safety"),
         RangeCheck(formulas.EYE_RANGE, EYE, "eye_safety"),
     ),
