@@ -1,6 +1,7 @@
 """Moving labels: names of points and links, and the peak value."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from animations.diagrams import Diagram, steady, values_of
 from animations.layers import Stack
 from animations.layout import Scales, View
-from animations.placing import Ink, Label, half_of, kept_inside, within
+from animations.placing import COVER_COST, Ink, Label, half_of, kept_inside, within
 from animations.shapes import Complexes, FlatShape, beams, moved_beams
 from animations.solid_mechanism import sections_of
 from animations.style import Style
@@ -18,19 +19,23 @@ from rigid import Reals
 from rigid.arrays import Integers
 
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions from a point to its name
-NAME_GAPS = (0.25, 1.0)  # distances between a name and its point, in letter heights
+PLACES = (24, 17, 31, 10, 38)  # stations of a beam for the name of its link, of `STATIONS`
+GAPS = (0.25, 1.0, 2.0, 3.0)  # distances of a label from its point or link, in letter heights
 PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # directions from the ordinate's end
+PEAK_GAPS = (0.0, 0.8, 1.6)  # additional distances from the ordinate's end, in letter heights
 DOT_RADIUS = 0.35  # radius of the peak dot, relative to a pin's diameter
-# Penalties of a label's position, measured as letter heights of a hidden line one pixel wide: farther from its point,
-# over another label, nearer to another point, partly outside.
-FARTHER_COST, OVERLAP_COST, WRONG_POINT_COST, OUTSIDE_COST = 1.0, 25.0, 25.0, 50.0
-CHANGE_COST = 3.0  # penalty if a label changes sides between two sampled positions, in the same unit
+# Costs of a label at a position, in letter heights of a hidden line one pixel wide.
+FARTHER_COST, LATER_COST = 2.0, 0.2  # at the next distance, at the next place of the link
+WRONG_POINT_COST, OUTSIDE_COST, LEFT_OUT_COST = 25.0, 50.0, 200.0  # nearer to another point, partly outside, no label
+CHANGE_COST = 100.0  # for a label that changes its side, distance or visibility between two sampled positions
 
 
 def name_labels(
-    deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float
+    deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float, stack: Stack | None = None
 ) -> list[Label]:
-    """Place the requested names of points and links so that they hide little of the drawing and rarely change sides.
+    """Place the requested names on no link, on few other lines, and with few changes of sides.
+
+    A name without such a place is hidden. Names of points come before names of links.
 
     Parameters
     ----------
@@ -38,31 +43,78 @@ def name_labels(
         Everything drawn, at a sample of positions.
     moved
         Exaggeration of the displacements.
+    stack
+        Layers of the links, if they are drawn solid.
     """
-    height = 0.026 * style.unit
+    height, pin = 0.026 * style.unit, 0.5 * scales.pin * view.pixels
+    mechanism = deflection.motion.mechanism
     labels: list[Label] = []
-    named = list(_named(deflection, style, moved))
-    points = np.array([view.flat(place) for _, place, _, is_point in named if is_point])
-    for text, place, pin, is_point in named:
-        anchor = view.flat(place)
-        half = half_of(text, height)
-        away = [0.5 * pin * scales.pin * view.pixels + share * height for share in NAME_GAPS]
-        ways = np.concatenate([_reach(SIDES, half) + SIDES * each for each in away])
-        there = anchor + ways[:, None]
-        cost = FARTHER_COST * (np.arange(len(ways)) >= len(SIDES))[:, None] + OUTSIDE_COST * (
-            np.abs(kept_inside(there, half, style) - there) > 0
-        )
-        if is_point:
+    if "names" in style.show:
+        numbers = {name: at for at, link in reversed(list(enumerate(mechanism.links))) for name in link.points}
+        places = {name: view.flat(moved_place(deflection, at, name, moved)) for name, at in numbers.items()}
+        points = np.array(list(places.values()))
+        for name, place in places.items():
+            there, cost = _around(place, half_of(name, height), pin, height)
             nearest = np.min(np.abs(there - points[:, None]), axis=0)
-            cost += WRONG_POINT_COST * (nearest < (1 - 1e-9) * np.abs(there - anchor))
-        for other in labels:
-            cost += OVERLAP_COST * within(there - other.middle, half + other.half)
-        steps = np.arange(there.shape[1])
-        nearest_sample = np.abs(steps[:, None] - ink.positions).argmin(axis=1)
-        side = _sides(ink.hidden(there, half) / height + cost[:, ink.positions].T)[nearest_sample]
-        best = kept_inside(there[side, steps], half, style)
-        labels.append(Label(text, best, height, "ink" if is_point else "soft", half))
+            cost = cost + WRONG_POINT_COST * (nearest < (1 - 1e-9) * np.abs(there - place))
+            labels.append(_label(name, height, "ink", there, cost, style, ink, labels))
+    beam_of = {at: beam for beam, (at, _) in reversed(list(enumerate(mechanism.beams)))}
+    axes = moved_beams(deflection, moved)
+    lines = np.array([axes(position) for position in range(deflection.motion.columns[-1])])
+    for at, link in enumerate(mechanism.links[1:] if "links" in style.show else (), 1):
+        half = half_of(link.name, height)
+        aside = view.aside(stack.middle[at]) if stack else 0.0
+        if at in beam_of:
+            depth = sections_of(deflection, scales)[beam_of[at]].depth.max() if stack else 0.0
+            there, cost = _beside(view.flat(lines[:, beam_of[at]] + aside), half, 0.5 * depth * view.pixels, height)
+        else:
+            middle = np.mean([moved_place(deflection, at, name, moved) for name in link.points], axis=0)
+            there, cost = _around(view.flat(middle + aside), half, pin * (len(link.points) == 1), height)
+        labels.append(_label(link.name, height, "soft", there, cost, style, ink, labels))
     return labels
+
+
+def _around(place: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
+    """Candidate middles of a name at the sides of a place, shape (candidates, positions), and their costs."""
+    corners = SIDES / np.maximum(np.abs(SIDES.real), np.abs(SIDES.imag))
+    ways = np.concatenate([_reach(corners, half) + SIDES * (free + gap * height) for gap in GAPS])
+    there: Complexes = place + ways[:, None]
+    cost: Reals = np.repeat(FARTHER_COST * np.arange(len(GAPS)), len(SIDES))
+    return there, cost[:, None]
+
+
+def _beside(line: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
+    """Candidate middles of a name on both sides of a beam, shape (candidates, positions), and their costs.
+
+    Parameters
+    ----------
+    line
+        The beam's stations [pixels], complex, shape (positions, stations).
+    """
+    chord = line[:, -1] - line[:, 0]
+    across = 1j * chord / np.maximum(np.abs(chord), 1e-9)
+    clear = np.abs(across.real) * half.real + np.abs(across.imag) * half.imag + free
+    ways = [side * across * (clear + gap * height) for gap in GAPS for side in (1, -1)]
+    there = np.concatenate([line[:, place] + np.array(ways) for place in PLACES])
+    farther = FARTHER_COST * np.repeat(np.arange(len(GAPS)), 2)
+    return there, np.add.outer(LATER_COST * np.arange(len(PLACES)), farther).reshape(-1, 1)
+
+
+def _label(
+    text: str, height: float, colour: str, there: Complexes, cost: Reals, style: Style, ink: Ink, others: list[Label]
+) -> Label:
+    """Choose among candidate middles of a name, or hide it, at each position."""
+    half, steps = half_of(text, height), np.arange(there.shape[1])
+    inside = kept_inside(there, half, style)
+    cost = cost + OUTSIDE_COST * (np.abs(inside - there) > 0)
+    for other in others:
+        seen = True if other.shown is None else other.shown
+        cost = cost + COVER_COST * (within(inside - other.middle, half + other.half) & seen)
+    sampled = cost[:, ink.positions].T + ink.cost(inside, half, height)
+    side = _sides(np.append(sampled, np.full((len(sampled), 1), LEFT_OUT_COST), axis=1))[ink.nearest(steps)]
+    shown = side < len(there)
+    middle = inside[np.where(shown, side, 0), steps]
+    return Label(text, middle, height, colour, half, None if shown.all() else shown)
 
 
 def _sides(cost: Reals) -> Integers:
@@ -78,22 +130,50 @@ def _sides(cost: Reals) -> Integers:
     return np.array(sides[::-1])
 
 
-def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:
-    """Yield each name, its position [m], whether to clear a pin, and whether it names a point."""
-    links = deflection.motion.mechanism.links
-    if "names" in style.show:
-        points = {name: number for number, link in reversed(list(enumerate(links))) for name in link.points}
-        for name, number in points.items():
-            yield name, moved_place(deflection, number, name, moved), True, True
-    for number, link in enumerate(links[1:] if "links" in style.show else (), 1):
-        names = list(link.points)[:2]
-        middle = np.mean([moved_place(deflection, number, name, moved) for name in names], axis=0)
-        yield link.name, middle, len(names) == 1, False
-
-
 def _reach(way: Complexes, half: complex) -> Complexes:
     """Offset from the edge of a text box to its middle, in a direction [pixels]."""
     return way.real * half.real + 1j * way.imag * half.imag
+
+
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """Largest value of a diagram at each position, from 49 stations per beam.
+
+    Attributes
+    ----------
+    value, place, along
+        Value, end of its ordinate [m], and direction of its beam, complex.
+    depth
+        Depth of its beam, if drawn solid [m].
+    """
+
+    value: Reals
+    place: Complexes
+    along: Complexes
+    depth: Reals
+
+
+def peak_of(deflection: Deflection, diagram: Diagram, scales: Scales, view: View, stack: Stack | None = None) -> Peak:
+    """Find the value of largest magnitude at each position."""
+    values = values_of(deflection, diagram)
+    sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
+    beam, station = np.unravel_index(sizes.reshape(len(sizes), -1).argmax(-1), sizes.shape[1:])
+    position = np.arange(len(sizes))
+    value, along = values[beam, position, station], beams(deflection).along[beam, position]
+    place = _axes(deflection, scales)[position, beam, station]
+    depth = np.zeros(len(place))
+    if stack:
+        place = place + np.array([view.aside(stack.middle[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
+        depth = np.array([section.depth for section in sections_of(deflection, scales)])[beam, station]
+    if scales.scale:
+        place = place + 1j * scales.scale * along * value
+    return Peak(value, place, along, depth)
+
+
+def _axes(deflection: Deflection, scales: Scales) -> Complexes:
+    """Axes of the beams as drawn [m], complex, shape (positions, beams, stations)."""
+    axes = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
+    return np.array([axes(position) for position in range(deflection.motion.columns[-1])])
 
 
 def peak_label(
@@ -105,8 +185,9 @@ def peak_label(
     names: Sequence[Label] = (),
     marks: Sequence[FlatShape] = (),
     stack: Stack | None = None,
+    ink: Ink | None = None,
 ) -> tuple[Complexes, Label]:
-    """Label the value of largest magnitude at each position, from 49 stations per beam.
+    """Label the value of largest magnitude at each position.
 
     Parameters
     ----------
@@ -114,38 +195,33 @@ def peak_label(
         Labels and lines to avoid if possible, in addition to the links.
     stack
         Layers of the links, if they are drawn solid.
+    ink
+        Everything drawn, at a sample of positions.
 
     Returns
     -------
     Its position [m], complex, shape (positions,), and the label.
     """
-    values = values_of(deflection, diagram)
-    sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
-    beam, station = np.unravel_index(sizes.reshape(len(sizes), -1).argmax(-1), sizes.shape[1:])
-    position = np.arange(len(sizes))
-    value, along = values[beam, position, station], beams(deflection).along[beam, position]
-    axis = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
-    lines = np.array([axis(int(each)) for each in position])
-    place = lines[position, beam, station]
-    links = view.flat(lines.reshape(len(lines), -1))
-    depth = np.zeros(len(place))
-    if stack:
-        place = place + np.array([view.aside(stack.middle[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
-        depth = np.array([section.depth for section in sections_of(deflection, scales)])[beam, station]
-    if scales.scale:
-        place = place + 1j * scales.scale * along * value
+    peak = peak_of(deflection, diagram, scales, view, stack)
+    value, place, along, depth = peak.value, peak.place, peak.along, peak.depth
+    position = np.arange(len(place))
+    links = view.flat(_axes(deflection, scales).reshape(len(place), -1))
     aside = np.where(value < 0 if scales.scale else along.real < 0, -1j, 1j) * along
     written = steady(scales.peak, diagram.unit)
     text, height = [written(float(each)) for each in value], 0.03 * style.unit
     half = half_of(max(text, key=len), height)
     ways = aside * PEAK_SIDES[:, None]
     off = (DOT_RADIUS * scales.pin + depth / 2) * view.pixels + 0.2 * height
-    corner = ways / np.maximum(np.abs(ways.real), np.abs(ways.imag))
-    middles = view.flat(place) + _reach(corner, half) + ways * off
-    hides: Any = 1.0 * (np.abs(kept_inside(middles, half, style) - middles) > 0)
-    hides = hides + sum(within(name.middle - middles, half + name.half) for name in names)
+    corner = _reach(ways / np.maximum(np.abs(ways.real), np.abs(ways.imag)), half)
+    away = np.concatenate([corner + ways * (off + gap * height) for gap in PEAK_GAPS])
+    middles = kept_inside(view.flat(place) + away, half, style)
+    cost: Any = FARTHER_COST * np.repeat(np.arange(len(PEAK_GAPS)), len(ways))[:, None]
+    cost = cost + OUTSIDE_COST * (np.abs(middles - view.flat(place) - away) > 0)
+    cost = cost + sum(COVER_COST * within(name.middle - middles, half + name.half) for name in names)
     marked = (view.flat(np.array([mark.place(int(each)) for each in position])) for mark in marks)
     for points in (links, *marked):
         hidden = within(points - middles[..., None], half)
-        hides = hides + 0.5 * hidden.any(axis=-1) + hidden.mean(axis=-1)
-    return place, Label(text, kept_inside(middles[hides.argmin(0), position], half, style), height, "ink", half)
+        cost = cost + COVER_COST * (hidden.any(axis=-1) + hidden.mean(axis=-1))
+    if ink:
+        cost = cost + ink.cost(middles, half, height)[ink.nearest(position)].T
+    return place, Label(text, middles[_sides(cost.T), position], height, "ink", half)

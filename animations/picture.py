@@ -9,7 +9,7 @@ import numpy as np
 
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, STATIONS, Diagram, diagram_named
-from animations.labels import DOT_RADIUS, name_labels, peak_label
+from animations.labels import DOT_RADIUS, name_labels, peak_label, peak_of
 from animations.layers import Stack, layers, reach, stacked
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
@@ -36,7 +36,7 @@ from rigid.arrays import Integers
 from symbols import DRIVE, JOINTS, hull, marks_of
 
 MAX_SAMPLES = 120  # maximum number of positions used for the view and the labels
-MAX_SOLID_SAMPLES, MAX_LABEL_SAMPLES = 40, 24  # how many of these are used for solid bodies and for labels
+MAX_SOLID_SAMPLES = 40  # how many of these are used for solid bodies
 MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
 PARTS = 6  # number of convex pieces that approximate a bent beam
 
@@ -119,15 +119,17 @@ class Picture:
         self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Integers, stack: Stack | None
     ) -> list[Label]:
         """Create the moving labels, and add a dot at the peak to the shapes."""
-        some = looked_at[:: -(-len(looked_at) // MAX_LABEL_SAMPLES)]
         moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
-        ink = ink_of(self.shapes, self.bodies, self.view, [int(position) for position in some], 0.008 * style.unit)
-        names = name_labels(deflection, self.scales, self.view, style, ink, moved)
-        if "peak" not in style.show or not self.scales.peak:
-            return without_overlaps(names)
         marks = [shape for shape in self.shapes if shape.level == "mark"]
-        place, label = peak_label(deflection, diagram, self.scales, self.view, style, names, marks, stack)
-        self.shapes.append(_dot(place, DOT_RADIUS * self.scales.pin))
+        with_peak = "peak" in style.show and self.scales.peak
+        if with_peak:
+            place = peak_of(deflection, diagram, self.scales, self.view, stack).place
+            self.shapes.append(_dot(place, DOT_RADIUS * self.scales.pin))
+        ink = ink_of(self.shapes, self.bodies, self.view, looked_at.tolist(), 0.008 * style.unit)
+        names = name_labels(deflection, self.scales, self.view, style, ink, moved, stack)
+        if not with_peak:
+            return without_overlaps(names)
+        _, label = peak_label(deflection, diagram, self.scales, self.view, style, names, marks, stack, ink)
         return without_overlaps([label, *names])
 
     def _write_around(self, deflection: Deflection, diagram: Diagram, style: Style, signed: bool) -> None:
@@ -179,7 +181,9 @@ def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, 
 
 def _dot(place: Complexes, radius: float) -> FlatShape:
     circle = radius * np.exp(2j * np.pi * np.arange(16) / 16)
-    return FlatShape("mark", lambda position: place[position] + circle, (np.arange(16),), fill=INK)
+    return FlatShape(
+        "mark", lambda position: place[position] + circle, (np.arange(16),), (np.arange(17) % 16,), fill=INK
+    )
 
 
 def stack_of(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> Stack:

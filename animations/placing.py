@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from animations.layout import FOOT, HEAD, View
 from animations.legend import LETTER_WIDTH
-from animations.shapes import Complexes, FlatShape
+from animations.shapes import QUIET, Complexes, FlatShape
 from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
-from rigid.arrays import Flags
+from rigid.arrays import Flags, Integers
 
+LINKS = ("link", "curve", "outline")  # levels of the shapes of links; those in the colour `QUIET` are thin lines
+CROSSING_COST, COVER_COST = 10.0, 1000.0  # costs of a label over a thin line, and over a link or another label
 POINT_COST = 0.35  # cost of hiding a point of a body, in steps of a one pixel line; most are at eyes and axles
 
 
@@ -63,7 +65,7 @@ def without_overlaps(labels: Sequence[Label]) -> list[Label]:
     """Hide each label at positions at which it overlaps an earlier, visible one."""
     kept: list[Label] = []
     for label in labels:
-        free = np.ones(len(label.middle), bool)
+        free = np.ones(len(label.middle), bool) if label.shown is None else label.shown.copy()
         for other in kept:
             free &= ~(meeting(label, other) & (True if other.shown is None else other.shown))
         kept.append(label if free.all() else replace(label, shown=free))
@@ -89,11 +91,18 @@ class Ink:
     places, areas
         Middles [pixels], complex, and areas of the pieces, one array per position. An area is length [pixels] times
         `FlatShape.width`.
+    of_links
+        Whether each piece belongs to a link, one array per position.
     """
 
     positions: list[int]
     places: list[Complexes]
     areas: list[Reals]
+    of_links: list[Flags]
+
+    def nearest(self, positions: Integers) -> Integers:
+        """Number of the sample nearest to each position."""
+        return np.abs(positions[:, None] - self.positions).argmin(axis=1)
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
         """Area that texts of equal size hide at the sampled positions, shape (positions, texts).
@@ -103,12 +112,22 @@ class Ink:
         middle
             Middles of the texts at all positions of the mechanism, shape (texts, positions).
         """
+        return self._hidden(middle, half)[..., 0]
+
+    def cost(self, middle: Complexes, half: complex, height: float) -> Reals:
+        """Cost of texts as `hidden`, in letter heights [pixels] of a line one pixel wide."""
+        area, links = np.moveaxis(self._hidden(middle, half), -1, 0)
+        return area / height + CROSSING_COST * (area > 0) + COVER_COST * (links > 0)
+
+    def _hidden(self, middle: Complexes, half: complex) -> Reals:
+        """Hidden area, of everything and of links, shape (positions, texts, 2)."""
         areas_hidden = []
-        for position, places, areas in zip(self.positions, self.places, self.areas, strict=True):
+        for position, places, areas, links in zip(self.positions, self.places, self.areas, self.of_links, strict=True):
             here = middle[:, position]
-            far = abs(half) + np.max(np.abs(here - here[0]))
-            near = np.abs(places - here[0]) < far
-            areas_hidden.append(within(places[near] - here[:, None], half) @ areas[near])
+            low, high = here.real.min() + 1j * here.imag.min() - half, here.real.max() + 1j * here.imag.max() + half
+            near = within(places - (low + high) / 2, (high - low) / 2)
+            both = np.stack([areas[near], areas[near] * links[near]], -1)
+            areas_hidden.append(within(places[near] - here[:, None], half) @ both)
         return np.array(areas_hidden)
 
 
@@ -116,15 +135,16 @@ def ink_of(
     shapes: Sequence[FlatShape], bodies: Sequence[SolidShape], view: View, positions: Sequence[int], step: float
 ) -> Ink:
     """Split lines into pieces of at most `step` [pixels], and add the points of bodies."""
-    pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
+    pairs, widths, first, links = [np.zeros((0, 2), int)], [np.zeros(0)], 0, [np.zeros(0, bool)]
     for shape in shapes:
         for line in shape.lines:
             pairs.append(first + np.stack([line[:-1], line[1:]], -1))
             widths.append(np.full(len(line) - 1, shape.width))
+            links.append(np.full(len(line) - 1, shape.level in LINKS and shape.ink != QUIET))
         first += len(shape.place(positions[0]))
     start, end = np.concatenate(pairs).T
-    width = np.concatenate(widths)
-    places, areas = [], []
+    width, is_link = np.concatenate(widths), np.concatenate(links)
+    places, areas, of_links = [], [], []
     for position in positions:
         points = view.flat(np.concatenate([np.zeros(0), *(shape.place(position) for shape in shapes)]))
         vector = points[end] - points[start]
@@ -134,4 +154,5 @@ def ink_of(
         solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
         places.append(np.append(points[start][piece] + share * vector[piece], solid[:, 0] + 1j * solid[:, 1]))
         areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), POINT_COST * step)))
-    return Ink(list(positions), places, areas)
+        of_links.append(np.append(is_link[piece], np.ones(len(solid), bool)))
+    return Ink(list(positions), places, areas, of_links)

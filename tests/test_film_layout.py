@@ -223,3 +223,18 @@ class TestNames:
                 np.any((left < curve.real) & (curve.real < right) & (low < curve.imag) & (curve.imag < high))
             )
         assert covered == 0
+
+
+@pytest.mark.parametrize("name", ["flapping_wing", "quick_return"])
+def test_words_cover_no_link_and_rarely_a_thin_line_or_symbol(name):
+    style, positions = Style(show=("names", "links", "peak", "drives")), range(0, 360, 45)
+    with off_screen(), Picture(deflection(load(name)), "shape", style) as picture:
+        shapes, view = picture.shapes, picture.view
+        shown = [(label, p, Words(label.at(p), 0j, label.height, 0)) for p in positions
+                 for label in picture._labels if label.at(p)]  # fmt: skip
+    assert len(shown) > 0.8 * len(picture._labels) * len(positions)
+    for levels, most in ((("curve",), 0.0), (("link", "outline", "ground", "block", "pin"), 0.05)):
+        ink = ink_of([shape for shape in shapes if shape.level in levels], [], view, positions, 2.0)
+        hidden = [ink.hidden(label.middle[None], complex(*box(words)[1::2]))[p // 45, 0] for label, p, words in shown]
+        covering = [words.text for (_, _, words), area in zip(shown, hidden, strict=True) if area]
+        assert len(covering) <= most * len(shown), covering

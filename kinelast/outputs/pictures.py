@@ -359,4 +359,5 @@ def style_of(scene: Scene, request: Request) -> Style:
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    return Style(title=scene.title, outlines=scene.outlines, marks=symbols_of(scene), look=request.style, **given)
+    outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}  # a line: two
+    return Style(title=scene.title, outlines=outlines, marks=symbols_of(scene), look=request.style, **given)
