@@ -23,6 +23,8 @@ export const view = {
   height: 1,
 };
 
+const MARGIN = 90; // pixels of the stage that the points leave free, for their names and symbols, over the hint
+
 // The stage's size, read once: reading it while marks change would lay the page out anew each time.
 export function measure() {
   [view.width, view.height] = [svg.clientWidth || 1, svg.clientHeight || 1];
@@ -84,11 +86,9 @@ export function fit() {
   }
   const span = (k) => [Math.min(...places.map((p) => p[k])), Math.max(...places.map((p) => p[k]))],
     [[l, r], [b, t]] = [span(0), span(1)];
-  Object.assign(view, {
-    x: (l + r) / 2,
-    y: (b + t) / 2,
-    scale: Math.min((view.width - 90) / Math.max(r - l, 1e-3), (view.height - 90) / Math.max(t - b, 1e-3)),
-  });
+  const foot = document.querySelector(".hint").clientHeight, tall = view.height - foot - MARGIN;
+  const scale = Math.min((view.width - MARGIN) / Math.max(r - l, 1e-3), tall / Math.max(t - b, 1e-3));
+  Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2 - foot / (2 * scale), scale });
 }
 
 // The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.

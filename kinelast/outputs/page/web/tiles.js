@@ -11,7 +11,8 @@ function tiles() {
   const shown = [decidingTile(), stressTile(where)];
   if (output && suited) {
     const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
-    const words = `${kind} ${output.name}, ${atWords(output)}${output.guessed ? "; chosen automatically" : ""}`;
+    const place = [`${kind} ${output.name}`, atWords(output)].filter(Boolean).join(", ");
+    const words = `${place}${output.guessed ? "; chosen automatically" : ""}`;
     const means = `distance or angle between the output of the elastic links and that of rigid links${
       output.guessed ? "; output under [run] chooses another output" : ""
     }`;
