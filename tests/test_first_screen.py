@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import re
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -255,3 +256,17 @@ def test_names_of_links_on_paper_lie_on_no_link(name):
     for text in named:
         box = text.get_window_extent()
         assert not any(link.intersects_bbox(box, filled=False) for link in links), text.get_text()
+
+
+@pytest.mark.parametrize("name", ["flapping_wing", "excavator_arm"])
+def test_names_on_paper_lie_on_no_name_link_or_symbol(name):
+    from matplotlib.figure import Figure
+
+    axes = Figure(figsize=(7.0, 4.0)).add_axes((0, 0, 1, 1))
+    scene = name if name in shipped_scenes() else Path(__file__).parents[1] / "docs" / "gallery" / f"{name}.toml"
+    draw_mechanism(computed(kinelast.load(scene), Request()), axes, 7 + 4j)
+    boxes = [text.get_window_extent() for text in axes.texts]
+    drawn = [each.get_path().transformed(each.get_transform()) for each in (*axes.lines, *axes.patches)]
+    assert len(boxes) > 20
+    assert [(one, other) for one, other in combinations(boxes, 2) if one.overlaps(other)] == []
+    assert [box for box in boxes if any(path.intersects_bbox(box, filled=False) for path in drawn)] == []

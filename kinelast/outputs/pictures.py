@@ -95,6 +95,7 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
     sheet.draw_symbols()
     left, right = sheet.axes.get_xlim()
     _draw_scale(sheet.axes, corner, right - left, factor if results.scene.labels and factor else None)
+    sheet.place_names()
 
 
 def position_of_largest(results: Results) -> int:
@@ -214,8 +215,8 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
     for name, lines in drawn.items():
         longest = max(lines, key=_span)
         if _span(longest) > MIN_NAMED * sheet.unit:
-            others = [line for other, each in drawn.items() if other != name for line in each]
-            sheet.name_beside(name, longest, others, 8)
+            bare = not results.mechanism.links[results.mechanism.index[name]].beams
+            sheet.name(name, [np.mean(longest)] if bare else longest, color=sheet.colors[name], fontsize=8)
 
 
 def _span(line: Any) -> float:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kinelast.outputs.placing import PlacedName, place_names
 from rigid import GROUND, Posture
-from symbols import BLOCK, LEVELS, LINK, anchor, extent_of, hull, marks_of
+from symbols import LEVELS, LINK, anchor, extent_of, hull, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,12 +26,6 @@ COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": 
 ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links are at 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
-SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bar's length at which its name may be
-LETTER = 0.9  # width of a letter of 10 points / unit of the symbols, at their full size
-AWAY = (1.0, 1.4)  # distances of a point's name / its usual distance
-ON_THIN = 0.2  # weight of thin lines / weight of links; value of a place on a thin line / value of a free place
-NAME_OFFSET = 1.2  # distance from a bar to its name / unit of the symbols
-TINY = 1e-30  # [m^2] avoids a division by zero
 
 
 class MechanismAxes:
@@ -64,6 +59,7 @@ class MechanismAxes:
         self.here = here
         self.spin = spin or (lambda _: 1.0)
         self.thin = _bars(thin)
+        self.names: list[PlacedName] = []
         self.mechanism = here.mechanism
         self.places = {
             (link.name, point): complex(np.ravel(here.point(link.name, point))[0])
@@ -125,44 +121,23 @@ class MechanismAxes:
         if len(corners) > 2:
             self._patch(corners, facecolor=color, alpha=0.16, zorder=2)
             self._line([*corners, corners[0]], color=color, linewidth=1.8, zorder=3)
-            self._text(complex(np.mean(corners)), name, color=color, fontsize=10)
+            self.name(name, [np.mean(corners)], color=color, fontsize=10)
         elif len(corners) == 2:
             self._line(corners, color=color, linewidth=3.2, zorder=3, solid_capstyle="round")
-            others = [
-                [spot for (link, _), spot in self.places.items() if link == other]
-                for other in self.colors
-                if other not in (name, GROUND)
-            ]
-            self.name_beside(name, corners, others, 10)
+            self.name(name, corners, color=color, fontsize=10)
         else:
-            block = self._block_line(next(point for link, point in self.places if link == name))
-            self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
+            self.name(name, spots, color=color, fontsize=10)
 
-    def name_beside(self, name: str, line: Any, others: Iterable[Any], fontsize: float) -> None:
-        """Draw the name of a link next to its line, away from the other links and, if possible, from thin lines."""
-        chord = line[-1] - line[0]
-        across = 1j * chord / abs(chord) * (1 if chord.real >= 0 else -1) * NAME_OFFSET * self.unit
-        bars = _bars(others)
-        letter = LETTER * self.unit / self.letters * fontsize / 10
+    def name(self, words: str, line: Any, always: bool = False, **style: Any) -> None:
+        """Add a name beside a line or a point, placed by `place_names`."""
+        box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
+        style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
+        text = self.axes.text(*_xy(line[0]), words, **{**style, "fontsize": self.letters * style["fontsize"]})
+        self.names.append(PlacedName(text, line, always))
 
-        def room(place: complex, offset: complex) -> float:
-            ends = {"left": (0, 1), "right": (-1, 0), "center": (-0.5, 0.5)}[_side(offset)]
-            words = place + offset + letter * len(name) * np.linspace(*ends, 5)[:, None]
-            return min(_distance(words, bars), letter) + ON_THIN * min(_distance(words, self.thin), letter)
-
-        spots = [complex(line[int(share * (len(line) - 1))]) for share in SHARES]
-        if len(line) == 2:
-            spots = [complex(line[0] + share * chord) for share in SHARES]
-        place, offset = max(((spot, side * across) for spot in spots for side in (1, -1)), key=lambda each: room(*each))
-        self.beside(place, complex(offset), name, color=self.colors[name], fontsize=fontsize)
-
-    def _block_line(self, point: str) -> complex | None:
-        """Return the direction of the slider with its block at a point, to the right or up."""
-        for mark in self.marks:
-            if mark.kind == BLOCK and mark.at.point == point:
-                along = complex(np.ravel(mark.direction(self.here))[0])
-                return along if (along.real, along.imag) > (FLAT, 0) or along.imag > 1 - FLAT else -along
-        return None
+    def place_names(self) -> None:
+        """Place all names, once the size and the limits of the axes are final."""
+        place_names(self.axes, self.names, self.unit, self.thin)
 
     def _mark(self, mark: Mark) -> None:
         """Draw a mark of the display list."""
@@ -188,32 +163,7 @@ class MechanismAxes:
         shared = self.pins.get(point, [link])
         if shared[0] != link:
             return
-        place = self.places[link, point]
-        block = self._block_line(point)
-        if block is None:
-            self._text(place + self._aside(point, place), point, color=INK, fontsize=11, fontweight="bold")
-        else:
-            self.beside(place, 2.5j * self.unit * block, point, color=INK, fontsize=11, fontweight="bold")
-
-    def _aside(self, point: str, place: complex) -> complex:
-        """Return a free direction at a joint, away from its links and its support."""
-        ways = []
-        for link in self.pins.get(point, [name for name, other in self.places if other == point]):
-            others = [spot for (name, other), spot in self.places.items() if name == link and other != point]
-            ways += [spot - place for spot in others if link != GROUND and abs(spot - place) > 0]
-            if link == GROUND:
-                ways.append(-1j)
-        taken = np.angle(np.array(ways)) if ways else np.array([0.0])
-        trial = np.radians(np.arange(0, 360, 15) + 45)
-        room = np.abs(np.angle(np.exp(1j * (trial[:, None] - taken)))).min(axis=1)
-        distance = 2.9 if any(d.turns and d.joint == point for d in self.mechanism.drives) else 1.5
-        offsets = np.concatenate([np.exp(1j * trial) * away * distance * self.unit for away in AWAY])
-        letter = LETTER * self.unit / self.letters
-        half = 0.5 * letter * (len(point) - 1)
-        words = [place + offset + half * np.linspace(-1, 1, 3)[:, None] for offset in offsets]
-        free = np.array([_distance(spots, self.thin) > letter for spots in words])
-        worth = np.concatenate([room / away for away in AWAY]) * np.where(free, 1.0, ON_THIN)
-        return complex(offsets[int(worth.argmax())])
+        self.name(point, [self.places[link, point]], always=True, color=INK, fontsize=11, fontweight="bold")
 
     def _line(self, spots: list[complex], **style: Any) -> None:
         self.axes.plot([spot.real for spot in spots], [spot.imag for spot in spots], **style)
@@ -223,33 +173,11 @@ class MechanismAxes:
 
         self.axes.add_patch(Polygon([_xy(corner) for corner in corners], closed=True, **style))
 
-    def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
-        """Draw words at an offset from a position."""
-        self._text(place + offset, words, ha=_side(offset), **style)
-
-    def _text(self, place: complex, words: str, **style: Any) -> None:
-        box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
-        style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
-        self.axes.text(*_xy(place), words, **{**style, "fontsize": self.letters * style["fontsize"]})
-
 
 def _bars(lines: Iterable[Any]) -> Any:
     """Return the ends of the straight parts of lines, shape (parts, 2)."""
     ends = [bar for line in lines for bar in pairwise(np.asarray(line).tolist())]
     return np.array(ends, complex).reshape(-1, 2)
-
-
-def _distance(places: Any, bars: Any) -> float:
-    """Return the smallest distance from places, shape (places, 1), to straight lines; infinity without lines."""
-    start, along = bars[:, 0], bars[:, 1] - bars[:, 0]
-    share = ((places - start) * along.conj()).real / np.maximum(abs(along) ** 2, TINY)
-    return float(abs(places - start - np.clip(share, 0, 1) * along).min(initial=np.inf))
-
-
-def _side(offset: complex) -> str:
-    """Return the alignment of words at an offset from a position."""
-    lean = offset.real / abs(offset)
-    return "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
 
 
 def _xy(place: complex) -> tuple[float, float]:

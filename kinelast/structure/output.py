@@ -203,4 +203,6 @@ def skeleton(subject: Mechanism | Scene) -> Figure:
     drawing.draw()
     axes.margins(0.04)
     axes.autoscale_view()
+    figure.draw_without_rendering()
+    drawing.place_names()
     return figure
