@@ -136,7 +136,7 @@ def _reach(way: Complexes, half: complex) -> Complexes:
 
 
 @dataclass(frozen=True, eq=False)
-class Peak:
+class LargestValue:
     """Largest value of a diagram at each position, from 49 stations per beam.
 
     Attributes
@@ -153,7 +153,9 @@ class Peak:
     depth: Reals
 
 
-def peak_of(deflection: Deflection, diagram: Diagram, scales: Scales, view: View, stack: Stack | None = None) -> Peak:
+def peak_of(
+    deflection: Deflection, diagram: Diagram, scales: Scales, view: View, stack: Stack | None = None
+) -> LargestValue:
     """Find the value of largest magnitude at each position."""
     values = values_of(deflection, diagram)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
@@ -167,7 +169,7 @@ def peak_of(deflection: Deflection, diagram: Diagram, scales: Scales, view: View
         depth = np.array([section.depth for section in sections_of(deflection, scales)])[beam, station]
     if scales.scale:
         place = place + 1j * scales.scale * along * value
-    return Peak(value, place, along, depth)
+    return LargestValue(value, place, along, depth)
 
 
 def _axes(deflection: Deflection, scales: Scales) -> Complexes:
