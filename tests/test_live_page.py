@@ -606,6 +606,19 @@ def test_a_widget_that_cannot_start_gives_advice(driver, scene, policy, answers,
 
 
 @pytest.mark.parametrize("width", [390, 1280])
+def test_the_mechanism_is_drawn_above_the_hint(driver, tmp_path, width):
+    scene = tmp_path / "tall.toml"
+    scene.write_text(shipped_scenes()["quick_return"].read_text())
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address, width, 844)
+        lowest = hand.run(
+            "const marks = [...document.querySelectorAll('#svg g:not(#layer-grid) > path')]; "
+            "return Math.max(...marks.map((each) => each.getBoundingClientRect().bottom))"
+        )
+        assert 0 < lowest < hand.run("return document.querySelector('.hint').getBoundingClientRect().top")
+
+
+@pytest.mark.parametrize("width", [390, 1280])
 def test_the_drawing_stands_above_the_fold_and_nothing_is_cut_off(driver, scene, width):
     with live_page.editing(scene) as live:
         hand = live_page.Hand(driver, live.address, width, 844)
