@@ -126,7 +126,8 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
     settled = exact.exact and max(exact.exact.open, left, exact.time_error) < MAX_RESIDUAL
     if fine.stable and not settled:
         raise SceneError("", "", "", "the reference does not settle")
-    reference: Reference = tuple(Cycle(scene, motion, bent, sampled=True) for bent in (finer, exact.deflection))
+    bent = finer.deflection, exact.deflection
+    reference: Reference = tuple(Cycle(scene, motion, each, sampled=True) for each in bent)
     row = row_of(scene, TAKEN, answer(results.cycle, scene.theory, results.period), reference)
     if number % CHECKED_EVERY == 0 and fine.stable:
         row[CHECKED] = independent(scene, results, exact)

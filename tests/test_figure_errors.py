@@ -148,7 +148,7 @@ def test_every_figure_has_an_error_by_time_elements():
     given = results.motion, scene.course.at, results.period, scene.sections, scene.joints, damping_of(scene)
     rough, fine = (elastodynamic(*given, tolerance) for tolerance in (1e-2, 1e-5))
     coarse = geometrically_exact(rough, 1e-2)
-    finer = discretized_finer(coarse, finer_vibration(coarse), 1e-4)[0]
+    finer = discretized_finer(coarse, finer_vibration(coarse), 1e-4)[0].deflection
     bent = coarse.deflection, finer, geometrically_exact(fine, 1e-5).deflection
     here, reported, best = (largest(results, each) for each in bent)
     ratios = []

@@ -1,19 +1,23 @@
 """Figures at few positions and at sixteen times as many differ by less than their stated errors."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from tiers import in_tiers
 
 from kinelast import shipped_scenes
+from kinelast.figures import theory
+from kinelast.figures.errors import BETWEEN
 from kinelast.figures.results import answered
 from kinelast.runs import computed
-from kinelast.scene.data import Theory
+from kinelast.scene.data import ACCURACY, Theory
 from kinelast.scene.document import read_document, scene_from_text
 from kinelast.tasks.request import Request
 
 FEW, TIMES = 24, 16
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery" / "pick_and_place_arm.toml"
 ROUND_OFF = 1e-6  # smallest difference that counts, relative to the largest figure of a key: error of swings
 NOTHING = 1e-12  # in any unit: means that are zero
 MAX_RATIO = 1.1  # stated errors are searched at 21 stations per beam, figures everywhere
@@ -94,3 +98,21 @@ def test_figures_at_few_positions_are_within_their_errors(scene, rigid):
                 assert abs(value - other) <= MAX_RATIO * stated + ROUND_OFF * scale + NOTHING, key
                 compared += 1
     assert compared > 40
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", "pick_and_place_arm"])
+def test_peaks_that_the_positions_miss_are_evaluated_without_solving_again(name, monkeypatch):
+    """They agree with a solution at the additional positions, and with one at sixteen times as many positions."""
+    paths = shipped_scenes() | {GALLERY.stem: GALLERY}
+    document, solved, solve = read_document(paths[name]), [], theory._vibrating
+    monkeypatch.setattr(theory, "_vibrating", lambda *given: solved.append(given) or solve(*given))
+    few, many = (computed(document.with_positions(count).scene, Request()) for count in (FEW, TIMES * FEW))
+    assert len(solved) == 2
+    assert len(few.answer.cycle.motion.time) > FEW
+    again = theory.answer(few.answer.cycle.still, few.scene.theory, few.period)
+    for here, same, there in zip(few.answer.graded, again.graded, many.answer.graded, strict=True):
+        assert (here.key, here.item) == (same.key, same.item) == (there.key, there.item)
+        assert here.error.parts[BETWEEN] < ACCURACY * here.base
+        assert here.value == pytest.approx(same.value)
+        assert here.error.parts == pytest.approx(same.error.parts)
+        assert abs(here.value - there.value) <= here.error.size + there.error.size

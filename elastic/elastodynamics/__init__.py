@@ -11,7 +11,7 @@ from elastic.elastodynamics.geometrically_exact import (
 )
 from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.solution import Elastodynamic, deflection_at
+from elastic.elastodynamics.solution import Elastodynamic, deflection_at, moved_to
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch, prominences

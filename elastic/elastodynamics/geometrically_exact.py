@@ -16,7 +16,7 @@ from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
     TOLERANCE,
     Elastodynamic,
-    deflection_at,
+    moved_to,
     resolved_in_time,
     time_error,
     vibration_in,
@@ -77,8 +77,8 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 
 def discretized_finer(
     answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
-) -> tuple[Deflection, float]:
-    """Deflection at the same positions in a finer discretization, and its own error of convergence.
+) -> tuple[Elastodynamic, float]:
+    """Answer at the same positions in a finer discretization, and its own error of convergence.
 
     This error is relative to the largest displacement; for large displacement, relative to that of the worst beam.
 
@@ -95,7 +95,7 @@ def discretized_finer(
         Result of `with_large_displacement` in the finer discretization, if known.
     """
     if finer is None or answer.discretization is None:
-        return answer.deflection, 0.0
+        return answer, 0.0
     if answer.exact is None:
         found, left = corrected(finer, tolerance)
         after = replace(answer, vibration=found)
@@ -106,7 +106,7 @@ def discretized_finer(
             now = begun.exact.displaced if begun and begun.exact else None
         settled = settled_links(finer, tolerance, wider.fastest, begun=now)
         after, left = replace(answer, vibration=finer, exact=settled), settled.worst
-    return deflection_at(after, answer.quasi_static.motion), left
+    return moved_to(after, answer.quasi_static), left
 
 
 def steps_to_exact(

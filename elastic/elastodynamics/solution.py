@@ -190,6 +190,11 @@ def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
     return deflection(motion, plain.sections, plain.joints, resampled(answer.vibration.loads, sampler))
 
 
+def moved_to(answer: Elastodynamic, quasi_static: Deflection) -> Elastodynamic:
+    """Return the same vibration at the positions of another quasi-static deflection."""
+    return replace(answer, deflection=deflection_at(answer, quasi_static.motion), quasi_static=quasi_static)
+
+
 def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from elastic import Deflection
-from elastic.elastodynamics import Elastodynamic, deflection_at, has_dry_friction
+from elastic.elastodynamics import Elastodynamic, deflection_at
 from kinelast.figures.courses import course_errors, history_error
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import BETWEEN, NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
@@ -34,6 +34,8 @@ class Answer:
         Deflection without vibration.
     vibrating
         Solution with vibration; None if not computed.
+    stages
+        Corrected answers by cause, as in `off`, with their vibration.
     figures, off
         Figures with errors, and the data for these errors.
     graded
@@ -51,6 +53,7 @@ class Answer:
     cycle: Cycle
     quasi_static: Deflection
     vibrating: Elastodynamic | None
+    stages: Mapping[str, Elastodynamic]
     figures: Sequence[Figure]
     off: Estimate
     graded: Sequence[GradedFigure]
@@ -137,13 +140,7 @@ class Answer:
 
     @property
     def missed_peaks(self) -> Reals:
-        """Instants [s] around the peaks of graded figures if their error `BETWEEN` positions exceeds the accuracy.
-
-        Empty with dry friction: a second answer would take as long as the first, and its joints would stick at other
-        instants.
-        """
-        if has_dry_friction(self.cycle.scene.mechanism):
-            return np.zeros(0)
+        """Instants [s] around the peaks of graded figures if their error `BETWEEN` positions exceeds the accuracy."""
         keys = {each.key for each in self.graded if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
         figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
         instants = [np.zeros(0)]

@@ -291,12 +291,12 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             return plain
         run = with_breaks(plain, run_figures(plain.cycle, output_of(scene, plain.deflection)))
         return replace(plain, run=run.with_averages(whole.cycle))
-    from kinelast.figures.theory import answer
+    from kinelast.figures.theory import answer, answer_at
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):
         whole = _with_instants(whole, best.missed_peaks)
-        best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+        best = answer_at(best, whole.cycle, theory)
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))

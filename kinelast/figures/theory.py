@@ -23,6 +23,7 @@ from elastic.elastodynamics import (
     geometrically_exact,
     has_dry_friction,
     large_displacement_error,
+    moved_to,
     stepped_on,
     transient,
     with_large_displacement,
@@ -152,6 +153,12 @@ def answer(
     return rungs.best(tried)
 
 
+@one_thread()
+def answer_at(known: Answer, quasi_static: Cycle, theory: Theory) -> Answer:
+    """Return a known answer at other positions of the run, those of a quasi-static answer."""
+    return _Rungs(quasi_static, theory).again(known)
+
+
 @dataclass(frozen=True, eq=False)
 class _Rungs:
     """Answers of all theories to a scene, with errors."""
@@ -205,29 +212,27 @@ class _Rungs:
         SceneError
             The geometrically exact theory is requested by name but cannot solve the scene: a wheel on a rack.
         """
-        plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
         if not linear.stable:
-            yield self._answer(QUASI_STATIC, plain, linear, {}, settled, UNSTABLE)
-            for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
-                yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
+            for name in (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT):
+                yield self._answer(name, linear, {}, settled, UNSTABLE)
             return
         shared: Vibration | None = None
-        stages: dict[str, Cycle] = {}
+        stages: dict[str, Elastodynamic] = {}
         shares = settled
         if self._worth_measuring(linear, wanted):
             self._tell(1, "error in time and coordinates")
             shared = finer_vibration(linear)
-            stages, shares = {TIME: self._cycle(discretized_finer(linear, shared, tolerance)[0])}, {}
+            stages, shares = {TIME: discretized_finer(linear, shared, tolerance)[0]}, {}
         began = time.perf_counter()
         finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
         first_steps = time.perf_counter() - began
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
-        if asked == QUASI_STATIC or (asked is None and not self._far(plain, vibrating, wanted)):
-            yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
+        if asked == QUASI_STATIC or (asked is None and not self._far(linear, wanted)):
+            yield self._answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
-            yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+            yield self._answer(ELASTODYNAMIC, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
         if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
@@ -236,7 +241,7 @@ class _Rungs:
                 left = {**left, LARGE: FORCES_LATER * left[LARGE]}
                 if not measured and left[LARGE] > self.resolved(wanted):
                     measured, left = self._one_more_step(stepped, left)
-            yield self._answer(GEOMETRICALLY_EXACT, self._cycle(stepped.deflection), stepped, measured, left)
+            yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
         self._tell(3, "geometrically exact")
         self._announce(first_steps)
         try:
@@ -251,8 +256,7 @@ class _Rungs:
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
-        opened = self._open(exact, tolerance, wanted, *known)
-        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, *opened)
+        yield self._answer(GEOMETRICALLY_EXACT, exact, *self._open(exact, tolerance, wanted, *known))
 
     def best(self, tried: Sequence[Answer]) -> Answer:
         """Return the answer with the smallest error due to the theory of motion.
@@ -264,8 +268,9 @@ class _Rungs:
             return self.unknown("large displacement cannot be settled: friction sticks too hard")
         return best
 
-    def _far(self, plain: Cycle, vibrating: Cycle, wanted: float) -> bool:
+    def _far(self, linear: Elastodynamic, wanted: float) -> bool:
         """Return True if vibration changes the deflection so much that the quasi-static answer need not be tried."""
+        plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
@@ -285,8 +290,7 @@ class _Rungs:
         vibration = bound_of_vibration(self.quasi_static, period)
         if vibration + large > self.resolved(wanted, BOUNDED):
             return None
-        answer = self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {VIBRATION: vibration, LARGE: large})
-        return replace(answer, missed=vibration, finer=True)
+        return self._answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
     def resolved(self, wanted: float, share: float = RESOLVED) -> float:
         """Largest bound that is stated in place of a measured error, see `kinelast.figures.bounds.resolved`."""
@@ -295,11 +299,11 @@ class _Rungs:
 
     def rigid(self) -> Answer:
         """Return the answer of rigid links."""
-        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {})
+        return self._answer(QUASI_STATIC, None, {}, {})
 
     def unknown(self, why: str) -> Answer:
         """Return the quasi-static answer if vibration is unknown."""
-        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
+        return self._answer(QUASI_STATIC, None, {}, {}, why)
 
     def at_rest(self) -> Answer:
         """Return the answer for a machine at rest, without vibration, if large displacement cannot be solved.
@@ -309,7 +313,7 @@ class _Rungs:
         rotation = largest_rotation(self.plain)
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
         large = {LARGE: float(rotation**2 + pressed)}
-        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
+        return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return True if the error has to be measured by a finer discretization."""
@@ -317,7 +321,7 @@ class _Rungs:
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
-    ) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
+    ) -> tuple[Elastodynamic, dict[str, Elastodynamic], dict[str, float]]:
         """Return the answer with large displacement as a stage, or a relative estimate of the effect.
 
         The finer discretization is used if there is one, because that of the linear answer may be too coarse.
@@ -330,11 +334,11 @@ class _Rungs:
             stepped, left = with_large_displacement(linear, finer)
         except MechanismError:
             return linear, {}, {LARGE: large_displacement_error(linear)}
-        return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: left}
+        return stepped, {LARGE: stepped}, {HIGHER_ORDERS: left}
 
     def _one_more_step(
         self, stepped: Elastodynamic, left: dict[str, float]
-    ) -> tuple[dict[str, Cycle], dict[str, float]]:
+    ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
         """Measure the error of the first steps to the exact answer by one more step; return it and the errors left.
 
         Further steps change the answer by this change times the ratio of the last two changes. Returns the given errors
@@ -345,7 +349,7 @@ class _Rungs:
         if not change < before:
             return {}, left
         shares = {name: share for name, share in left.items() if name != LARGE}
-        return {LARGE: self._cycle(after.deflection)}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
+        return {LARGE: after}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
 
     def _open(
         self,
@@ -354,7 +358,7 @@ class _Rungs:
         wanted: float,
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
-    ) -> tuple[dict[str, Cycle], dict[str, float]]:
+    ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
         """Return the exact answer in a finer discretization, and the errors that are known as shares.
 
         There is no finer answer if the error bounds of displacements and forces are small, if it would take too long,
@@ -367,23 +371,24 @@ class _Rungs:
         self._tell(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        bent, left = discretized_finer(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
+        after, left = discretized_finer(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
         worst = exact.exact.worst
         if left > FAR_FROM_SETTLED * max(tolerance, worst):
             return {}, shares
         if left > max(tolerance, SHARED * worst):
-            return {TIME: self._cycle(bent)}, {LARGE: LEFT_OVER_CHANGE * max(worst, left)}
-        return {TIME: self._cycle(bent)}, {}
+            return {TIME: after}, {LARGE: LEFT_OVER_CHANGE * max(worst, left)}
+        return {TIME: after}, {}
 
     def _answer(
         self,
         name: str,
-        cycle: Cycle,
         vibrating: Elastodynamic | None,
-        stages: Mapping[str, Cycle],
+        stages: Mapping[str, Elastodynamic],
         shares: Mapping[str, float],
         unknown: str = "",
     ) -> Answer:
+        cycle = self._cycle(self.plain if name == QUASI_STATIC or vibrating is None else vibrating.deflection)
+        corrected = {cause: self._cycle(stage.deflection) for cause, stage in stages.items()}
         settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
         forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
         bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
@@ -392,16 +397,19 @@ class _Rungs:
             closer is not None and VIBRATION in stages and vibrating is not None and self._between.may_peak(vibrating)
         )
         moving = self._between.of(cycle, vibrating) if rings else None
-        off = Estimate(stages, bodies, shares, unknown, settled, forces, closer, moving)
+        off = Estimate(corrected, bodies, shares, unknown, settled, forces, closer, moving)
         graded = graded_figures(self.scene, cycle, self.figures, off)
-        missed = math.nan if vibrating is None else math.inf
-        if not unknown:
-            with_motion = [cycle, *stages.values()][-1] if name == QUASI_STATIC else cycle
-            missed = self._missed(with_motion, graded)
-        finer = LARGE in stages
-        return Answer(
-            name, cycle, self.plain, vibrating, self.figures, off, graded, self.theory.accuracy, missed, finer
-        )
+        missed = shares.get(VIBRATION, math.nan if vibrating is None else math.inf)
+        if not unknown and VIBRATION not in shares:
+            missed = self._missed([cycle, *corrected.values()][-1] if name == QUASI_STATIC else cycle, graded)
+        finer, accuracy = LARGE in stages or VIBRATION in shares, self.theory.accuracy
+        return Answer(name, cycle, self.plain, vibrating, stages, self.figures, off, graded, accuracy, missed, finer)
+
+    def again(self, known: Answer) -> Answer:
+        """Return an answer that is known at other positions of the run, without solving vibration again."""
+        vibrating = known.vibrating and moved_to(known.vibrating, self.plain)
+        stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
+        return self._answer(known.theory, vibrating, stages, known.off.shares, known.unknown)
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change that vibration causes in the most affected graded figure.
