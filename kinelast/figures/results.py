@@ -296,7 +296,10 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):
         whole = _with_instants(whole, best.missed_peaks)
-        best = answer_at(best, whole.cycle, theory)
+        if best.vibrating:
+            best = answer_at(best, whole.cycle, theory)
+        else:
+            best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))

@@ -409,7 +409,10 @@ class _Rungs:
         """Return an answer that is known at other positions of the run, without solving vibration again."""
         vibrating = known.vibrating and moved_to(known.vibrating, self.plain)
         stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
-        return self._answer(known.theory, vibrating, stages, known.off.shares, known.unknown)
+        shares = dict(known.off.shares)
+        if LARGE in shares and vibrating and known.theory != GEOMETRICALLY_EXACT:
+            shares[LARGE] = max(shares[LARGE], PER_ROTATION * largest_rotation(vibrating.deflection))
+        return self._answer(known.theory, vibrating, stages, shares, known.unknown)
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change that vibration causes in the most affected graded figure.
