@@ -11,7 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.polynomials import at_marks, derivative, greatest_at, turning_points, zeros_between, zeros_of
+from elastic.beams.polynomials import (
+    at_marks,
+    derivative,
+    greatest_at,
+    greatest_on,
+    turning_points,
+    zeros_between,
+    zeros_of,
+)
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import PRIMARY, chains, field_named
 from elastic.solution import Deflection
@@ -56,7 +64,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     requested = {name: field_named(name).key for name in fields}
     wanted = _with_parts(requested.values())
     values: dict[str, Extreme] = {}
-    for chain in chains():
+    for chain in () if deflection.is_turned else chains():
         values |= _extremes_along_chain(deflection, chain, wanted)
     others = [key for key in wanted if key not in values and not field_named(key).greatest_of]
     values |= _extremes_of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
@@ -85,19 +93,19 @@ def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: 
     """Extremes of the wanted fields of a chain of integrals, and of the chord deflection (turning points from M).
 
     A chain is broken at u and w by the sections' free strain or shear, at M by couples, and everywhere by additional
-    free strains (`AddedLoads`) or rotated sections. Turning points are then computed from the field itself.
+    free strains (`AddedLoads`). Turning points are then computed from the field itself. Fields of rotated sections form
+    no chain.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
         return {}
-    turned = deflection.is_turned
-    bare = not (deflection.compliance.strained or deflection.compliance.sheared or turned)
+    bare = not (deflection.compliance.strained or deflection.compliance.sheared)
     greatest: dict[str, Extreme] = {}
     load = coefficients(deflection, chain[0])
     turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
         values = coefficients(deflection, field)
-        if turned or (not bare and field in ("u", "w")) or (field == "M" and deflection.couple is not None):
+        if (not bare and field in ("u", "w")) or (field == "M" and deflection.couple is not None):
             turning = turning_points(values)
         marks, heights = at_marks(values, turning)
         if field in wanted:
@@ -120,7 +128,7 @@ def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dic
     greatest: dict[str, Extreme] = {}
     for fields in alike.values():
         values = np.stack(list(fields.values()), axis=1)
-        both = zip(*greatest_at(*at_marks(values, turning_points(values))), strict=True)
+        both = zip(*greatest_on(values), strict=True)
         greatest |= {
             key: _largest_of_pieces(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)
         }
@@ -139,7 +147,7 @@ def _root_extreme(deflection: Deflection, key: str, beside: Extreme | None = Non
     value, xi = np.zeros(near.shape), np.zeros(near.shape)
     if near.any():
         some = np.ascontiguousarray(squares[:, near])
-        value[near], xi[near] = greatest_at(*at_marks(some, turning_points(some)))
+        value[near], xi[near] = greatest_on(some)
     return _largest_of_pieces(Extreme(np.sqrt(np.maximum(value, 0.0)), xi), deflection)
 
 

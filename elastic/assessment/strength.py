@@ -30,7 +30,8 @@ def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations
     -------
     Each of shape (2, beams, ..., stations), left and right fibre; singular positions are ignored.
     """
-    sides = [_ends(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of]
+    known: dict[str, AtStations] = {}
+    sides = [_ends(sample(deflection, side, stations, known)) for side in FIELDS["normal"].greatest_of]
     least, most = zip(*sides, strict=True)
     return np.array(least), np.array(most)
 

@@ -151,7 +151,7 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
     if division.whole:
         powers = np.power.outer(stations, np.arange(len(values)))
         flat = powers @ values.reshape(len(values), -1)
-        return np.moveaxis(flat.reshape(len(stations), *values.shape[1:]), 0, -1)
+        return flat.reshape(len(stations), *values.shape[1:]).transpose(*range(1, values.ndim), 0)
     result = np.empty((len(division.sections), *values.shape[2:], len(stations)))
     for number, along in enumerate(result):
         first, *others = division.of_beam(number)

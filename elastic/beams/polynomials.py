@@ -116,6 +116,21 @@ def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Rea
     return marks, heights
 
 
+def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
+    """Return the values of the largest magnitude on [0, 1] and their places; nan if a coefficient is nan.
+
+    A polynomial whose inner Bernstein coefficients do not exceed its ends is largest at an end.
+    """
+    flat = values.reshape(len(values), -1)
+    size = np.abs(_in_bernstein(len(flat)) @ flat)
+    curved = ~(size[1:-1].max(axis=0, initial=0.0) <= np.maximum(size[0], size[-1]))
+    value, place = greatest_at(*at_marks(flat))
+    if curved.any():
+        some = flat[:, curved]
+        value[curved], place[curved] = greatest_at(*at_marks(some, turning_points(some)))
+    return value.reshape(values.shape[1:]), place.reshape(values.shape[1:])
+
+
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
     """Return the value of the largest magnitude and its mark; nan if any value is nan."""
     best = np.abs(heights).argmax(axis=0)

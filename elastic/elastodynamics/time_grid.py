@@ -78,7 +78,7 @@ class Grid:
     edges: Reals
     stages: int = STAGES
 
-    @property
+    @cached_property
     def steps(self) -> Reals:
         """Duration of every element [s], shape (elements,)."""
         return np.diff(self.edges)

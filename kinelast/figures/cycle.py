@@ -41,7 +41,7 @@ class AlongBeams(RowSearch):
 
     def rows(self, cycle: Cycle) -> Reals | None:
         """Return the values for a cycle that is sampled along the beams."""
-        return greatest_along(sample(cycle.deflection, self.key, AT_STATIONS, cycle.samples)) if cycle.sampled else None
+        return cycle.once(_rows_along, self.key) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
         """Return the largest values on the beams over the included positions."""
@@ -344,6 +344,18 @@ def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
 
 def _joint(cycle: Cycle, number: int) -> JointCourse:
     return joint_course(cycle.motion, cycle.deflection.forces, number, cycle.weights)
+
+
+def _rows_along(cycle: Cycle, key: str) -> Reals:
+    """Return the value of largest magnitude among the stations of every beam, shape (beams, ..., positions)."""
+    if parts := FIELDS[key].greatest_of:
+        one, other = (cycle.once(_rows_along, part) for part in parts)
+        larger = np.where(np.abs(other) > np.abs(one), other, one)
+        return larger if FIELDS[key].signed else np.abs(larger)
+    if squares := FIELDS[key].root_of:
+        values = ((weight, sample(cycle.deflection, part, AT_STATIONS, cycle.samples)) for weight, part in squares)
+        return np.sqrt(np.max(sum(weight * each**2 for weight, each in values), axis=-1))
+    return greatest_along(sample(cycle.deflection, key, AT_STATIONS, cycle.samples))
 
 
 def greatest_along(values: Any) -> Reals:

@@ -254,7 +254,7 @@ def _peaks(extremes: Largest, motion: Motion) -> list[Peak]:
     values, positions = np.asarray(extremes.value, float), np.asarray(extremes.position)
     if not values.size:
         return []
-    parts = (np.broadcast_to(part, values.shape).tolist() for part in (extremes.xi, extremes.row))
+    parts = (np.full(values.shape, part).tolist() for part in (extremes.xi, extremes.row))
     time, drive = motion.time[positions].tolist(), motion.drive[:, positions].T.tolist()
     rows = zip(values.tolist(), positions.tolist(), time, drive, *parts, strict=True)
     nowhere = (math.nan,) * len(motion.drive)
