@@ -35,7 +35,7 @@ class Answer:
     vibrating
         Solution with vibration; None if not computed.
     stages
-        Corrected answers by cause, as in `off`, with their vibration.
+        Corrected answers by cause, as in `off`, with their vibration; empty in finished results.
     figures, off
         Figures with errors, and the data for these errors.
     graded

@@ -300,6 +300,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             best = answer_at(best, whole.cycle, theory)
         else:
             best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+    best = replace(best, stages={})  # they take more memory than all else
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
