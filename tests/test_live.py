@@ -181,7 +181,7 @@ class TestEdits:
                     {"do": "fix", "point": "E"}, {"do": "drive", "link": "link_1"})  # fmt: skip
         tables = tomllib.loads(text)
         assert tables["points"]["D"] == [0.2, 0.15]
-        assert tables["links"]["link_2"]["points"] == ["B", "C", "D"]
+        assert tables["links"]["link_2"]["points"] == ["B", "D", "C"]
         assert tables["links"]["link_3"]["points"] == ["E", "D"]
         answer, data = quick_answer(text)
         assert answer["mistakes"] == []
