@@ -73,7 +73,7 @@ def quick_answer(
         if with_numbers:
             answer["sheet"]["tables"] = tables
         if answer["sheet"]["empty"]:
-            return answer, data
+            return {**answer, "numbers": [] if with_numbers else None}, data
         document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
         if with_numbers:
             answer["numbers"] = adjustable_numbers(document, text)

@@ -252,7 +252,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     there, seen = change.get("at"), {**sheet, **now}
     if "between" in change:
         first, last = (sheet[each] for each in change["between"])
-        place = first + round(float(change["share"]), 3) * (last - first)
+        place = first + float(change["share"]) * (last - first)
         there = [place.real, place.imag]
     text, (point,) = parts.with_points(text, tables, [there])
     if point in ends:
@@ -290,7 +290,7 @@ def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> 
     """Position of a new point in the first posture of the motion."""
     if "between" in change:
         first, last = (seen[each] for each in change["between"])
-        return first + round(float(change["share"]), 3) * (last - first)
+        return first + float(change["share"]) * (last - first)
     return seen[point] if isinstance(change["at"], str) else complex(*change["at"])
 
 

@@ -1,7 +1,7 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
 import { draw, drawGrid } from "./drawing.js";
 import { linkUnder, nearestPosition, pointUnder } from "./links.js";
-import { direction, joint, near, onGrid, onLink, picked, placed, snapped } from "./places.js";
+import { direction, joint, near, onGrid, onLink, picked, placed, shareOf, snapped } from "./places.js";
 import { fillToolbar, showTool, TOOLS } from "./toolbar.js";
 import { drawnNow, gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 /** @type {(id: string) => any} */
@@ -157,7 +157,7 @@ function released(done, screen) {
     actions.edit({
       do: "trace",
       link: done.link.link,
-      ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: done.link.t }),
+      ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: shareOf(done.link) }),
     });
   } else if (done.kind === "click") click(screen);
   draw();
