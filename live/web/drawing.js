@@ -106,6 +106,7 @@ export function draw() {
     };
     picture.beams.forEach((_, beam) => {
       const [a, b] = [end(beam, 0, i), end(beam, 1, i)];
+      lines.push([toScreen(a), toScreen(b)]);
       rigid.push(["path", { class: stale ? "bar0 stale" : "bar0", d: `M${px(a)}L${px(b)}` }]);
       if (!picture.closes.all) {
         last.push(["path", { class: "last", d: `M${px(end(beam, 0, count - 1))}L${px(end(beam, 1, count - 1))}` }]);
