@@ -300,11 +300,11 @@ def _in_own_axes(text: str, tables: Tables, name: str, order: list[str], seen: M
     ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
     way = ways.get(name, (last - first) / abs(last - first))
-    own = dict(link["points"]) if isinstance(link["points"], dict) else {}
+    coordinates = dict(link["points"]) if isinstance(link["points"], dict) else {}
     for each in order:
-        own.setdefault(each, parts.exact_place((seen[each] - first) * way.conjugate(), tables))
+        coordinates.setdefault(each, parts.exact_place((seen[each] - first) * way.conjugate(), tables))
     text = without(text, ("links", name, "length"))
-    return with_value(text, ("links", name, "points"), {each: own[each] for each in order})
+    return with_value(text, ("links", name, "points"), {each: coordinates[each] for each in order})
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:
