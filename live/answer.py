@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import rigid
-from elastic import Deflection, marked, sample
+from elastic import Deflection, displacement_of, marked, sample
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.limits import decisive
@@ -73,7 +73,7 @@ def quick_answer(
         if with_numbers:
             answer["sheet"]["tables"] = tables
         if answer["sheet"]["empty"]:
-            return answer, data
+            return {**answer, "numbers": [] if with_numbers else None}, data
         document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
         if with_numbers:
             answer["numbers"] = adjustable_numbers(document, text)
@@ -277,10 +277,11 @@ def picture(
     arrays["columns"] = np.array([column.values[taken] for column in columns]).reshape(
         len(columns), len(arrays["time"])
     )
-    points = _points(bent.motion)
-    arrays["points"] = _pairs([place[taken] for place in points.values()])
+    points = _points(bent)
+    arrays["points"], arrays["moved"] = (_pairs([each[at][taken] for each in points.values()]) for at in (0, 1))
     marks, more = scene_marks(scene, bent.motion)
     arrays |= {name: _pairs(values)[:, taken] for name, values in more.items()}
+    arrays |= {"shift": _pairs(bent.shift)[:, taken], "angle": bent.angle[:, taken]}
     arrays["rate"] = bent.motion.drive_rate[:, taken]
     if scene.labels:
         arrays |= _beams(bent, taken)
@@ -318,13 +319,15 @@ def _peaks(law: Any) -> list[float | None] | None:
     return [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
 
 
-def _points(moved: Motion) -> dict[str, Any]:
-    """Positions of all named points over time [m], complex."""
+def _points(bent: Deflection) -> dict[str, Any]:
+    """Rigid positions and displacements of all named points over time [m], complex."""
     points: dict[str, Any] = {}
+    moved = bent.motion
     for number, link in enumerate(moved.mechanism.links):
         for point in link.points:
             if point not in points and (number == 0 or not link.name.endswith(" block")):
-                points[point] = np.broadcast_to(rigid.position_of(moved, number, point), moved.columns)
+                both = rigid.position_of(moved, number, point), displacement_of(bent, number, point)
+                points[point] = [np.broadcast_to(each, moved.columns) for each in both]
     return points
 
 

@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from elastic.links import in_line
 from kinelast.scene.document import document_from_text
+from kinelast.scene.links import in_order
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import beside
 from kinelast.scene.units import Quantity, written_like
@@ -23,6 +25,7 @@ from live.parts import EditError, Tables, drawn, scale_of
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
+STRAIGHT = 1e-3  # [rad] largest bend of a bar that counts as straight
 BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that the file does not write
 EMPTY = """title = "New mechanism"
 
@@ -107,40 +110,86 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
     return seen, {name: way for name, way in ways.items() if cmath.isfinite(way)}
 
 
-def _number(there: Any, value: float, unit: str, per_bare: float = 1.0) -> Any:
+def _number(there: Any, value: float, unit: str, per_bare: float = 1.0, digits: int = parts.DIGITS) -> Any:
     """Write an SI value in the form of an existing number, or without a unit if that number's unit does not fit."""
     with suppress(ValueError):
-        return written_like(there, value, unit, parts.DIGITS, per_bare)
-    return written_like(None, value, unit, parts.DIGITS, per_bare)
+        return written_like(there, value, unit, digits, per_bare)
+    return written_like(None, value, unit, digits, per_bare)
 
 
-def _place(tables: Tables, there: Any, place: complex) -> str:
+def _place(tables: Tables, there: Any, place: complex, digits: int) -> str:
     per_length = scale_of(tables)
     x, y = there if isinstance(there, list) and len(there) == 2 else (0, 0)
-    return as_toml([_number(x, place.real, "m", per_length), _number(y, place.imag, "m", per_length)])
+    return as_toml([_number(x, place.real, "m", per_length, digits), _number(y, place.imag, "m", per_length, digits)])
 
 
 def move(text: str, tables: Tables, change: Tables) -> str:
     """Move a point: update its drawn position and the lengths of two-point links that end there.
 
-    If links do not start as drawn, the drawn position moves by the same amount, rotated back with the link.
+    Points on a straight bar that ends at the point stay on the bar. If links do not start as drawn, the drawn position
+    moves by the same amount, rotated back with the link.
     """
-    point, to = change["point"], complex(*change["to"])
     now, ways = start_of(text, change["folder"])
-    sheet, known = drawn(tables), places(text)
-    before = now.get(point, sheet[point])
-    links = {name: link for name, link in tables.get("links", {}).items() if point in link.get("points", ())}
-    changes = []
-    if ("points", point) in known.values and point in sheet:
-        shift = (to - before) * _turned_back(_drawn_shapes(links), sheet, ways)
-        rest = abs(before - sheet[point]) < 1e-9 or not _drawn_shapes(links)
-        there = tables["points"][point]
-        place = to if rest else sheet[point] + shift
-        changes.append((known.values["points", point], _place(tables, there, place)))
-    for name, link in links.items():
-        changes += _of_link(tables, known.values, name, link, point, to, {**sheet, **now}, ways)
-    changes += _starts(tables, known.values, links, point, to, {**sheet, **now})
-    return with_cylinders(tables, replaced(text, changes), point)
+    sheet, spans = drawn(tables), places(text).values
+    seen = {**sheet, **now}
+    moved = _carried(tables, seen, change["point"], complex(*change["to"]))
+    after, digits = {**seen, **moved}, parts.DIGITS if len(moved) == 1 else parts.EXACT
+    changes: dict[tuple[int, int], str] = {}
+    for point, to in moved.items():
+        links = _links_at(tables, point)
+        if ("points", point) in spans and point in sheet:
+            shift = (to - seen[point]) * _turned_back(_drawn_shapes(links), sheet, ways)
+            rest = abs(seen[point] - sheet[point]) < 1e-9 or not _drawn_shapes(links)
+            place = to if rest else sheet[point] + shift
+            changes[spans["points", point]] = _place(tables, tables["points"][point], place, digits)
+        for name, link in links.items():
+            changes |= _of_link(tables, spans, name, link, point, after, ways, digits)
+        changes |= _starts(tables, spans, links, point, seen, after)
+    text = replaced(text, changes.items())
+    for point in moved:
+        text = with_cylinders(tables, text, point)
+    return text
+
+
+def _links_at(tables: Tables, point: str) -> Tables:
+    """Links that contain a point."""
+    return {name: link for name, link in tables.get("links", {}).items() if point in link.get("points", ())}
+
+
+def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: complex) -> dict[str, complex]:
+    """New positions of a moved point and of points on straight bars that end at it, at the same share of each bar."""
+    moved = {point: to}
+    for each in (queue := [point]):
+        for name, link in _links_at(tables, each).items():
+            if name == GROUND or (isinstance(link["points"], dict) and each == next(iter(link["points"]))):
+                continue  # the other points keep their coordinates
+            for bar in _bars_from(link, seen, each):
+                end = seen[bar[-1]]
+                fresh = [other for other in bar[1:-1] if other not in moved]
+                moved |= {
+                    other: end + (seen[other] - end) * (moved[each] - end) / (seen[each] - end) for other in fresh
+                }
+                queue += fresh
+    return moved
+
+
+def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[list[str]]:
+    """Points of each straight bar of a link that ends at a point; none if the point divides a bar."""
+    known = {each: seen[each] for each in parts.points_of(link) if each in seen}
+    pairs = [pair for pair in parts.beams_of(link) or pairwise(in_order(known, STRAIGHT)) if known.keys() >= {*pair}]
+    pairs += [pair[::-1] for pair in pairs]
+
+    def beyond(start: str, end: str) -> str | None:
+        ways = ((far, known[far] - known[end]) for near, far in pairs if near == end)
+        return next((far for far, way in ways if in_line(known[end] - known[start], way, STRAIGHT)), None)
+
+    bars = [list(pair) for pair in pairs if pair[0] == point]
+    if any(beyond(bar[1], point) for bar in bars):
+        return []
+    for bar in bars:
+        while far := beyond(*bar[-2:]):
+            bar.append(far)
+    return bars
 
 
 def _drawn_shapes(links: Tables) -> Tables:
@@ -158,43 +207,43 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 
 
 def _of_link(
-    tables: Tables, spans: Any, name: str, link: Tables, point: str, to: complex, now: Any, ways: Any
+    tables: Tables, spans: Any, name: str, link: Tables, point: str, after: Any, ways: Any, digits: int
 ) -> Iterator[Any]:
     """Changes to a link with the point: its length, or the point's local coordinates."""
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
-        if other in now and abs(to - now[other]) > 0:
-            length = _number(link["length"], abs(to - now[other]), "m", per_length)
+        if other in after and abs(after[point] - after[other]) > 0:
+            length = _number(link["length"], abs(after[point] - after[other]), "m", per_length)
             yield spans["links", name, "length"], as_toml(length)
     if isinstance(link["points"], dict) and ("links", name, "points", point) in spans:
         first = next(iter(link["points"]))
         direction = ways.get(name, 1 + 0j)
-        origin = 0j if name == GROUND else now.get(first, 0j)
+        origin = 0j if name == GROUND else after.get(first, 0j)
         offset = 0j if name == GROUND else complex(*(parts.metres(part, per_length) for part in link["points"][first]))
         if point != first:
-            own = (to - origin) * direction.conjugate() + offset
-            yield spans["links", name, "points", point], _place(tables, link["points"][point], own)
+            own = (after[point] - origin) * direction.conjugate() + offset
+            yield spans["links", name, "points", point], _place(tables, link["points"][point], own, digits)
 
 
-def _starts(tables: Tables, spans: Any, links: Tables, point: str, to: complex, now: Any) -> Iterator[Any]:
+def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, after: Any) -> Iterator[Any]:
     """Changes to the start angles of drives on links that end at the point."""
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
-        if "start" not in drive or point not in ends or len(ends) < 2 or not all(each in now for each in ends):
+        if "start" not in drive or point not in ends or len(ends) < 2 or not before.keys() >= {*ends}:
             continue
-        after = [to if each == point else now[each] for each in ends]
-        before = now[ends[1]] - now[ends[0]]
-        if before and after[1] != after[0]:
-            turn = cmath.phase((after[1] - after[0]) / before)
+        was, now = (at[ends[1]] - at[ends[0]] for at in (before, after))
+        if was and now:
+            turn = cmath.phase(now / was)
             angle = Quantity.of_unit("rad", drive["start"]) if isinstance(drive["start"], str) else drive["start"]
             yield spans["drives", number, "start"], as_toml(_number(drive["start"], float(angle) + turn, "rad"))
 
 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a traced point to a link: a point of the scene, which is then pinned to the link, or a new one.
+    """Add a point to a link: a point of the scene, which is then pinned to the link, or a new one.
 
-    The position is `at`, or a `share` of the line `between` two points. A point off the beams carries no load.
+    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides it; the points of the
+    link stay in order. A point off the beams carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = parts.points_of(link)
@@ -203,40 +252,59 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     there, seen = change.get("at"), {**sheet, **now}
     if "between" in change:
         first, last = (sheet[each] for each in change["between"])
-        place = first + round(float(change["share"]), 3) * (last - first)
+        place = first + float(change["share"]) * (last - first)
         there = [place.real, place.imag]
     text, (point,) = parts.with_points(text, tables, [there])
     if point in ends:
         raise EditError(f'"{name}" has the point "{point}" already')
     if "between" in change:
         text = with_value(text, ("points", point), parts.exact_place(place, tables))  # not rounded: exactly on the line
+    seen = {**seen, point: _place_at_start(change, seen, point)}
+    order = in_order({each: seen[each] for each in (*ends, point)}, STRAIGHT)
     if "length" in link or isinstance(link["points"], dict):
-        text = _in_own_axes(text, tables, name, point, {**seen, point: _place_at_start(change, seen, point)}, ways)
+        text = _in_own_axes(text, tables, name, order, seen, ways)
     else:
-        text = with_value(text, ("links", name, "points"), [*ends, point])
-    if "beams" in link or link.get("rigid") or ("between" in change and len(ends) == 2):
+        text = with_value(text, ("links", name, "points"), order)
+    path = "links", name, "beams"
+    if "beams" in link:
+        return with_value(text, path, _divided(link["beams"], change.get("between"), point))
+    if link.get("rigid") or order[-1] != point:
         return text
-    return with_value(text, ("links", name, "beams"), [list(pair) for pair in pairwise(ends)])
+    return with_value(text, path, [list(pair) for pair in pairwise(order[:-1])])
+
+
+def _divided(beams: list[Any], between: Any, point: str) -> list[Any]:
+    """Beams of a link, with the beam between two points divided at a new point."""
+    divided: list[Any] = []
+    for beam, ends in zip(beams, parts.beams_of({"beams": beams}), strict=True):
+        if between is None or {*ends} != {*between}:
+            divided.append(beam)
+        elif isinstance(beam, dict):
+            divided += [{**beam, "to": point}, {**beam, "from": point}]
+        else:
+            divided += [[ends[0], point], [point, ends[1]]]
+    return divided
 
 
 def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
     """Position of a new point in the first posture of the motion."""
     if "between" in change:
         first, last = (seen[each] for each in change["between"])
-        return first + round(float(change["share"]), 3) * (last - first)
+        return first + float(change["share"]) * (last - first)
     return seen[point] if isinstance(change["at"], str) else complex(*change["at"])
 
 
-def _in_own_axes(text: str, tables: Tables, name: str, point: str, seen: Mapping[str, complex], ways: Any) -> str:
+def _in_own_axes(text: str, tables: Tables, name: str, order: list[str], seen: Mapping[str, complex], ways: Any) -> str:
     """Define a link's points, including a new one, by local coordinates."""
     link = tables["links"][name]
     ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
     way = ways.get(name, (last - first) / abs(last - first))
-    own = dict(link["points"]) if isinstance(link["points"], dict) else {}
-    for each in (*ends, point):
-        own.setdefault(each, parts.exact_place((seen[each] - first) * way.conjugate(), tables))
-    return with_value(without(text, ("links", name, "length")), ("links", name, "points"), own)
+    coordinates = dict(link["points"]) if isinstance(link["points"], dict) else {}
+    for each in order:
+        coordinates.setdefault(each, parts.exact_place((seen[each] - first) * way.conjugate(), tables))
+    text = without(text, ("links", name, "length"))
+    return with_value(text, ("links", name, "points"), {each: coordinates[each] for each in order})
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:

@@ -13,7 +13,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.parsing import is_chain
 from kinelast.scene.parts import symbols_of
 from live.drives import wheels
-from live.parts import cylinders_of, drawn, ground_points, points_of
+from live.parts import beams_of, cylinders_of, drawn, ground_points, points_of
 from rigid import GROUND, Motion
 from symbols import Mark, Spot
 
@@ -65,7 +65,7 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
         {
             "name": name,
             "points": points_of(link),
-            "beams": [beam for beam in _list(link.get("beams")) if isinstance(beam, list)],
+            "beams": _readable(beams_of(link)),
             "section": link.get("section"),
             "material": link.get("material"),
             "rigid": bool(link.get("rigid")),

@@ -265,6 +265,13 @@ def points_of(link: Tables) -> list[str]:
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
 
+def beams_of(link: Tables) -> list[list[Any]]:
+    """Ends of a link's beams as listed; invalid ones are left out."""
+    beams = link.get("beams")
+    ends = [[each.get("from"), each.get("to")] if isinstance(each, dict) else each for each in beams or ()]
+    return [each for each in ends if isinstance(each, list) and len(each) == 2]
+
+
 SINGLE = {
     "link": "links", "slot": "slots", "slider": "sliders", "weld": "welds", "mass": "masses", "section": "sections",
     "material": "materials", "motor": "motors", "joint": "joints", "bearing": "bearings", "cam": "cams",

@@ -159,7 +159,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
             "parts": {part.key: part.menu for part in PARTS if part.menu},
-            "opens": f"http://{HOST}:{wished_port('None')}/",
+            "opens": f"http://{HOST}:{live.port or wished_port('None')}/",
             "motions": MOTIONS,
         }
     )
@@ -351,6 +351,10 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     live.worker.begin()
     where = "nothing is saved but by download" if file.path is None else f"Save writes {file.path}"
     tell(f"{name}: {live.address}\n{where}; Ctrl+C ends it")
+    if live.port != (usual := wished_port(str(file.path))):
+        tell(
+            f"The usual port {usual} is in use, so a text that the browser kept at the usual address is not shown here."
+        )
     if browse:
         threading.Timer(0.3, webbrowser.open, [live.address]).start()
     with bound, suppress(KeyboardInterrupt):

@@ -38,8 +38,9 @@ SCRIPT = r"""
 const path = localStorage.getItem("live path") ?? "";
 if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
 """
-WORDS = """This is an editor of mechanisms. Open the address that the command printed,
-then paste the link on its page."""
+WORDS = """This link carries a mechanism. No editor has been opened at this address in this browser yet, so it cannot be
+shown here. Please copy the link, open the address that <code>deflection-report --live</code> printed in the terminal,
+and paste the link into that page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
 """Landing page of web links: forwards to an editor that was open in the browser, or else explains the link."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()

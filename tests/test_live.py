@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import tomllib
 import zlib
 from contextlib import contextmanager
@@ -181,7 +182,7 @@ class TestEdits:
                     {"do": "fix", "point": "E"}, {"do": "drive", "link": "link_1"})  # fmt: skip
         tables = tomllib.loads(text)
         assert tables["points"]["D"] == [0.2, 0.15]
-        assert tables["links"]["link_2"]["points"] == ["B", "C", "D"]
+        assert tables["links"]["link_2"]["points"] == ["B", "D", "C"]
         assert tables["links"]["link_3"]["points"] == ["E", "D"]
         answer, data = quick_answer(text)
         assert answer["mistakes"] == []
@@ -510,6 +511,26 @@ class TestAnswers:
         at, shape = answer["picture"]["arrays"]["points"]
         assert np.isfinite(np.frombuffer(data, "<f4")[at : at + np.prod(shape)]).all()
 
+    def test_an_emptied_sheet_has_no_numbers(self):
+        assert quick_answer(STEEL, with_numbers=True)[0]["numbers"]
+        assert quick_answer(EMPTY, with_numbers=True)[0]["numbers"] == []
+
+    def test_points_move_with_the_beams_that_end_there_or_go_through_them(self):
+        """Half way along the coupler, a point is displaced as the coupler's middle station."""
+        text = edited(STEEL, {"do": "trace", "link": "coupler", "between": ["A", "B"], "share": 0.5})
+        answer, data = quick_answer(text)
+        (at, shape), (bent_at, bent_shape) = (answer["picture"]["arrays"][name] for name in ("moved", "bent"))
+        numbers = np.frombuffer(data, "<f4")
+        moved = numbers[at : at + np.prod(shape)].reshape(shape)
+        bent = numbers[bent_at : bent_at + np.prod(bent_shape)].reshape(bent_shape)
+        beams = [(each["from"], each["to"]) for each in answer["picture"]["beams"]]
+        moved = dict(zip(answer["picture"]["points"], moved, strict=True))
+        assert abs(moved["C"]).max() > 1e-5
+        for point, number, station in (("A", 0, -1), ("A", 1, 0), ("C", 1, 4), ("B", 1, -1), ("B", 2, -1)):
+            assert point in (*beams[number], "C")
+            np.testing.assert_allclose(moved[point], bent[number, :, station], atol=1e-3 * abs(moved["C"]).max())
+        assert not moved["O"].any()
+
     def test_sliders_go_over_the_ranges_of_the_scene(self):
         ranges = '[sweep.vary]\n"points.B.x" = {from = 0.2, to = 0.3, count = 3}\n'
         ranges += '[tolerances]\n"sections.bar.depth" = "0.1 mm"\n'
@@ -787,6 +808,8 @@ class TestServer:
             response = client.get("/")
             assert response.status == 200
             assert live.token.encode() not in response.content
+            assert b"Please copy the link, open the address that" in response.content
+            assert client.get("/secret/scene").json()["opens"] == f"http://127.0.0.1:{live.port}/"
             assert client.get("/", headers={"Host": "evil.example"}).status == 403
 
     @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
@@ -883,6 +906,29 @@ class TestCommand:
         said = capsys.readouterr().err.splitlines()
         assert len(said) == 4
         assert said[-1].endswith("mine.linkage2: of another program: --import 'mine.linkage2' writes its scene")
+
+    def test_a_usual_port_in_use_is_reported(self, monkeypatch):
+        def stop(_serving, sockets):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(server.LiveServer, "run", stop)
+        said = []
+        with server.bound_socket("None"):  # the port of an empty sheet, or another if it is in use already
+            assert server.serve(None, said.append, browse=False) == 0
+        assert said[1].startswith(f"The usual port {server.wished_port('None')} is in use")
+
+    def test_a_terminated_editor_mentions_no_scenes(self, tmp_path):
+        command = [sys.executable, "-m", "kinelast", "--live"]
+        environment = {**os.environ, "BROWSER": "true"}
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen(command, cwd=tmp_path, env=environment, text=True, **pipes) as running:
+            while "Ctrl+C" not in running.stdout.readline():
+                pass
+            time.sleep(0.5)
+            running.terminate()
+            _, said = running.communicate(timeout=30)
+        assert said == "terminated by signal 15\n"
+        assert running.returncode == 128 + 15
 
 
 class TestNotebook:

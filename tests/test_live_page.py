@@ -57,6 +57,68 @@ def test_sizes_lie_on_no_link_and_all_figures_are_in_sight(driver, scene):
         assert len(hand.run("return [...document.querySelectorAll('#layer-sizes text')]")) == 3
         assert hand.run(ON_LINES) == []
         assert hand.run("return document.querySelector('.tile:last-child').getBoundingClientRect().bottom") < 900
+        verdict, tiles = (
+            hand.run("return document.getElementById(arguments[0]).getBoundingClientRect().top", each)
+            for each in ("line", "tiles")
+        )
+        assert hand.run("return document.getElementById('line').textContent").startswith("largest deflection")
+        assert verdict < tiles < 900
+
+
+def test_joints_and_blocks_are_drawn_at_the_ends_of_bent_links(driver, scene):
+    scene.write_text(shipped_scenes()["offset_slider_crank"].read_text())
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.until("return live.state.whole > 0")
+        hand.run("const it = document.getElementById('position'); it.value = 30; it.dispatchEvent(new Event('input'))")
+        ends = hand.run(
+            "const end = (path, last) => { const at = path.getPointAtLength(last ? path.getTotalLength() : 0); "
+            "return [at.x, at.y] }; const bent = [...document.querySelectorAll('#layer-bent path')]; "
+            "return [end(bent[7], true), end(bent[8], false), end(bent.at(-1), true)]"
+        )
+        [*pins, block] = hand.run(
+            "return [...document.querySelectorAll('[data-point=A], [data-point=B], .mark.block')].map((each) => { "
+            "const { e, f } = each.transform.baseVal[0].matrix; return [e, f] }).sort((a, b) => a[0] - b[0])"
+        )
+        assert pins == [pytest.approx(ends[0], abs=0.1), pytest.approx(ends[2], abs=0.1)]
+        assert ends[0] == pytest.approx(ends[1], abs=0.1)
+        assert block == pytest.approx(pins[1], abs=0.1)
+        rigid = hand.run("return document.querySelector('#layer-rigid path').getAttribute('d')")
+        x, y = (float(each) for each in rigid.partition("L")[2].split(","))
+        assert abs(complex(x - pins[0][0], y - pins[0][1])) > 5
+        assert errors(hand) == []
+
+
+def test_a_joint_is_taken_where_it_is_drawn(driver, scene):
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.until("return live.state.whole > 0")
+        x, y, left, top = hand.run(
+            "const { e, f } = document.querySelector('[data-point=B]').transform.baseVal[0].matrix, "
+            "{ left, top } = document.getElementById('svg').getBoundingClientRect(); return [e, f, left, top]"
+        )
+        rigid, drawn = hand.at(0.28, 0.24), [x + left, y + top]
+        away = complex(drawn[0] - rigid[0], drawn[1] - rigid[1])
+        assert abs(away) > 10
+        to = hand.at(0.25, 0.21)
+        hand.drag(drawn, [to[0] + away.real, to[1] + away.imag])
+        hand.until("return live.text().includes('B = [0.25, 0.21]')")
+
+
+def test_only_changed_lines_are_marked(driver, scene):
+    with live_page.editing(scene) as live:
+        maker = live_machines.Maker(live_page.Hand(driver, live.address))
+        hand, before = maker.hand, scene.read_text().splitlines()
+        maker.until_changed(lambda: hand.run("live.edit({do: 'mass', point: 'B'}, {do: 'fix', point: 'O'})"))
+        lines = hand.text.splitlines()
+        fresh = [line for line in lines if line and line not in before]
+        marked = hand.run(
+            "const line = parseFloat(getComputedStyle(document.getElementById('text')).lineHeight), "
+            "down = document.getElementById('text').scrollTop; "
+            "return [...document.querySelectorAll('#marks .changed')]"
+            ".map((each) => Math.round((parseFloat(each.style.top) - 6 + down) / line))"
+        )
+        assert [lines[row] for row in marked if lines[row]] == fresh == ['points = ["D"]', "[masses]", 'B = "1 kg"']
 
 
 def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
@@ -181,14 +243,21 @@ def test_the_empty_sheet_has_a_hint_and_a_link_is_joined_to_the_middle_of_anothe
         assert hand.run("return document.querySelectorAll('#mistakes li.next').length") == 1
         assert hand.run("return document.getElementById('text').ariaInvalid") == "false"
         assert hand.run("return document.getElementById('value').value") == "0 m"  # the coordinate of A
+        shown = "return [...document.querySelectorAll('#number option')].length"
+        assert hand.run(shown) > 3
         maker.drag((0.15, 0), (0.105, 0.101))
         links = tomllib.loads(hand.text)["links"]
-        assert links["link_1"]["points"] == ["A", "B", "C"]
+        assert links["link_1"]["points"] == ["A", "C", "B"]
         assert links["link_2"]["points"] == ["D", "C"]
         assert tomllib.loads(hand.text)["points"]["C"] == [0.1, 0.1]
-        for _ in range(2):
+        hand.run("document.querySelector('[data-tool=link]').click()")
+        maker.drag((0.05, 0), (0.0486, 0.1))
+        assert tomllib.loads(hand.text)["points"]["E"] == [0.05, 0.1]
+        for _ in range(3):
             maker.until_changed(lambda: maker.button("#undo"))
         assert hand.text == EMPTY
+        hand.until(f"{shown} === 0")
+        assert hand.run("return document.getElementById('value').value") == ""
         hand.until("return document.getElementById('empty').checkVisibility()")
         assert hand.run("return document.querySelectorAll('#mistakes li, .notice:not([hidden])').length") == 0
         assert errors(hand) == []
@@ -204,6 +273,7 @@ def test_ctrl_z_undoes_a_typed_field_and_then_the_scene(driver, scene):
     with live_page.editing(scene) as live:
         maker = live_machines.Maker(live_page.Hand(driver, live.address))
         hand, value = maker.hand, "return document.getElementById('value').value"
+        maker.choose("#chosen", "link rocker")
         maker.until_changed(lambda: hand.run("live.edit({do: 'move', point: 'B', to: [0.25, 0.25]})"))
         moved = hand.text
         maker.choose("#number", "links.crank.length")
@@ -217,6 +287,7 @@ def test_ctrl_z_undoes_a_typed_field_and_then_the_scene(driver, scene):
         assert hand.run(value) == "77 mm"
         maker.until_changed(back)
         hand.until(f"return document.getElementById('value').value === {before!r}")
+        assert hand.run("return document.getElementById('number').value") == "links.crank.length"
         assert hand.text == moved
         hand.run("const it = document.getElementById('text'); it.focus(); it.setSelectionRange(0, 0)")
         ActionChains(driver).send_keys("# note\n").perform()
@@ -233,6 +304,7 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
         hand.run("document.getElementById('share').click()")
         link = hand.until("return document.querySelector('#notice input')?.value")
         assert linked(link) == text
+        assert link.startswith(f"http://127.0.0.1:{live.port}/#")
     other = tmp_path / "other.toml"
     other.write_text(EMPTY)
     with live_page.editing(other) as live:
@@ -279,6 +351,8 @@ def test_dragging_a_point_shows_a_graph_and_sizes(driver, scene):
         assert hand.run("return document.getElementById('figure').value") == "B.y"
         before = hand.run(curve)
         assert before.count("L") > 60
+        words = "return [...document.querySelectorAll('#graph text')].map((each) => each.textContent)"
+        assert hand.run(words) == ["247 mm", "140 mm", "B.y", "0 s", "time", "62.3 ms"]
         start, *way = [hand.at(0.28 - 0.005 * k, 0.24 - 0.003 * k) for k in range(11)]
         hand.press(start)
         hand.move(way)
@@ -317,7 +391,10 @@ def test_tools_needed_first_come_first_and_long_lists_are_searched(driver, scene
         maker.choose("#chosen", "link crank")
         maker.write("[aria-label='Search in the list Entry']", "rig")
         assert hand.run("return document.getElementById('key').value") == "rigid"
+        maker.write("[aria-label='Search in the list Number']", "nothing like it")
+        assert hand.run("return document.querySelector('#number-known').previousSibling.placeholder") == "no match"
         maker.write("[aria-label='Search in the list Number']", "rocker")
+        assert hand.run("return document.querySelector('#number-known').previousSibling.placeholder") == "search"
         assert hand.run("return document.getElementById('number').value") == "links.rocker.length"
         maker.until_changed(lambda: maker.button("#mirror"))  # of the selected crank
         assert tomllib.loads(hand.text)["links"]["link_1"]["points"] == ["O", "C"]
@@ -627,6 +704,11 @@ def test_the_drawing_stands_above_the_fold_and_nothing_is_cut_off(driver, scene,
         )
         assert 0 < box[0] < box[1] < 844
         assert hand.run("return document.documentElement.scrollWidth") <= width
+        size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}  # a narrow window
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        hand.run("document.querySelector('details').open = true")
+        assert hand.run("const it = document.documentElement; return it.scrollWidth - it.clientWidth") == 0
+        hand.run("document.querySelector('details').open = false")
         scales = hand.run(
             "const [o, d] = ['O', 'D'].map((name) => document.querySelector(`#layer-pins [data-point=${name}]`)); "
             "const [x, y] = [o, d].map((each) => each.transform.baseVal[0].matrix.e); "

@@ -377,6 +377,21 @@ def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
     assert errors(page) == []
 
 
+def test_a_point_on_a_beam_is_drawn_on_the_bent_beam(driver, tmp_path):
+    text = shipped_scenes()["steel_four_bar"].read_text().replace('length = "300 mm"\n', "")
+    text = text.replace("[points]\n", "[points]\nC = [0.19, 0.12]\n").replace('["A", "B"]', '["A", "C", "B"]')
+    page = page_of(driver, tmp_path, text)
+    page.run("kinelast.showPosition(40)")
+    away = page.run(
+        "const { e, f } = document.querySelector('.mark.spot').transform.baseVal[0].matrix; "
+        "const beam = document.querySelector('[data-beam=\"1\"]'), length = beam.getTotalLength(); "
+        "return Math.min(...Array.from({ length: 2000 }, (_, k) => beam.getPointAtLength(k * length / 2000))"
+        ".map(({ x, y }) => Math.hypot(x - e, y - f)))"
+    )
+    assert away < 0.5
+    assert errors(page) == []
+
+
 def test_curves_end_where_the_drive_stops(driver, tmp_path):
     """The rod of this slider-crank is too short for a full turn, so the curves end at the stop."""
     scene = (

@@ -201,7 +201,7 @@ def _stopped(stop: BaseException, done: str) -> int:
     """Report an interruption and return the exit status."""
     number = stop.number if isinstance(stop, StoppedError) else 0
     how = f"terminated by signal {number}" if number else "interrupted"
-    say(f"{how}{done}; finished scenes are kept, continue with --resume", sys.stderr)
+    say(f"{how}{done}", sys.stderr)
     return BY_SIGNAL + number if number else INTERRUPTED
 
 
@@ -241,7 +241,8 @@ def _run(request: Request, batch: Batch) -> int:
                     raise KeyboardInterrupt
     except (KeyboardInterrupt, StoppedError) as stop:
         with ignored_interrupts():
-            status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes")
+            kept = "finished scenes are kept, continue with --resume"
+            status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes; {kept}")
             _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)
         return status
     _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)

@@ -236,7 +236,7 @@ class LinkTable(StrictTable, frozen=True, kw_only=True):
     length: q.Size | None = None  #: length of a link with two points [as drawn]
     section: str | None = None  #: name under `[sections]`, or a standard name
     material: str | None = None  #: name under `[materials]`, or a standard name
-    #: pairs of points joined by beams [consecutive points]
+    #: pairs of points joined by beams [consecutive points; one on an earlier beam divides it]
     beams: list[tuple[str, str] | BeamTable] | None = None
     strain: Strain | None = None  #: free strain of the beams; positive if longer than drawn [0]
     temperature: q.Warming | None = None  #: temperature rise since the drawn length [0]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.links import acting_points, in_line, lined_up
+from elastic.links import MAX_OFFSET, acting_points, in_line, lined_up
 from kinelast.scene.error import fault, known_point, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.numbers import any_nonzero, quotient, real, require, vector
@@ -287,7 +287,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
             raise fault(
                 where, "section", f"a link with a section needs at least two points, this one has {len(points)}"
             )
-        table_beams = [BeamTable(start=start, end=end) for start, end in pairwise(_in_order(points))]
+        table_beams = [BeamTable(start=start, end=end) for start, end in pairwise(in_order(points))]
     else:
         table_beams = [
             beam if isinstance(beam, BeamTable) else BeamTable(start=beam[0], end=beam[1]) for beam in table.beams
@@ -308,13 +308,16 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
     return tuple(beams), tuple(sections)
 
 
-def _in_order(points: Points) -> list[str]:
-    """Return names of points in the order of the beams. A point between two earlier points divides their beam."""
+def in_order(points: Points, off: float = MAX_OFFSET) -> list[str]:
+    """Return names of points in the order of the beams. A point between two earlier points divides their beam.
+
+    `off` is the largest angle [rad] of a beam's two parts.
+    """
     drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
     order: list[str] = []
     for name, place in drawn.items():
         segments = enumerate(pairwise(order), 1)
-        on_it = (at for at, (one, other) in segments if in_line(place - drawn[one], drawn[other] - place))
+        on_it = (at for at, (one, other) in segments if in_line(place - drawn[one], drawn[other] - place, off))
         order.insert(next(on_it, len(order)), name)
     return order
 

@@ -25,7 +25,7 @@ export function choose(kind, name) {
   view.chosen = kind ? { kind, name } : null;
   $("chosen").value = kind ? `${kind} ${name}` : "";
   inspect();
-  listNumbers();
+  listNumbers(false);
   draw();
 }
 

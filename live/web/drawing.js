@@ -3,7 +3,7 @@ import { fill } from "./layers.js";
 import { inCylinder, isMiddle, loop } from "./links.js";
 import { symbols } from "./marks.js";
 import { around, BELOW, besideLine, placedBoxes } from "./placing.js";
-import { gridStep, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
+import { drawnNow, gridStep, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 const STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]]; // colours of the smallest, middle and largest stress
 
 const colour = (share) => {
@@ -56,7 +56,7 @@ export function draw() {
   const { sheet, picture, stale } = view;
   if (!sheet) return;
   const i = Math.min(view.position, (picture?.positions ?? 1) - 1), live = picture && !stale;
-  const place = (name) => (live ? pointNow(name) : sheet.points[name]);
+  const place = (name) => (live ? drawnNow(name) : sheet.points[name]);
   const inBeams = new Set(live ? picture.beams.map(({ link }) => link) : []);
   const moving = sheet.links.filter(({ name }) => name !== "ground" && !inCylinder(name));
   const cylinder = view.chosen?.kind === "cylinder" ? sheet.cylinders[view.chosen.name] : null;
@@ -106,6 +106,7 @@ export function draw() {
     };
     picture.beams.forEach((_, beam) => {
       const [a, b] = [end(beam, 0, i), end(beam, 1, i)];
+      lines.push([toScreen(a), toScreen(b)]);
       rigid.push(["path", { class: stale ? "bar0 stale" : "bar0", d: `M${px(a)}L${px(b)}` }]);
       if (!picture.closes.all) {
         last.push(["path", { class: "last", d: `M${px(end(beam, 0, count - 1))}L${px(end(beam, 1, count - 1))}` }]);
@@ -131,7 +132,7 @@ export function draw() {
   fill("bent", bent);
   fill("last", last);
   const thin = symbols(sheet, place, live, picture, i);
-  fillWords(sheet, place, lines, thin);
+  fillWords(sheet, place, lines, thin, live ? pointNow : place);
   fill("guides", [
     ...view.guides.map((d) => ["path", { class: "guide", d }]),
     ...(view.preview ? [["path", { class: "preview", d: `M${view.preview.map(px).join("L")}` }]] : []),
@@ -141,7 +142,7 @@ export function draw() {
 
 // Names of points, and sizes: on no link, on no other words, and on no symbol if there is room. Words of the chosen link
 // or point are always drawn.
-function fillWords(sheet, place, links, thin) {
+function fillWords(sheet, place, links, thin, rigid) {
   const word = (words, spots, always) => ({ words, spots, always, wide: LETTER * words.length + 2 });
   const { chosen, preview } = view, isChosen = (point) => chosen?.kind === "point" && chosen.name === point;
   const pins = sheet.pins.map(({ at: { point } }) => point).filter(place);
@@ -150,7 +151,10 @@ function fillWords(sheet, place, links, thin) {
     const [dx, dy] = [x1 - x0, y1 - y0], long = Math.hypot(dx, dy) || 1;
     return besideLine((part) => [x0 + part * dx, y0 + part * dy], [dx / long, dy / long], SIZE_AWAY);
   };
-  const all = [...names, ...sizes(sheet, place).map(([line, words]) => word(words, ofLine(line), chosen || preview))];
+  const all = [
+    ...names,
+    ...sizes(sheet, place, rigid).map(([line, words]) => word(words, ofLine(line), chosen || preview)),
+  ];
   const boxes = placedBoxes(all, links, thin, [view.width, view.height]);
   const texts = boxes.map((box, k) => {
     const place = box ? { x: box[0].toFixed(1), y: (box[3] - BELOW).toFixed(1) } : { display: "none" };
@@ -162,18 +166,18 @@ function fillWords(sheet, place, links, thin) {
 }
 
 // Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.
-function sizes(sheet, place) {
+function sizes(sheet, place, rigid) {
   const { chosen, preview } = view;
   const wished = ({ name, points }) =>
     view.sizes || (chosen?.kind === "link" && chosen.name === name) ||
     (chosen?.kind === "point" && points.includes(chosen.name));
   const links = sheet.links.filter((link) => link.name !== "ground" && !inCylinder(link.name) && wished(link));
-  const lines = links.flatMap((link) => loop(link).map((ends) => ends.map(place)));
-  if (preview?.length > 1) lines.push(preview.slice(-2));
-  return lines.filter(([a, b]) => a && b).map(([a, b]) => {
+  const lines = links.flatMap((link) => loop(link).map((ends) => [ends.map(place), ends.map(rigid)]));
+  if (preview?.length > 1) lines.push([preview.slice(-2), preview.slice(-2)]);
+  return lines.filter(([ends]) => ends.every(Boolean)).map(([ends, [a, b]]) => {
     const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     const words = `${quantity(Math.hypot(dx, dy), "m", 4)}, ${quantity(Math.atan2(dy, dx), "rad", 3)}`;
-    return [[a, b].map(toScreen), words];
+    return [ends.map(toScreen), words];
   });
 }
 

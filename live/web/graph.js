@@ -3,7 +3,7 @@ import { quantity, view } from "./view.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const SHORT = 12; // entries of a list that needs no search
-const HEIGHT = 100, EDGE = 6, NONE = "none";
+const HEIGHT = 140, TOP = 22, BOTTOM = 22, RIGHT = 8, LETTER = 7, NONE = "none"; // pixels
 
 // The name of the figure that is drawn; empty where none is.
 export const figure = () => ($("figure").value === NONE ? "" : $("figure").value);
@@ -23,16 +23,31 @@ export function drawGraph() {
   const { values, shape: [, count] } = picture.arrays.columns, { unit } = picture.columns[at];
   const course = Array.from(values.subarray(at * count, (at + 1) * count)), known = course.filter(Number.isFinite);
   const least = Math.min(...known), most = Math.max(...known), width = view.width;
-  const x = (k) => EDGE + ((width - 2 * EDGE) * k) / Math.max(1, count - 1);
-  const y = (value) => HEIGHT - EDGE - ((HEIGHT - 2 * EDGE) * (value - least)) / (most - least || 1);
+  const numbers = [quantity(most, unit), quantity(least, unit)];
+  const left = 12 + LETTER * Math.max(...numbers.map(({ length }) => length)), foot = HEIGHT - BOTTOM;
+  const x = (k) => left + ((width - RIGHT - left) * k) / Math.max(1, count - 1);
+  const y = (value) => foot - ((foot - TOP) * (value - least)) / (most - least || 1);
   const line = course.map((value, k) => (Number.isFinite(value) ? `${x(k).toFixed(1)},${y(value).toFixed(1)}` : " "));
   const now = Math.min(view.position, count - 1);
   $("graph").setAttribute("viewBox", `0 0 ${width} ${HEIGHT}`);
   $("curve").setAttribute("d", line.join("L").split(/L? L?/).filter(Boolean).map((part) => `M${part}`).join(""));
-  $("zero").setAttribute("d", least <= 0 && most >= 0 ? `M0,${y(0).toFixed(1)}H${width}` : "M0,0");
-  $("now").setAttribute("d", `M${x(now).toFixed(1)},0V${HEIGHT}`);
+  $("zero").setAttribute("d", least <= 0 && most >= 0 ? `M${left},${y(0).toFixed(1)}H${x(count - 1)}` : "M0,0");
+  $("frame").setAttribute("d", `M${left},${TOP}V${foot}H${x(count - 1)}`);
+  $("now").setAttribute("d", `M${x(now).toFixed(1)},${TOP}V${foot}`);
+  const { values: time } = picture.arrays.time, below = HEIGHT - 6, ends = [time[0], time[count - 1]];
+  write("most", numbers[0], left - 6, TOP + 5, "end");
+  write("least", numbers[1], left - 6, foot, "end");
+  write("named", figure(), left, 14, "start");
+  write("from", quantity(ends[0], "s"), left, below, "start");
+  write("span", "time", (left + width) / 2, below, "middle");
+  write("to", quantity(ends[1], "s"), width - RIGHT, below, "end");
   const range = `from ${quantity(least, unit)} to ${quantity(most, unit)}`;
   $("graphed").textContent = `${quantity(course[now], unit)} here; ${range}`;
+}
+
+function write(id, words, x, y, anchor) {
+  $(id).textContent = words;
+  for (const [key, value] of Object.entries({ x, y, "text-anchor": anchor })) $(id).setAttribute(key, value);
 }
 
 // A field beside a long list: what is typed there is found among its entries and the words on them.
@@ -51,6 +66,8 @@ export function searchable(list, words) {
     const found = options().find(({ text }) => text.toLowerCase() === sought) ?? has(sought, "text") ??
       has(sought, "title");
     field.value = "";
+    field.placeholder = sought && !found ? "no match" : "search";
+    field.ariaInvalid = String(Boolean(sought && !found));
     if (!sought || !found) return;
     list.value = found.value;
     list.dispatchEvent(new Event("change"));

@@ -9,7 +9,7 @@ import { $, state } from "./state.js";
 
 export async function copyLink() {
   const link = state.opens + (await share.fragment(text.text()));
-  const how = "opens in an editor: with deflection-report --live by a click, in any other by pasting it on its page";
+  const how = "opens by a click as long as this editor runs; in any other editor, paste it on the page";
   try {
     await navigator.clipboard.writeText(link);
     notice(`The link is copied. It ${how}.`, true);

@@ -1,5 +1,5 @@
 // Links and cylinders on the sheet, and those under a place on the screen.
-import { pointAt, pointNow, toScreen, view } from "./view.js";
+import { drawnNow, pointAt, pointNow, toScreen, view } from "./view.js";
 
 export const loop = (
   link,
@@ -8,14 +8,15 @@ export const loop = (
 export const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
 export const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }) => middle === point);
 
-// The nearest point or link to a place on the screen, within some pixels.
+// The nearest point or link to a place on the screen, within some pixels, as drawn or as rigid.
 export function pointUnder(/** @type {number[]} */ [x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
-    const place = isMiddle(name) ? null : pointNow(name),
-      p = place && toScreen(place),
-      away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
-    if (away < least) [best, least] = [name, away];
+    if (isMiddle(name)) continue;
+    for (const place of [pointNow(name), drawnNow(name)]) {
+      const p = place && toScreen(place), away = p ? Math.hypot(p[0] - x, p[1] - y) : Infinity;
+      if (away < least) [best, least] = [name, away];
+    }
   }
   return best;
 }
@@ -28,8 +29,8 @@ export function linkUnder(/** @type {number[]} */ [x, y], reach = 11, without = 
   }));
   for (const link of [...(view.sheet?.links ?? []), ...cylinders]) {
     if (link.name === "ground" || inCylinder(link.name) || link.points.includes(without)) continue;
-    for (const ends of loop(link)) {
-      const [a, b] = ends.map((name) => pointNow(name)).map((p) => p && toScreen(p));
+    for (const [ends, where] of loop(link).flatMap((ends) => [[ends, pointNow], [ends, drawnNow]])) {
+      const [a, b] = ends.map(where).map((p) => p && toScreen(p));
       if (!a || !b) continue;
       const [dx, dy] = [b[0] - a[0], b[1] - a[1]],
         t = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1))),

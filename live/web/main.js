@@ -131,12 +131,7 @@ function wire() {
   };
   $("value").onchange = () => {
     const now = number();
-    if (!now) return;
-    state.held = now.path;
-    edit({ do: "set", path: now.path, value: $("value").value }).then(() => {
-      state.held = null;
-      showNumber();
-    });
+    if (now) edit({ do: "set", path: now.path, value: $("value").value }).then(showNumber);
   };
   $("slider").onchange = () => {
     if (state.dragging !== null) drop();

@@ -1,19 +1,18 @@
 // Symbols of the sheet or of the moving scene, and its points.
 import { isUnder, markAttributes, markLines } from "./symbols.js";
 import { fill } from "./layers.js";
-import { toScreen, view } from "./view.js";
+import { enlarged, pairAt as pair, toScreen, view } from "./view.js";
 
 const NEAR_UNIT = 8.5; // [pixels] size of a symbol
-const pair = (name, k, i) => {
-  const { values, shape } = view.picture.arrays[name], n = 2 * (k * shape[1] + i);
-  return [values[n], values[n + 1]];
-};
 
 // Draw the marks of the moving scene, or of its tables as long as it does not move, and return their lines.
 export function symbols(sheet, place, live, picture, i) {
   const local = ({ link, local: [x, y] }) => {
-    const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i);
-    return [ox + c * x - s * y, oy + s * x + c * y];
+    const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i), [u, v] = pair("shift", link, i);
+    const arm = [c * x - s * y, s * x + c * y],
+      { values, shape } = picture.arrays.angle,
+      turn = values[link * shape[1] + i];
+    return enlarged([ox + arm[0], oy + arm[1]], [u - turn * arm[1], v + turn * arm[0]]);
   };
   const way = ({ spin, axis }) => {
     if (live && spin !== null) return pair("spin", spin, i);

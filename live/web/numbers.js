@@ -8,7 +8,8 @@ import { ask, changed } from "./requests.js";
 import { play, position } from "./shown.js";
 import { $, hold, state } from "./state.js";
 
-export function listNumbers() {
+// The number stays unless another part is chosen.
+export function listNumbers(stays = true) {
   const list = $("number"),
     before = list.value,
     { chosen } = view,
@@ -24,8 +25,7 @@ export function listNumbers() {
     heads.some((head) => path === head || path.startsWith(`${head}.`) || path.startsWith(`${head}[`));
   const sorted = [...state.numbers.filter(first), ...state.numbers.filter((each) => !first(each))];
   list.replaceChildren(...sorted.map(({ path }) => new Option(path, path)));
-  if (!chosen && sorted.some(({ path }) => path === before)) list.value = before;
-  if (state.held) list.value = state.held;
+  if ((stays || !chosen) && sorted.some(({ path }) => path === before)) list.value = before;
   showNumber();
 }
 export const number = () => state.numbers.find(({ path }) => path === $("number").value);
@@ -34,6 +34,7 @@ export function showNumber() {
   slider.disabled = !now;
   if (!now) {
     hold($("value"), "");
+    slider.value = 500;
     return;
   }
   if (!state.dragging) {
@@ -63,9 +64,6 @@ export function drag(change, stamp) {
 export function drop() {
   const before = state.dragging;
   state.dragging = null;
-  const wait =
-    () => (talk.quiet()
-      ? (text.keep(before), state.held = $("number").value, changed(text.text()).then(() => (state.held = null)))
-      : setTimeout(wait, 5));
+  const wait = () => (talk.quiet() ? (text.keep(before), changed(text.text())) : setTimeout(wait, 5));
   wait();
 }

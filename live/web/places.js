@@ -37,7 +37,16 @@ export function joint(screen) {
   const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
   if (!on?.link) return point ?? snapped(screen);
   view.guides = [];
-  return { link: on.link, between: on.ends, share: !view.exact && Math.abs(on.t - 0.5) < MIDDLE ? 0.5 : on.t };
+  return { link: on.link, between: on.ends, share: shareOf(on) };
+}
+// The part of a line before a new point: its middle, or the grid line across it that is nearest.
+export function shareOf({ ends, t }) {
+  if (view.exact) return t;
+  if (!$("snap").checked) return Number(t.toFixed(3));
+  if (Math.abs(t - 0.5) < MIDDLE) return 0.5;
+  const [a, b] = ends.map(handle), k = Math.abs(b[0] - a[0]) < Math.abs(b[1] - a[1]) ? 1 : 0, step = gridStep(6);
+  const share = (Math.round((a[k] + t * (b[k] - a[k])) / step) * step - a[k]) / (b[k] - a[k]);
+  return share > 0 && share < 1 ? Number(share.toPrecision(12)) : t;
 }
 export const placed = (each) =>
   typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;

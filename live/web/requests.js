@@ -94,7 +94,9 @@ export function settle(wait = 150) {
       view.position = Math.round((position / Math.max(1, picture.positions)) * answer.picture.positions);
       rescale();
       show();
-      $("line").textContent = answer.line;
+      const [verdict, ...rest] = answer.line.split(/(?=; )/), word = document.createElement("b");
+      word.textContent = verdict;
+      $("line").replaceChildren(...(picture.limits.length ? [word] : [verdict]), ...rest);
       $("report").href = `report/${answer.report}`;
       $("report").hidden = !answer.report;
       state.whole++;

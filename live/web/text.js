@@ -2,6 +2,7 @@
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const area = $("text"), gutter = $("gutter"), marks = $("marks");
+const LONG = 1e6; // most pairs of lines to compare
 let LINE = 19, room = 400;
 let past = [], future = [], current = "", mistakes = [], changed = [];
 
@@ -93,16 +94,27 @@ function reveal(row) {
   if (top < area.scrollTop || top > area.scrollTop + height - 3 * LINE) area.scrollTop = Math.max(0, top - height / 3);
 }
 
-// Rows of lines of a text that are not those of another, both ends being alike.
+// Rows of lines of a text that are not those of another, by their longest common row of lines.
 function differing(before, after) {
   const [old, now] = [before.split("\n"), after.split("\n")];
-  if (old.length === now.length) {
-    return now.map((line, row) => (line === old[row] ? -1 : row)).filter((row) => row >= 0);
-  }
   let first = 0, last = 0;
   while (first < now.length && now[first] === old[first]) first++;
   while (last < now.length - first && last < old.length - first && now.at(-1 - last) === old.at(-1 - last)) last++;
-  return Array.from({ length: now.length - last - first }, (_, k) => first + k);
+  const [m, n] = [old.length - last - first, now.length - last - first], rows = [];
+  if (m * n > LONG) return Array.from({ length: n }, (_, k) => first + k);
+  const common = Array.from({ length: m + 1 }, () => new Uint16Array(n + 1)); // lines alike from here on
+  const alike = (i, k) => old[first + i] === now[first + k];
+  for (let i = m - 1; i >= 0; i--) {
+    for (let k = n - 1; k >= 0; k--) {
+      common[i][k] = alike(i, k) ? common[i + 1][k + 1] + 1 : Math.max(common[i + 1][k], common[i][k + 1]);
+    }
+  }
+  for (let i = 0, k = 0; k < n;) {
+    if (i < m && alike(i, k)) [i, k] = [i + 1, k + 1];
+    else if (i < m && common[i + 1][k] >= common[i][k + 1]) i++;
+    else rows.push(first + k++);
+  }
+  return rows;
 }
 
 function draw() {

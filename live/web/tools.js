@@ -1,9 +1,9 @@
 // Tools on the drawing: pointer and keys become edits of the scene.
 import { draw, drawGrid } from "./drawing.js";
 import { linkUnder, nearestPosition, pointUnder } from "./links.js";
-import { direction, joint, near, onGrid, onLink, picked, placed, snapped } from "./places.js";
+import { direction, joint, near, onGrid, onLink, picked, placed, shareOf, snapped } from "./places.js";
 import { fillToolbar, showTool, TOOLS } from "./toolbar.js";
-import { gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
+import { drawnNow, gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const svg = $("svg");
@@ -69,8 +69,14 @@ function pressed(screen, touch, id) {
   gesture = { id, from: screen, last: screen, moved: false };
   if (tool === "move") {
     if (point) {
-      gesture.kind = "point";
-      gesture.point = point;
+      // the point is taken as drawn or as rigid, whichever is nearer
+      const [rigid, drawn] = [pointNow(point), drawnNow(point)].map(toScreen),
+        away = (p) => Math.hypot(p[0] - screen[0], p[1] - screen[1]);
+      Object.assign(gesture, {
+        kind: "point",
+        point,
+        off: away(drawn) < away(rigid) ? drawn.map((value, k) => value - rigid[k]) : [0, 0],
+      });
       actions.choose("point", point);
     } else if (link) {
       gesture.kind = "link";
@@ -108,7 +114,8 @@ function moved(event) {
   gesture.moved = true;
   if (gesture.kind === "point") {
     if (first) actions.grab();
-    actions.drag({ do: "move", point: gesture.point, to: snapped(screen, gesture.point) }, event.timeStamp);
+    const to = snapped(screen.map((value, k) => value - gesture.off[k]), gesture.point);
+    actions.drag({ do: "move", point: gesture.point, to }, event.timeStamp);
   } else if (gesture.kind === "slot") {
     const from = pointNow(gesture.point), [c, s] = direction(gesture.point, screen), reach = 60 / view.scale;
     view.preview = [-1, 1].map((way) => [from[0] + way * reach * c, from[1] + way * reach * s]);
@@ -150,7 +157,7 @@ function released(done, screen) {
     actions.edit({
       do: "trace",
       link: done.link.link,
-      ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: done.link.t }),
+      ...(done.moved ? { at: picked(screen) } : { between: done.link.ends, share: shareOf(done.link) }),
     });
   } else if (done.kind === "click") click(screen);
   draw();

@@ -68,13 +68,21 @@ export function handle(name) {
   const { picture, sheet, stale } = view, at = picture && !stale ? picture.points.indexOf(name) : -1;
   return at < 0 ? sheet?.points[name] ?? null : pointAt(at, 0);
 }
-export function pointAt(at, position) {
-  const { values, shape } = view.picture.arrays.points, k = 2 * (at * shape[1] + position);
+export function pairAt(array, at, position) {
+  const { values, shape } = view.picture.arrays[array], k = 2 * (at * shape[1] + position);
   return [values[k], values[k + 1]];
 }
+export const pointAt = (at, position) => pairAt("points", at, position);
+const indexOf = (name) => view.picture?.points.indexOf(name) ?? -1;
 export const pointNow = (name) => {
-  const at = view.picture?.points.indexOf(name) ?? -1;
+  const at = indexOf(name);
   return at < 0 ? view.sheet?.points[name] ?? null : pointAt(at, view.position);
+};
+export const enlarged = (place, by) => place.map((value, k) => value + (view.factor * by[k] || 0));
+// A point as it is drawn: displaced with the links that bend.
+export const drawnNow = (name) => {
+  const at = indexOf(name), place = pointNow(name);
+  return at < 0 ? place : enlarged(place, pairAt("moved", at, view.position));
 };
 
 export function fit() {

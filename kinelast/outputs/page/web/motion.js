@@ -1,6 +1,7 @@
 // Where everything is, how it moves, and how far it is displaced. Link 0 is the ground.
 const GROUND = 0;
 const LINK_COLOURS = 8;
+const ON_BEAM = 1e-9; // offset of a point that is on a beam, relative to the beam's length
 const linkColour = (link) => (link === GROUND ? "var(--ink)" : `var(--l${(link - 1) % LINK_COLOURS})`);
 /** @typedef {[number, number]} Vector x and y */
 /** @type {(one: number[], other: number[]) => Vector} */
@@ -47,10 +48,18 @@ const beamWay = model.beams.map(({ link, start, end }) => {
 });
 const beamDirection = (beam, i) => armOf(model.beams[beam].link, beamWay[beam], i);
 
-// The first beam that ends at a point of a link, and at which end of it the point is; a point on no beam has none.
+// The first beam of a link that ends at a point or else passes through it, and the part of the beam before the point;
+// a point on no beam has none.
 function beamAt(link, point) {
-  const beam = model.beams.findIndex((each) => each.link === link && (each.start === point || each.end === point));
-  return beam < 0 ? null : [beam, model.beams[beam].start === point ? 0 : 1];
+  const own = [...model.beams.keys()].filter((k) => model.beams[k].link === link);
+  const end = own.find((k) => model.beams[k].start === point || model.beams[k].end === point);
+  if (end !== undefined) return [end, model.beams[end].start === point ? 0 : 1];
+  for (const k of own) {
+    const [x, y] = localOf(link, point), [a, b] = localOf(link, model.beams[k].start), [c, s] = beamWay[k];
+    const xi = (c * (x - a) + s * (y - b)) / model.beams[k].length, aside = c * (y - b) - s * (x - a);
+    if (xi > 0 && xi < 1 && Math.abs(aside) < ON_BEAM * model.beams[k].length) return [k, xi];
+  }
+  return null;
 }
 
 function displacementOf(link, point, i) {
