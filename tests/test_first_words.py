@@ -200,3 +200,19 @@ def test_a_verdict_names_few_limits(verdict, out):
 def test_the_error_of_a_safety_is_that_of_its_stress(figure, value, error, outcome):
     limit = Limit(figure, 1.5, True, unit="1")
     assert SEVERITY[int(severity(limit, value, error))] == outcome
+
+
+@pytest.mark.slow
+def test_the_least_safety_is_stated_with_its_own_place(tmp_path, capsys):
+    """The crank of the Jansen leg has the largest stress, and its foot of weaker material the least safety."""
+    from pypdf import PdfReader
+
+    leg = Path(__file__).parents[1] / "docs" / "gallery" / "jansen_leg.toml"
+    text = re.sub("positions = .*", "positions = 36", leg.read_text()).replace("safety = ", "safety = 1000 # ")
+    (tmp_path / "leg.toml").write_text(text)
+    main([str(tmp_path / "leg.toml"), "-o", str(tmp_path / "out"), "--theory", "quasi-static", "--print"])
+    said = capsys.readouterr().out
+    assert re.search(r"stress 1\.1\d* MPa[^;]* \(crank\); safety 10\d \(foot from G to D\)", said)
+    assert "safety of foot from G to D 10" in said
+    printed = PdfReader(tmp_path / "out" / "leg" / "report.pdf").pages[0].extract_text()
+    assert re.search(r"in crank; least safety against yield 10\d in foot from G to D\.", printed)

@@ -57,10 +57,13 @@ def headline(report: Report) -> str:
     else:
         words.append("no position could be computed" if report.links else "nothing bends: no link has beams")
     if stress := report.largest_stress:
-        factor = report.strength[stress.label].safety_factor.value
-        safety = "" if factor is None else f", safety {factor:.3g}"
         value = size(stress, shown_in, 3) + error_words(stress, shown_in)
-        words.append(f"stress {value} ({stress.member}{safety})")
+        place, safety = stress.member, least_safety(report)
+        if safety and safety[0] == place:
+            place += f", safety {safety[1].value:.3g}"
+        words.append(f"stress {value} ({place})")
+        if safety and safety[0] != stress.member:
+            words.append(f"safety {safety[1].value:.3g} ({safety[0]})")
     words += _motors(report)
     words += _run(report.run)
     if report.check:
@@ -72,6 +75,18 @@ def headline(report: Report) -> str:
     if trust.level != GOOD:
         words.append(f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}")
     return "; ".join(words)
+
+
+def member(report: Report, label: str) -> str:
+    """Return the name of a beam in sentences: its member, a straight run of beams; other labels are returned as is."""
+    return next((str(each["member"]) for each in report.links if each["label"] == label), label)
+
+
+def least_safety(report: Report) -> tuple[str, Reading] | None:
+    """Return the least known safety factor of all beams, and its member before it."""
+    known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
+    label = min(known, key=lambda each: known[each].value or 0.0, default=None)
+    return None if label is None else (member(report, label), known[label])
 
 
 def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
@@ -159,7 +174,7 @@ def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
 def _limit_words(row: JudgedLimit, report: Report) -> str:
     """Return a figure with its limit."""
     figure, shown_in = row.found, report.shown_in
-    item = figure.label or row.on
+    item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
     if name and item and row.kind != "output":
         name = f"{name} of {item}"
