@@ -363,7 +363,9 @@ NEW_SCENE = (Path(kinelast.scene.__file__).parent / "first.toml").read_text()
 def test_a_limit_equal_to_the_figure_up_to_round_off_is_kept(tmp_path, capsys):
     """300 rpm and a gear ratio of 10 give 3000 rpm, with an error of round-off alone."""
     motor = '[motors.servo]\ngear_ratio = 10\nrated_speed = "3000 rpm"\n'
-    text = NEW_SCENE.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"').replace("[run]", f"{motor}\n[run]")
+    text = NEW_SCENE.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"').replace(
+        "[run]", f"{motor}\n[run]"
+    )
     (tmp_path / "press.toml").write_text(text)
     assert main([str(tmp_path / "press.toml"), "-o", str(tmp_path / "out")]) == 0
     assert "acceptable: mean motor speed" in capsys.readouterr().out

@@ -465,6 +465,12 @@ def test_scenes_stand_anywhere_among_the_options(words):
     assert request == Request(checks=(16,), changes=("x=1", "y=2"))
 
 
+def test_repeated_checks_are_all_made(capsys):
+    assert parsed(["a", "--check", "--check", "nonlinear"])[0].checks == (16, "nonlinear")
+    assert main(["a", "--check", "8", "--check", "16"]) == 2
+    assert "expected one number of elements" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monkeypatch, capsys):
     for package, option, reported in (

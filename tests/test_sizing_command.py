@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import re
 import xml.etree.ElementTree as ET
 from contextlib import suppress
@@ -230,6 +231,19 @@ class TestRewrittenScenes:
         arm = read_document(shipped_scenes()["lightest_arm"])
         with pytest.raises(SceneError, match="no such number"):
             arm.with_values({"sections.root.height": 0.02})
+
+    def test_a_number_that_the_file_lacks_is_added(self):
+        motor = '[motors.servo]\ngear_ratio = 10  # a planetary gearbox\n[[drives]]\nmotor = "servo"\n'
+        press = document_from_text(BARE.format(units="mm", quoted="332.6 mm").replace("[[drives]]\n", motor))
+        new = press.with_changes(["motors.servo.rated_speed=3000 rpm", "materials.steel.yield=355 MPa"])
+        read = document_from_text(new.text())
+        for document in (new, read):
+            assert document.variable("motors.servo.rated_speed").base == pytest.approx(100 * math.pi)
+            assert document.scene.sections[0].yield_stress == pytest.approx(355e6)
+        with pytest.raises(SceneError, match="expected a speed of rotation"):
+            press.with_changes("motors.servo.rated_speed=3 kg")
+        with pytest.raises(SceneError, match="no such number"):
+            press.variable("motors.servo.rated_speed")
 
     @pytest.mark.parametrize("name", in_tiers(["lightest_arm", "steel_four_bar", "press_sweep", "flapping_wing"], 2, 2))
     @given(share=st.floats(0.5, 1.5))

@@ -67,8 +67,8 @@ class Request:
     checks: tuple[int | str, ...] = option(CHECKING,
         f"compare with finite elements, ELEMENTS per beam [{tasks.ELEMENTS}]; nonlinear: the whole mechanism with "
         "vibration and displacements of any size; solid: plane-stress elements (check.json)",
-        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), default=(),
-        writes=("check.json",))
+        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), many=True,
+        default=(), writes=("check.json",))
     handout: bool = option(PICTURES,
         "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)", flags=("--print",),
         writes=("report.pdf",))
