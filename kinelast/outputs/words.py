@@ -1,7 +1,8 @@
 """Sentences of a report: headline, verdict, limits, errors, checks, and the assumptions of the printed page."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -226,7 +227,16 @@ def further_checks(nonlinear: FurtherCheck | None, solid: FurtherCheck | None) -
             if check.too_close_to_decide and check.own_errors:
                 outcome = " TOO CLOSE TO DECIDE"
                 more += f", error of the check up to {percent(sum(check.own_errors.values()))}"
-            yield f"{name}{outcome} ({percent(check.largest)} apart{more})"
+            if check is solid and check.largest > UNRELIABLE:
+                more += ": beam theory does not fit, and the stated errors count this difference"
+            links = {label: _difference(row) for label, row in (check.links or {}).items()}
+            of = f" of {max(links, key=lambda label: links[label])}" if links else ""
+            yield f"{name}{outcome} (deflection from chord{of} {percent(check.largest)} apart{more})"
+
+
+def _difference(row: Any) -> float:
+    """Return the difference that a check found for a link."""
+    return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:

@@ -28,6 +28,7 @@ from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
+from kinelast.scene.quantities import Speed
 from kinelast.scene.text import file_bytes
 from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
@@ -83,8 +84,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
         document, optimum = best_design(document, progress.within(document.name))
         scene = document.scene
-    if request.units:
-        scene = replace(scene, report_units=request.units)
+    scene = _in_requested_units(scene, request)
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
@@ -101,6 +101,15 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
             write_tables(part, results, request)
             report, sealed = _finish(part, task, (document, optimum), results, made, request, progress)
     return _outcome(task, report, sealed, earlier)
+
+
+def _in_requested_units(scene: Scene, request: Request) -> Scene:
+    """Return the scene with the report's units as requested by --units, and with the unit of --speeds."""
+    units, written = request.units or scene.report_units, dict(scene.written)
+    if request.speeds and (name := request.speeds[3]):
+        one = Speed.read(f"1 {name}")
+        written[one.unit] = 1.0 / float(one), name
+    return replace(scene, report_units=units, written=written)
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
@@ -208,7 +217,7 @@ def _with_studies(
     """Write the files of the requested studies, and return the report with them."""
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
-        more["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
+        more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
         from kinelast.figures.parts import with_limit_speed
 
         rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)

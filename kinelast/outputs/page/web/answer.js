@@ -148,7 +148,10 @@ function doubtedFigures() {
     `${each.name}${of(each.on)}${each.share === null ? "" : ` (± ${share(each.share)})`}`
   );
   const all = [
-      ...new Set([...unjudged.map((limit) => limitName(limit) + of(memberOf(limit.found.label) || limit.on)), ...large]),
+      ...new Set([
+        ...unjudged.map((limit) => limitName(limit) + of(memberOf(limit.found.label) || limit.on)),
+        ...large,
+      ]),
     ],
     more = all.length - FEW_DOUBTED;
   return more > 0 ? [...all.slice(0, FEW_DOUBTED), `${more} more`] : all;
