@@ -9,15 +9,19 @@ import pytest
 from browser import Page
 from msgspec.structs import replace
 
+import kinelast.scene
 from kinelast.cli.command import main
 from kinelast.figures.checks import nearer
 from kinelast.figures.errors import LARGE, FigureError, GradedFigure
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
 from kinelast.figures.report import Verdict, report_from
-from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
+from kinelast.figures.summary import report_of
+from kinelast.outputs.words import MAX_NAMED, assumptions, error_words, verdict_words
+from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.figure import Limit
 from kinelast.scene.reading import reading
+from kinelast.tasks.request import Request
 
 CASES = Path(__file__).parent / "data" / "cases"
 YIELDS = "drs_push_up"  # 8 times its yield strength, without limits
@@ -216,3 +220,13 @@ def test_the_least_safety_is_stated_with_its_own_place(tmp_path, capsys):
     assert "safety of foot from G to D 10" in said
     printed = PdfReader(tmp_path / "out" / "leg" / "report.pdf").pages[0].extract_text()
     assert re.search(r"in crank; least safety against yield 10\d in foot from G to D\.", printed)
+
+
+def test_the_print_states_loads_sections_and_motor_ratings():
+    motor = '[motors.servo]\ngear_ratio = 10\nrated_torque = "2.4 N m"\n[run]'
+    text = (Path(kinelast.scene.__file__).parent / "first.toml").read_text().replace("[run]", motor)
+    scene = kinelast.scene_from_text(text.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"'))
+    said = " ".join(assumptions(report_of(computed(scene, Request()))))
+    assert "point load 2 kN on ram" in said
+    assert "Sections: bar A 96 mm², I 1152 mm⁴." in said
+    assert "Motors: crank: rated torque 2.4 N·m." in said

@@ -285,7 +285,10 @@ def assumptions(report: Report) -> list[str]:
     if drives:
         said.append(f"Drives follow their motion exactly: {', '.join(drives)}.")
     pull = [f"{words(row)} in {way}" for way, row in inputs.gravity.items() if row.value]
-    loads = [f"{load.kind} on {load.link}" if load.link else load.kind for load in inputs.loads]
+    loads = []
+    for load in inputs.loads:
+        sizes = " and ".join(dict.fromkeys(words(each) for each in load.sizes if each.value is not None))
+        loads.append(f"{load.kind} {sizes}".rstrip() + (f" on {load.link}" if load.link else ""))
     said.append(f"Loads: inertia; gravity {', '.join(pull) or 'none'}; others: {', '.join(loads) or 'none'}.")
     stuffs = [
         f"{name} E {words(row.E)}" + (f", yield {words(row.yield_stress)}" if row.yield_stress.value else "")
@@ -293,11 +296,37 @@ def assumptions(report: Report) -> list[str]:
     ]
     if stuffs:
         said.append(f"Materials: {'; '.join(stuffs)}.")
+    sections = [
+        f"{name} A {words(row['area'])}, I {words(row['inertia'])}".replace("^4", "⁴")
+        for name, row in inputs.sections.items()
+    ]
+    if sections:
+        said.append(f"Sections: {'; '.join(sections)}.")
+    ratings = [f"{name}: {', '.join(rated)}" for name, rated in _ratings(report) if rated]
+    if ratings:
+        said.append(f"Motors: {'; '.join(ratings)}.")
     if output and output.guessed:
         said.append(f"The output was chosen automatically: {output.kind} {output.name}.")
     if report.not_computed:
         said.append(f"Not computed: {', '.join(report.not_computed)}.")
     return said
+
+
+RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", "top_speed": "rad/s"}
+
+
+def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
+    """Yield each drive with the ratings of its motor."""
+    for name, drive in report.drives.items():
+        given = drive.get("motor", {}).get("given", {})
+        yield (
+            name,
+            [
+                f"{key.replace('_', ' ')} {quantity(given[key], unit, 3, report.shown_in)}"
+                for key, unit in RATINGS.items()
+                if given.get(key)
+            ],
+        )
 
 
 def checked(report: Report) -> str:
