@@ -178,7 +178,7 @@ MIN_HEIGHT = 1e-3  # points that are closer to a line, relative to its length, a
 
 
 def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with a beam from the last to the first point of each link whose points are not in line.
+    """Return the drawing with a beam from the last to the first point of each link, except straight ones.
 
     Other programs draw such a link as a plate. A note names the links.
     """

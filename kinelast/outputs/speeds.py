@@ -68,7 +68,7 @@ PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: 
 
 
 def _deciding_figure(result: Speeds) -> str:
-    """Return the key of the figure whose limit fails above the limit speed; empty if there is none."""
+    """Return the key of the figure that breaks its limit above the limit speed; empty if there is none."""
     return result.limit.limit.figure if result.limit and result.limit.limit else ""
 
 
@@ -80,9 +80,9 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
     mpl.rcParams["svg.hashsalt"] = "kinelast"
     decides = _deciding_figure(result)
     fields = [field for field in FIELDS if field != "w" or decides == FIELDS["w"]]
-    own = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
-    figure = Figure(figsize=(9, 3 * len([*fields, *own])), layout="constrained")
-    panels = figure.subplots(len([*fields, *own]), 1, sharex=True)
+    extra = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
+    figure = Figure(figsize=(9, 3 * len([*fields, *extra])), layout="constrained")
+    panels = figure.subplots(len([*fields, *extra]), 1, sharex=True)
     factor, unit = scene.shown_in.get(speed_unit(scene), (1.0, speed_unit(scene)))
     speed, between = factor * result.speed, factor * result.between[0]
     for axes, field in zip(panels, fields, strict=False):
@@ -97,7 +97,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
         if np.nanmax(with_, initial=0.0) > 0.0:
             axes.set_yscale("log")
         _label_peaks(axes, result, with_, factor)
-    for axes, (name, (measure, values, _)) in zip(panels[len(fields) :], own, strict=True):
+    for axes, (name, (measure, values, _)) in zip(panels[len(fields) :], extra, strict=True):
         scale, prefixed = scene.shown_in.get(measure.unit) or scale_of(np.nanmax(values, initial=0.0), measure.unit)
         axes.plot(speed, scale * values, label=name)
         if result.limit and result.limit.limit:
