@@ -174,6 +174,26 @@ class ForeignMechanism:
     notes: tuple[str, ...] = ()
 
 
+MIN_HEIGHT = 1e-3  # points that are closer to a line, relative to its length, are in line
+
+
+def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
+    """Return the drawing with a beam from the last to the first point of each link, except straight ones.
+
+    Other programs draw such a link as a plate. A note names the links.
+    """
+    links = dict(drawing.links)
+    for name, body in drawing.links.items():
+        places = [drawing.points[point] - drawing.points[body.points[0]] for point in body.points]
+        longest = max(places, key=abs)
+        heights = [abs((place * longest.conjugate()).imag) for place in places]
+        if max(heights) > MIN_HEIGHT * abs(longest) ** 2:
+            links[name] = body.with_beam(body.points[-1], body.points[0])
+    closed = ", ".join(name for name, body in links.items() if body is not drawing.links[name])
+    note = (f"assumed: beams along the outline of {closed}",) if closed else ()
+    return replace(drawing, links=links, notes=(*drawing.notes, *note))
+
+
 class Names:
     """Unique scene names (letters, digits, - and _) for the names or numbers in a file."""
 

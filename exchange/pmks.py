@@ -93,6 +93,7 @@ class _PmksReading:
         self.saved, self.title = saved, title
         self.joints = {joint.key: joint for joint in saved.joints}
         self.notes: list[str] = []
+        self.untouched: list[str] = []  # links and sliders with the default mass
         names, called = Names(), Names([GROUND])
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
@@ -120,6 +121,8 @@ class _PmksReading:
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
         """Mass [kg], centre and inertia [kg m^2] of a link; PMKS+ defaults count as not given."""
         unit = self.saved.unit
+        if part.mass == part.inertia == UNTOUCHED:
+            self.untouched.append(self.link_of[part.key])
         if not part.mass or part.mass == part.inertia == UNTOUCHED:
             return None, None, None
         inertia = None if part.inertia is None else part.inertia * INERTIA[unit]
@@ -201,11 +204,17 @@ class _PmksReading:
         masses = {
             self.point[joint.key]: joint.mass * MASS[saved.unit]
             for joint in saved.joints
-            if joint.mass and joint.has(SLIDES)
+            if joint.mass not in (0.0, UNTOUCHED) and joint.has(SLIDES)
         }
+        self.untouched += [
+            self.point[joint.key] for joint in saved.joints if joint.mass == UNTOUCHED and joint.has(SLIDES)
+        ]
         weighed = bool(masses) or any(body.mass for body in self.links.values())
         if not weighed and any(part.whole for part in saved.parts):
             self.notes.append("the file has no masses of its own: the assumed section and material give the masses")
+        if weighed and self.untouched:
+            words = ", ".join(self.untouched)
+            self.notes.append(f"left out: the mass of {words}, the default of PMKS+; sections give that of links")
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))

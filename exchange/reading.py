@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from exchange.drawing import ExchangeError, ForeignMechanism
+from exchange.drawing import ExchangeError, ForeignMechanism, with_closed_frames
 from exchange.linkage2 import of_linkage2
 from exchange.linkage2_written import linkage2_text
 from exchange.linkage_sim import of_linkage_sim
@@ -46,7 +46,7 @@ def read(source: str) -> ForeignMechanism:
         The format is unknown, or the file is damaged.
     """
     if re.match(r"https?://", source):
-        return of_pmks(source, "mechanism")
+        return of_text(source, "mechanism")
     path = Path(source)
     title = path.stem or "mechanism"
     if path.suffix.lower() == ".dxf":
@@ -68,7 +68,11 @@ def _text(path: Path) -> str:
 
 
 def of_text(text: str, title: str) -> ForeignMechanism:
-    """Return the mechanism in the text of a file."""
+    """Return the mechanism in the text of a file or in a web link of PMKS+."""
+    return with_closed_frames(_as_drawn(text, title))
+
+
+def _as_drawn(text: str, title: str) -> ForeignMechanism:
     if "<linkage2" in text:
         with _damage_of("Linkage"):
             return of_linkage2(text[text.index("<linkage2") :], title)

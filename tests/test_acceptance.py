@@ -3,12 +3,14 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from tiers import in_tiers
 
+import kinelast.scene
 from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
@@ -353,3 +355,19 @@ def test_stills_are_drawn_on_request(tmp_path):
     assert {"mechanism.svg", "maps_1.svg", "joint_forces.svg"} <= {path.name for path in stills}
     for path in stills:
         assert ElementTree.parse(path).getroot().tag == "{http://www.w3.org/2000/svg}svg"
+
+
+NEW_SCENE = (Path(kinelast.scene.__file__).parent / "first.toml").read_text()
+
+
+def test_a_limit_equal_to_the_figure_up_to_round_off_is_kept(tmp_path, capsys):
+    """300 rpm and a gear ratio of 10 give 3000 rpm, with an error of round-off alone."""
+    motor = '[motors.servo]\ngear_ratio = 10\nrated_speed = "3000 rpm"\n'
+    text = NEW_SCENE.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"').replace(
+        "[run]", f"{motor}\n[run]"
+    )
+    (tmp_path / "press.toml").write_text(text)
+    assert main([str(tmp_path / "press.toml"), "-o", str(tmp_path / "out")]) == 0
+    assert "acceptable: mean motor speed" in capsys.readouterr().out
+    [limit] = json.loads((tmp_path / "out" / "press" / "summary.json").read_text())["acceptance"]["limits"]
+    assert limit["used"] == pytest.approx(1.0, abs=1e-9)

@@ -18,7 +18,7 @@ from tiers import in_tiers
 from kinelast.cli.command import main
 from kinelast.cli.terminal import parsed
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
-from kinelast.tasks.task import shipped_scenes, shipped_structures
+from kinelast.tasks.task import missing_package, shipped_scenes, shipped_structures
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
 UNITS |= dict.fromkeys(("normal", "shear", "mises"), "Pa")
@@ -466,6 +466,25 @@ def test_scenes_stand_anywhere_among_the_options(words):
 
 
 @pytest.mark.slow
+def test_speeds_are_reported_in_the_unit_that_was_asked_for(tmp_path, capsys):
+    main(["--new", str(tmp_path / "press")])
+    with (tmp_path / "press.toml").open("a") as file:
+        file.write('[limits]\ndeflection = "0.45 mm"\n')
+    call = [str(tmp_path / "press.toml"), "--positions", "72", "--speeds", "300 rpm : 2000 rpm : 2"]
+    main([*call, "-o", str(tmp_path)])
+    assert re.search(r"all limits hold up to [\d.]+ rpm \(crank, deflection\)", capsys.readouterr().out)
+    drawn = (tmp_path / "press" / "speeds.svg").read_text()
+    assert "speed of the drive [rpm]" in drawn
+    assert "largest deflection" in drawn  # the figure that decides
+
+
+def test_repeated_checks_are_all_made(capsys):
+    assert parsed(["a", "--check", "--check", "nonlinear"])[0].checks == (16, "nonlinear")
+    assert main(["a", "--check", "8", "--check", "16"]) == 2
+    assert "expected one number of elements" in capsys.readouterr().err
+
+
+@pytest.mark.slow
 def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monkeypatch, capsys):
     for package, option, reported in (
         ("skfem", "--check", 'arm: the package "skfem" is not installed: pip install "scikit-fem"'),
@@ -483,6 +502,13 @@ def test_a_missing_package_is_named_with_its_install_command(arm, tmp_path, monk
         assert done.returncode == 2, done.stderr
         assert reported in done.stderr
         assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_package_that_another_brings_along_is_named_with_it():
+    words = missing_package(ModuleNotFoundError("no", name="shapely"))
+    assert words == 'the package "shapely", which comes with "sectionproperties", is not installed: ' + (
+        'pip install "sectionproperties"'
+    )
 
 
 def test_without_vtk_it_is_not_opengl_that_is_said_to_be_missing(arm, tmp_path, monkeypatch, capsys):

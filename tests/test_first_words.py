@@ -9,15 +9,19 @@ import pytest
 from browser import Page
 from msgspec.structs import replace
 
+import kinelast.scene
 from kinelast.cli.command import main
 from kinelast.figures.checks import nearer
 from kinelast.figures.errors import LARGE, FigureError, GradedFigure
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
 from kinelast.figures.report import Verdict, report_from
-from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
+from kinelast.figures.summary import report_of
+from kinelast.outputs.words import MAX_NAMED, assumptions, error_words, verdict_words
+from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.figure import Limit
 from kinelast.scene.reading import reading
+from kinelast.tasks.request import Request
 
 CASES = Path(__file__).parent / "data" / "cases"
 YIELDS = "drs_push_up"  # 8 times its yield strength, without limits
@@ -200,3 +204,29 @@ def test_a_verdict_names_few_limits(verdict, out):
 def test_the_error_of_a_safety_is_that_of_its_stress(figure, value, error, outcome):
     limit = Limit(figure, 1.5, True, unit="1")
     assert SEVERITY[int(severity(limit, value, error))] == outcome
+
+
+@pytest.mark.slow
+def test_the_least_safety_is_stated_with_its_own_place(tmp_path, capsys):
+    """The crank of the Jansen leg has the largest stress, and its foot of weaker material the least safety."""
+    from pypdf import PdfReader
+
+    leg = Path(__file__).parents[1] / "docs" / "gallery" / "jansen_leg.toml"
+    text = re.sub("positions = .*", "positions = 36", leg.read_text()).replace("safety = ", "safety = 1000 # ")
+    (tmp_path / "leg.toml").write_text(text)
+    main([str(tmp_path / "leg.toml"), "-o", str(tmp_path / "out"), "--theory", "quasi-static", "--print"])
+    said = capsys.readouterr().out
+    assert re.search(r"stress 1\.1\d* MPa[^;]* \(crank\); safety 10\d \(foot from G to D\)", said)
+    assert "safety of foot from G to D 10" in said
+    printed = PdfReader(tmp_path / "out" / "leg" / "report.pdf").pages[0].extract_text()
+    assert re.search(r"in crank; least safety against yield 10\d in foot from G to D\.", printed)
+
+
+def test_the_print_states_loads_sections_and_motor_ratings():
+    motor = '[motors.servo]\ngear_ratio = 10\nrated_torque = "2.4 N m"\n[run]'
+    text = (Path(kinelast.scene.__file__).parent / "first.toml").read_text().replace("[run]", motor)
+    scene = kinelast.scene_from_text(text.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"'))
+    said = " ".join(assumptions(report_of(computed(scene, Request()))))
+    assert "point load 2 kN on ram" in said
+    assert "Sections: bar A 96 mm², I 1152 mm⁴." in said
+    assert "Motors: crank: rated torque 2.4 N·m." in said

@@ -105,3 +105,10 @@ def test_vibration_and_buckling_keep_to_one_thread_though_numpy_was_there_first(
         pytest.skip("the linear algebra of this machine has no threads to spare")
     assert found["elastodynamic"] == found["buckling_ratio"] == {"1"}
     assert found["before"] <= found["after"]
+
+
+def test_without_threadpoolctl_the_threads_are_not_limited():
+    program = "import sys; sys.modules['threadpoolctl'] = None; import kinelast; "
+    program += "kinelast.answer(kinelast.load('steel_four_bar'), theory='quasi-static')"
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60, env=environment)

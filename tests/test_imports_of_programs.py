@@ -500,3 +500,27 @@ def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys)
     assert "it does not run yet: " in said
     assert "1 freedom" in said
     assert (tmp_path / "loose.toml").exists()
+
+
+def ternary(mass=1.0):
+    """A four-bar A, B, C, D whose coupler BCE is a triangle. PMKS+ gives a new link the mass and inertia 1."""
+    joints = [joint(6, "A", 0), joint(0, "B", 2j), joint(0, "C", 6 + 4j), joint(0, "E", 3 + 6j), joint(4, "D", 6)]
+    return saved(joints, [link("YR", "AB", 1, 1), link("YR", "BCE", mass, 1, 3 + 4j), link("YR", "CD", 1, 1)])
+
+
+def test_a_ternary_link_is_a_closed_triangle():
+    first = imported(of_text(ternary(), "mine"))
+    coupler = kinelast.scene_from_text(first.text).mechanism.links[2]
+    assert {frozenset((beam.start, beam.end)) for beam in coupler.beams} == {
+        frozenset(pair) for pair in ("BC", "CE", "EB")
+    }
+    assert first.text.startswith("# the file has no masses of its own")
+    assert "# assumed: beams along the outline of BCE\n" in first.text
+
+
+def test_masses_that_are_left_out_are_named():
+    assert "# left out: the mass of AB, CD, the default of PMKS+" in scene_text(of_text(ternary(50), "mine"))
+    joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(1))]
+    text = saved(joints, [link("YR", "AB", 1, 1), link("YR", "BC", 50, 30, C)])
+    assert of_text(text, "mine").masses == {}
+    assert "# left out: the mass of AB, C, the default" in scene_text(of_text(text, "mine"))

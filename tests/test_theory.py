@@ -21,6 +21,7 @@ from kinelast.cli.command import main
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import NonlinearCheck, nearer, nonlinear_check, nonlinear_report, solid_check
 from kinelast.figures.errors import BEAM_THEORY, MEASURED, NOT_OF_MOTION, FigureError
+from kinelast.figures.report import FurtherCheck
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
 from kinelast.figures.trust import findings
@@ -517,6 +518,12 @@ class TestFurtherChecks:
         assert reported.too_close_to_decide is (passed is None)
         (line,) = further_checks(reported, None)
         assert line.endswith(("6 % apart, error of the check up to 0.1 %)") if passed is None else " % apart)")
+
+    def test_a_solid_check_far_apart_says_in_what_and_that_the_errors_count_it(self):
+        (near,) = further_checks(None, FurtherCheck(largest=0.02, links={"rod": 0.02, "crank": 0.01}))
+        assert near == "solid check (deflection from chord of rod 2 % apart)"
+        (far,) = further_checks(None, FurtherCheck(largest=0.71, links={"rod": 0.02, "crank": 0.71}))
+        assert far.startswith("solid check (deflection from chord of crank 71 % apart: beam theory does not fit, and")
 
     @pytest.mark.parametrize(("estimate", "reported"), [(0.9, "agrees"), (3.9, "cannot tell")])
     def test_a_stated_error_larger_than_the_answer_agrees_with_nothing(self, estimate, reported):

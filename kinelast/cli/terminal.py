@@ -78,7 +78,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
         else:
             words["dest"] = name
             if option.bare is not None:
-                words |= {"nargs": "?", "const": option.bare}
+                words |= {"nargs": "?", "const": option.bare, "action": "extend"}
             elif option.many:
                 words["action"] = "append"
             elif not option.takes_value:
@@ -126,6 +126,8 @@ def _require_fitting(parser: argparse.ArgumentParser, given: dict[str, Any], kno
         parser.error("--set is for reports: a sweep varies numbers by [sweep]")
     if "changes" in given and "structure" in given:
         parser.error("--set is for reports: change the numbers of a structure in its file")
+    if sum(isinstance(check, int) for check in set(given.get("checks", ()))) > 1:
+        parser.error("--check: expected one number of elements")
     if "theory" in given and "accuracy" in given:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 

@@ -9,7 +9,7 @@ from kinelast.figures.report import Report
 from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
-from kinelast.outputs.words import OUTCOMES, limit_rows
+from kinelast.outputs.words import OUTCOMES, least_safety, limit_rows
 from kinelast.scene.error import plain
 from kinelast.scene.reading import Reading
 from kinelast.tasks.task import Outcome
@@ -23,19 +23,18 @@ def _output_error(report: Report, unit: str) -> float | None:
     return report.output.value if report.output and report.output.unit == unit else None
 
 
-def _safety(report: Report) -> float | None:
-    stress = report.largest_stress
-    return report.strength[stress.label].safety_factor.value if stress else None
+def _safety(report: Report) -> Reading | None:
+    least = least_safety(report)
+    return least[1] if least else None
 
 
 def _unreliable(report: Report) -> str:
     """Return the names of the figures of a row with an error beyond `UNRELIABLE`."""
-    stress = report.largest_stress
     shown = {
         "largest_deflection": report.largest_deflection,
         "largest_chord": report.largest_chord,
-        "largest_stress": stress,
-        "safety": report.strength[stress.label].safety_factor if stress else None,
+        "largest_stress": report.largest_stress,
+        "safety": _safety(report),
         "output_error": report.output,
     }
     return ", ".join(name for name, found in shown.items() if found and found.unreliable)
@@ -64,7 +63,7 @@ COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit 
     ("bent_beam", "", lambda report: report.largest_chord and report.largest_chord.label),
     ("largest_stress", "Pa", lambda report: _value(report.largest_stress)),
     ("stressed_beam", "", lambda report: report.largest_stress and report.largest_stress.label),
-    ("safety", "1", _safety),
+    ("safety", "1", lambda report: _value(_safety(report))),
     ("output_error", "m", lambda report: _output_error(report, "m")),
     ("output_error", "rad", lambda report: _output_error(report, "rad")),
     ("output", "", lambda report: report.output and report.output.name),

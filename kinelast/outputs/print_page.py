@@ -11,7 +11,17 @@ from kinelast.figures.report import Report
 from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE
 from kinelast.outputs.pictures import draw_mechanism
-from kinelast.outputs.words import LEVELS, assumptions, checked, error_words, limit_rows, magnitude, size, verdict_words
+from kinelast.outputs.words import (
+    LEVELS,
+    assumptions,
+    checked,
+    error_words,
+    least_safety,
+    limit_rows,
+    magnitude,
+    size,
+    verdict_words,
+)
 from kinelast.scene.numbers import number
 from kinelast.scene.reading import GOOD, Reading
 
@@ -119,9 +129,9 @@ def _figures(report: Report) -> Iterator[str]:
         return size(found, report.shown_in) + error_words(found, report.shown_in)
 
     if stress := report.largest_stress:
-        safety = report.strength[stress.label].safety_factor.value
-        factor = "unknown" if safety is None else number(safety, 3)
-        yield f"Largest stress {words(stress)} in {stress.member}; safety against yield {factor}."
+        safety = least_safety(report)
+        factor = f"{size(safety[1], report.shown_in, 3)} in {safety[0]}" if safety else "unknown"
+        yield f"Largest stress {words(stress)} in {stress.member}; least safety against yield {factor}."
     if moved := report.largest_deflection:
         yield f"Largest deflection {words(magnitude(moved))} of {moved.member}."
     if (output := report.output) and output.value is not None:

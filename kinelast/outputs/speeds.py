@@ -17,7 +17,7 @@ from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.figure import drive_words, items_of
-from kinelast.scene.numbers import UNRELIABLE, percent, quantity
+from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of
 from kinelast.scene.reading import known
 
 NEAR = 0.002  # resolution of the limit speed, relative to it
@@ -59,39 +59,62 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
     )
 
 
+PANELS = {
+    "w": (1e3, "deflection [mm]"),
+    "chord": (1e3, "chord deflection [mm]"),
+    "mises": (1e-6, "von Mises stress [MPa]"),
+}
+PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: it vibrates without such a harmonic"
+
+
+def _deciding_figure(result: Speeds) -> str:
+    """Return the key of the figure that breaks its limit above the limit speed; empty if there is none."""
+    return result.limit.limit.figure if result.limit and result.limit.limit else ""
+
+
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Plot the largest chord deflection and stress over speed, with peaks, limit speed and instability, as SVG."""
+    """Plot the largest chord deflection, stress and deciding figure over speed, with peaks and limit speed, as SVG."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams["svg.hashsalt"] = "kinelast"
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
-    shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
-    for axes, field, scale, words in shown:
+    decides = _deciding_figure(result)
+    fields = [field for field in FIELDS if field != "w" or decides == FIELDS["w"]]
+    extra = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
+    figure = Figure(figsize=(9, 3 * len([*fields, *extra])), layout="constrained")
+    panels = figure.subplots(len([*fields, *extra]), 1, sharex=True)
+    factor, unit = scene.shown_in.get(speed_unit(scene), (1.0, speed_unit(scene)))
+    speed, between = factor * result.speed, factor * result.between[0]
+    for axes, field in zip(panels, fields, strict=False):
+        scale, words = PANELS[field]
         with_, without = (
             scale * values[:, [*FIELDS].index(field)] for values in (result.map.values, result.map.quasi_static)
         )
-        between, curves = result.between
         for beam, label in enumerate(scene.labels):
-            (line,) = axes.plot(between, scale * curves[[*FIELDS].index(field), beam], label=label)
-            axes.plot(result.speed, without[:, beam], ":", color=line.get_color(), lw=1)
-        for low, high in result.unstable:
-            axes.axvspan(low, high, color="crimson", alpha=0.25, lw=0, label="no steady state")
-        if result.limit and result.highest:
-            axes.axvline(result.highest, color="black", ls="--", lw=1, label="limits hold up to here")
+            (line,) = axes.plot(between, scale * result.between[1][[*FIELDS].index(field), beam], label=label)
+            axes.plot(speed, without[:, beam], ":", color=line.get_color(), lw=1)
         axes.set_ylabel(f"largest {words}")
         if np.nanmax(with_, initial=0.0) > 0.0:
             axes.set_yscale("log")
-        axes.set_xlim(result.speed[0], result.speed[-1])
-        _label_peaks(axes, result, with_)
-    unit = speed_unit(scene)
-    below.set_xlabel(f"speed of the drive [{unit}]; 5x2: the 5th harmonic of the cycle meets the 2nd natural mode")
-    below.legend(title="dotted: without vibration", fontsize=8)
+        _label_peaks(axes, result, with_, factor)
+    for axes, (name, (measure, values, _)) in zip(panels[len(fields) :], extra, strict=True):
+        scale, prefixed = scene.shown_in.get(measure.unit) or scale_of(np.nanmax(values, initial=0.0), measure.unit)
+        axes.plot(speed, scale * values, label=name)
+        if result.limit and result.limit.limit:
+            axes.axhline(scale * float(result.limit.limit.bound), color="black", ls="-.", lw=1, label="limit")
+        axes.set_ylabel(f"{measure.figure.name} [{prefixed}]")
+    for axes in panels:
+        for low, high in result.unstable:
+            axes.axvspan(factor * low, factor * high, color="crimson", alpha=0.25, lw=0, label="no steady state")
+        if result.limit and result.highest:
+            axes.axvline(factor * result.highest, color="black", ls="--", lw=1, label="limits hold up to here")
+        axes.legend(title="dotted: without vibration", fontsize=8)
+    panels[-1].set_xlim(speed[0], speed[-1])
+    panels[-1].set_xlabel(f"speed of the drive [{unit}]\n{PEAKS}")
     figure.savefig(path, metadata={"Date": None})
 
 
-def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
+def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
     """Label the highest peaks with harmonic and mode, without overlap."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
@@ -104,7 +127,13 @@ def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
             f"{peak.resonance.harmonic}x{peak.resonance.mode}" if peak.resonance.met else f"mode {peak.resonance.mode}"
         )
         axes.annotate(
-            name, (peak.speed, sizes[peak]), (0, 3), textcoords="offset points", ha="center", fontsize=7, clip_on=True
+            name,
+            (factor * peak.speed, sizes[peak]),
+            (0, 3),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7,
+            clip_on=True,
         )
 
 

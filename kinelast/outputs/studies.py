@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, UnsetType
+from msgspec import UnsetType
 
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
 from kinelast.designs.problem import steps_of
@@ -210,17 +210,28 @@ def optimum_table(best: OptimumReport) -> Table:
     return Table.of_rows(HEAD, rows)
 
 
+def best_design(document: Document, progress: Progress) -> tuple[Document, OptimumReport]:
+    """Find the best design of a scene; return its document and report."""
+    with of_file(document.path):
+        solved = optimum_study(document, progress)
+    numbers = (variable.path for variable in solved.task.variables)
+    values = dict(zip(numbers, solved.optimum.values.tolist(), strict=True))
+    return document.with_values(values, "best design"), optimum_report(solved, document.scene.shown_in)
+
+
 def write_studies(
-    part: Path, document: Document, request: Request, progress: Progress
-) -> tuple[dict[str, Any], OptimumReport | UnsetType]:
-    """Write the files of the requested studies; return their figures by study, and the best design.
+    part: Path, document: Document, best: OptimumReport | UnsetType, request: Request, progress: Progress
+) -> dict[str, Any]:
+    """Write the files of the requested studies; return their figures by study.
 
     Parameters
     ----------
     part
         Folder.
     document
-        Document of the scene.
+        Document of the scene, or of its best design.
+    best
+        Report on the best design, if requested.
     request
         Requested studies, number of samples, and formats.
 
@@ -230,7 +241,6 @@ def write_studies(
         The study is not possible.
     """
     figures: dict[str, Any] = {}
-    optimum: OptimumReport | UnsetType = UNSET
     with of_file(document.path):
         if request.sensitivities:
             result, numbers, units = sensitivity_study(document, progress=progress)
@@ -244,14 +254,9 @@ def write_studies(
             write_table(part / "tolerances.csv", bars.tolerance_table(ranges), request.tables)
             (part / "tolerances.svg").write_text(bars.tolerance_bars(ranges, document.scene.shown_in), encoding="utf-8")
             figures["tolerances"] = bars.tolerance_figures(ranges, document.scene.shown_in)
-        if request.optimize:
-            best = optimum_study(document, progress)
-            paths = (number.path for number in best.task.variables)
-            values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
-            optimum = optimum_report(best, document.scene.shown_in)
-            verdict = optimum.verdict
-            head = f"The best design by [optimize] of the scene {document.name}{verdict and ': '}{verdict}."
-            new = document.with_values(values).text(head)
-            (part / "optimum.toml").write_text(new, encoding="utf-8")
-            write_table(part / "optimum.csv", optimum_table(optimum), request.tables)
-    return figures, optimum
+    if best:
+        verdict = best.verdict
+        head = f"The best design by [optimize] of the scene {document.name}{verdict and ': '}{verdict}."
+        (part / "optimum.toml").write_text(document.text(head), encoding="utf-8")
+        write_table(part / "optimum.csv", optimum_table(best), request.tables)
+    return figures

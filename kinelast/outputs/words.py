@@ -1,7 +1,8 @@
 """Sentences of a report: headline, verdict, limits, errors, checks, and the assumptions of the printed page."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -57,10 +58,13 @@ def headline(report: Report) -> str:
     else:
         words.append("no position could be computed" if report.links else "nothing bends: no link has beams")
     if stress := report.largest_stress:
-        factor = report.strength[stress.label].safety_factor.value
-        safety = "" if factor is None else f", safety {factor:.3g}"
         value = size(stress, shown_in, 3) + error_words(stress, shown_in)
-        words.append(f"stress {value} ({stress.member}{safety})")
+        place, safety = stress.member, least_safety(report)
+        if safety and safety[0] == place:
+            place += f", safety {safety[1].value:.3g}"
+        words.append(f"stress {value} ({place})")
+        if safety and safety[0] != stress.member:
+            words.append(f"safety {safety[1].value:.3g} ({safety[0]})")
     words += _motors(report)
     words += _run(report.run)
     if report.check:
@@ -72,6 +76,18 @@ def headline(report: Report) -> str:
     if trust.level != GOOD:
         words.append(f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}")
     return "; ".join(words)
+
+
+def member(report: Report, label: str) -> str:
+    """Return the name of a beam in sentences: its member, a straight run of beams; other labels are returned as is."""
+    return next((str(each["member"]) for each in report.links if each["label"] == label), label)
+
+
+def least_safety(report: Report) -> tuple[str, Reading] | None:
+    """Return the least known safety factor of all beams, and its member before it."""
+    known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
+    label = min(known, key=lambda each: known[each].value or 0.0, default=None)
+    return None if label is None else (member(report, label), known[label])
 
 
 def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
@@ -159,7 +175,7 @@ def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
 def _limit_words(row: JudgedLimit, report: Report) -> str:
     """Return a figure with its limit."""
     figure, shown_in = row.found, report.shown_in
-    item = figure.label or row.on
+    item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
     if name and item and row.kind != "output":
         name = f"{name} of {item}"
@@ -211,7 +227,16 @@ def further_checks(nonlinear: FurtherCheck | None, solid: FurtherCheck | None) -
             if check.too_close_to_decide and check.own_errors:
                 outcome = " TOO CLOSE TO DECIDE"
                 more += f", error of the check up to {percent(sum(check.own_errors.values()))}"
-            yield f"{name}{outcome} ({percent(check.largest)} apart{more})"
+            if check is solid and check.largest > UNRELIABLE:
+                more += ": beam theory does not fit, and the stated errors count this difference"
+            links = {label: _difference(row) for label, row in (check.links or {}).items()}
+            of = f" of {max(links, key=lambda label: links[label])}" if links else ""
+            yield f"{name}{outcome} (deflection from chord{of} {percent(check.largest)} apart{more})"
+
+
+def _difference(row: Any) -> float:
+    """Return the difference that a check found for a link."""
+    return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:
@@ -260,7 +285,10 @@ def assumptions(report: Report) -> list[str]:
     if drives:
         said.append(f"Drives follow their motion exactly: {', '.join(drives)}.")
     pull = [f"{words(row)} in {way}" for way, row in inputs.gravity.items() if row.value]
-    loads = [f"{load.kind} on {load.link}" if load.link else load.kind for load in inputs.loads]
+    loads = []
+    for load in inputs.loads:
+        sizes = " and ".join(dict.fromkeys(words(each) for each in load.sizes if each.value is not None))
+        loads.append(f"{load.kind} {sizes}".rstrip() + (f" on {load.link}" if load.link else ""))
     said.append(f"Loads: inertia; gravity {', '.join(pull) or 'none'}; others: {', '.join(loads) or 'none'}.")
     stuffs = [
         f"{name} E {words(row.E)}" + (f", yield {words(row.yield_stress)}" if row.yield_stress.value else "")
@@ -268,11 +296,37 @@ def assumptions(report: Report) -> list[str]:
     ]
     if stuffs:
         said.append(f"Materials: {'; '.join(stuffs)}.")
+    sections = [
+        f"{name} A {words(row['area'])}, I {words(row['inertia'])}".replace("^4", "⁴")
+        for name, row in inputs.sections.items()
+    ]
+    if sections:
+        said.append(f"Sections: {'; '.join(sections)}.")
+    ratings = [f"{name}: {', '.join(rated)}" for name, rated in _ratings(report) if rated]
+    if ratings:
+        said.append(f"Motors: {'; '.join(ratings)}.")
     if output and output.guessed:
         said.append(f"The output was chosen automatically: {output.kind} {output.name}.")
     if report.not_computed:
         said.append(f"Not computed: {', '.join(report.not_computed)}.")
     return said
+
+
+RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", "top_speed": "rad/s"}
+
+
+def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
+    """Yield each drive with the ratings of its motor."""
+    for name, drive in report.drives.items():
+        given = drive.get("motor", {}).get("given", {})
+        yield (
+            name,
+            [
+                f"{key.replace('_', ' ')} {quantity(given[key], unit, 3, report.shown_in)}"
+                for key, unit in RATINGS.items()
+                if given.get(key)
+            ],
+        )
 
 
 def checked(report: Report) -> str:

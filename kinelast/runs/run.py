@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import to_builtins
+from msgspec import UNSET, UnsetType, to_builtins
 from msgspec.structs import replace as changed
 
 from kinelast import runs
 from kinelast.figures.registry import limits_of
-from kinelast.figures.report import Origin, Report, data_of, report_from
+from kinelast.figures.report import OptimumReport, Origin, Report, data_of, report_from
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import EARLIER, complete, foreign
@@ -28,6 +28,7 @@ from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
+from kinelast.scene.quantities import Speed
 from kinelast.scene.text import file_bytes
 from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
@@ -71,10 +72,19 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         document = document.with_changes(request.changes)
     scene = document.scene
     limits_of(scene)  # raises for an unknown figure before any computation
-    if request.units:
-        scene = replace(scene, report_units=request.units)
     positions = scene.run.positions
     long = is_long(scene, positions)
+    if long and (request.nonlinear or request.solid):
+        raise RequestError(f"--check nonlinear and solid take no more than {SHOWN} positions: ask for fewer")
+    if long and request.tables:
+        raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
+    optimum: OptimumReport | UnsetType = UNSET
+    if request.optimize:
+        from kinelast.outputs.studies import best_design
+
+        document, optimum = best_design(document, progress.within(document.name))
+        scene = document.scene
+    scene = _in_requested_units(scene, request)
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
@@ -82,19 +92,24 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if heavy := runs.require_room(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
-        if request.nonlinear or request.solid:
-            raise RequestError(f"--check nonlinear and solid take no more than {SHOWN} positions: ask for fewer")
-        if request.tables:
-            raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
             results = _long(part, scene, request, progress)
-            report, sealed = _finish(part, task, document, results, made, request, progress)
+            report, sealed = _finish(part, task, (document, optimum), results, made, request, progress)
     else:
         results = computed(scene, request, progress)
         with complete(folder) as part:
             write_tables(part, results, request)
-            report, sealed = _finish(part, task, document, results, made, request, progress)
+            report, sealed = _finish(part, task, (document, optimum), results, made, request, progress)
     return _outcome(task, report, sealed, earlier)
+
+
+def _in_requested_units(scene: Scene, request: Request) -> Scene:
+    """Return the scene with the report's units as requested by --units, and with the unit of --speeds."""
+    units, written = request.units or scene.report_units, dict(scene.written)
+    if request.speeds and (name := request.speeds[3]):
+        one = Speed.read(f"1 {name}")
+        written[one.unit] = 1.0 / float(one), name
+    return replace(scene, report_units=units, written=written)
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
@@ -160,9 +175,20 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 
 
 def _finish(
-    part: Path, task: Task, document: Document, results: Results, made: Origin, request: Request, progress: Progress
+    part: Path,
+    task: Task,
+    design: tuple[Document, OptimumReport | UnsetType],
+    results: Results,
+    made: Origin,
+    request: Request,
+    progress: Progress,
 ) -> tuple[Report, dict[str, Any]]:
-    """Write the tables and all other files of a scene to a folder; return its report and sealed summary."""
+    """Write the tables and all other files of a scene, or of its best design, to a folder.
+
+    Returns
+    -------
+    The report and the sealed summary.
+    """
     from kinelast.figures.peaks import refined
     from kinelast.figures.summary import report_of
 
@@ -170,7 +196,8 @@ def _finish(
         write_table(part / f"{name}.csv", table, request.tables)
     if request.refine and not results.vibrates:
         results = refined(results, progress)
-    report = changed(report_of(results), made_from=made)
+    document, optimum = design
+    report = changed(report_of(results), made_from=made, optimum=optimum)
     further = {"nonlinear_check": report.nonlinear_check, "solid_check": report.solid_check}
     checks = {name: check for name, check in further.items() if check}
     if report.check or checks:
@@ -178,8 +205,7 @@ def _finish(
     report = _with_studies(part, document, results, report, request, progress)
     failed: dict[str, str] = {}
     report = changed(report, more={**report.more, **task.beside, "failed": failed})
-    shown = _best(document, report, task, request, progress) if report.optimum else (results, report)
-    for name, draw in _drawings(part, results, shown, request, progress):
+    for name, draw in _drawings(part, results, report, request, progress):
         with _kept_apart(name, failed):
             draw()
     return report, seal(part, data_of(report))
@@ -191,7 +217,7 @@ def _with_studies(
     """Write the files of the requested studies, and return the report with them."""
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
-        more["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
+        more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
         from kinelast.figures.parts import with_limit_speed
 
         rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)
@@ -205,28 +231,8 @@ def _with_studies(
     if request.sensitivities or request.tolerances or request.optimize:
         from kinelast.outputs.studies import write_studies
 
-        studies, optimum = write_studies(part, document, request, progress.within(document.name))
-        more |= studies
-        report = changed(report, optimum=optimum)
+        more |= write_studies(part, document, report.optimum, request, progress.within(document.name))
     return changed(report, more={**report.more, **more})
-
-
-def _best(
-    document: Document, report: Report, task: Task, request: Request, progress: Progress
-) -> tuple[Results, Report]:
-    """Return the results and report of the best design, with the studies."""
-    from kinelast.figures.summary import report_of
-
-    assert report.optimum
-    best = document.with_values({each.path: each.value for each in report.optimum.variables}, "best design")
-    if is_long(best.scene, best.scene.run.positions):
-        best = best.with_positions(SHOWN)
-    units = request.units or best.scene.report_units
-    results = computed(replace(best.scene, report_units=units), request, progress)
-    studies = {name: report.more[name] for name in STUDIES if name in report.more}
-    own = report_of(results)
-    more = {**own.more, **task.beside, **studies}
-    return results, changed(own, made_from=report.made_from, optimum=report.optimum, more=more)
 
 
 def _speeds(
@@ -245,7 +251,8 @@ def _speeds(
 
 def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Iterable[str]) -> Outcome:
     """Return the outcome of a finished scene: sentences and status. `earlier`: files of the previous run."""
-    line = f"{task.name}: {headline(report)} -> {task.folder}"
+    of = "best design: " if report.optimum else ""
+    line = f"{task.name}: {of}{headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
     kept = {*sealed["files"], *(re.sub(r"\.edited\d*", "", name) for name in others)}
@@ -277,20 +284,17 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 
 
 def _drawings(
-    part: Path, results: Results, shown: tuple[Results, Report], request: Request, progress: Progress
+    part: Path, results: Results, report: Report, request: Request, progress: Progress
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield names of drawings, and functions that create them.
-
-    `shown` contains the results and report for the page and its print: those of the best design, if requested.
-    """
+    """Yield names of drawings, and functions that create them."""
     from kinelast.outputs.page import report_page
 
     scene = results.scene
-    yield "report.html", lambda: (part / "report.html").write_bytes(report_page(*shown))
+    yield "report.html", lambda: (part / "report.html").write_bytes(report_page(results, report))
     if request.handout:
         from kinelast.outputs.print_page import write_page
 
-        yield "report.pdf", partial(write_page, part / "report.pdf", *shown)
+        yield "report.pdf", partial(write_page, part / "report.pdf", results, report)
     if request.stills or request.dxf or request.animate:
         from kinelast.outputs import pictures
     if request.stills:

@@ -108,7 +108,7 @@ class Document:
         SceneError
             As for `variable`, or the dimension is wrong, or the value is out of range.
         """
-        return variables.value_at(self.table, variables.place_of(self.table, path), text)
+        return variables.value_at(self.table, variables.place_of(self.table, path, absent=True), text)
 
     def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
         """Return the scene with changed numbers, by path [SI units].
@@ -128,7 +128,7 @@ class Document:
         if not isinstance(values, Mapping) or not all(isinstance(each, Real) for each in values.values()):
             expected = "expected numbers in SI units by their paths; with_changes takes them with other units"
             raise TypeError(f'{expected}, as in ["links.rod.length=330 mm"], got {shown(values)}')
-        places = {path: variables.place_of(self.table, path) for path in values}
+        places = {path: variables.place_of(self.table, path, absent=True) for path in values}
         tables = self.tables
         for path, place in places.items():
             tables = variables.put(tables, place.names, variables.in_file(place, values[path]))

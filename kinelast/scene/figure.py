@@ -22,6 +22,7 @@ LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
 NOISE = 1e-12  # largest round-off of a figure, relative to the scene's forces or displacements
+ROUND_OFF = 1e-9  # a limit is kept if the figure exceeds it by a smaller share, since the figure may then equal it
 
 
 @dataclass(frozen=True)
@@ -207,8 +208,9 @@ class Limit:
         return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
 
     def kept(self, value: Any) -> Flags:
-        """Whether values meet the limit, bool; an unknown value does not."""
-        return np.asarray(value >= self.bound if self.least else value <= self.bound)
+        """Whether values meet the limit up to `ROUND_OFF`, bool; an unknown value does not."""
+        spare = ROUND_OFF * np.where(np.isfinite(self.bound), np.abs(self.bound), 0.0)
+        return np.asarray(value >= self.bound - spare if self.least else value <= self.bound + spare)
 
     def used(self, value: Any) -> Reals:
         """Utilisation of the limit by values, above 1 if it is violated; a quotient if the bound is positive."""

@@ -147,7 +147,7 @@ def written(
 
     document = tomlkit.parse(text)
     for path, value in values.items():
-        _put(document, table, variables.place_of(table, path), value)
+        _put(document, table, variables.place_of(table, path, absent=True), value)
     if document.get("title", "") != table.title:
         document["title"] = table.title
     for number in motions:

@@ -116,8 +116,13 @@ def put(node: Any, names: Sequence[Any], value: Any) -> Any:
     return {**(node or {}), name: put((node or {}).get(name), rest, value)}
 
 
-def place_of(table: SceneTable, path: str) -> Place:
+def place_of(table: SceneTable, path: str, absent: bool = False) -> Place:
     """Return the location of a number in parsed tables, given its path.
+
+    Parameters
+    ----------
+    absent
+        Allow a number without a value in the file; its `base` is nan.
 
     Raises
     ------
@@ -141,6 +146,8 @@ def place_of(table: SceneTable, path: str) -> Place:
         names.append(name)
     if node is None and isinstance(parents[-1], LinkTable) and keys[-1] == "length":
         node = _drawn_length(table, parents[-1], path)
+    if node is None and absent and isinstance(parents[-1], msgspec.Struct):
+        node = _without_value(parents[-1], keys[-1])
     if isinstance(node, tuple) and not isinstance(node, Sizes) and len(node) == 2:
         raise fault("", path, f'is two numbers: name "{path}.x" or "{path}.y"')
     if keys[-1] in NAMED and (node is None or isinstance(node, str)):
@@ -161,6 +168,15 @@ def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
         raise fault("", path, f"the link has its size by its points: {advice.format([*link.points][-1])}")
     one, other = (places[point] for point in link.points)
     return Size.read(abs(other - one))
+
+
+def _without_value(table: msgspec.Struct, key: str) -> int | float | Quantity | None:
+    """Return a number that is not known, of the type of a key; None if the key is for no number."""
+    kinds = [kind for kind in get_args(get_type_hints(type(table))[key]) if isinstance(kind, type)]
+    quantity = next((kind for kind in kinds if issubclass(kind, Quantity)), None)
+    if quantity:
+        return quantity.many(None, "")
+    return 0 if int in kinds else np.nan if float in kinds else None
 
 
 def numbers(table: SceneTable) -> Iterator[str]:

@@ -115,16 +115,16 @@ def checks(text: str) -> tuple[int | str, ...]:
     return tuple(requested)
 
 
-def speeds(text: str) -> tuple[float, float, int]:
-    """Read two speeds [rad/s or m/s] and a count."""
+def speeds(text: str) -> tuple[float, float, int, str]:
+    """Read two speeds [rad/s or m/s] and a count; return also the unit of the higher speed as written."""
     from kinelast.scene.quantities import Speed
 
     try:
         low, high, count = text.split(":")
-        first, last = (float(Speed.read(_number_or_text(word))) for word in (low, high))
+        first, last = (Speed.read(_number_or_text(word)) for word in (low, high))
         if not 0 < first < last or not 2 <= int(count) <= MAX_SPEEDS:
             raise ValueError
-        return first, last, int(count)
+        return float(first), float(last), int(count), last.written
     except ValueError:
         expected = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
         raise OptionError(f"expected {expected}, not {text!r}") from None

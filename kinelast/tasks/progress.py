@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -168,13 +168,16 @@ def one_thread() -> Iterator[None]:
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
         return
-    with _controller("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
+    controller = _controller("scipy.linalg" in sys.modules)
+    with controller.limit(limits=1, user_api="blas") if controller else nullcontext():
         yield
 
 
 @lru_cache(maxsize=2)
-def _controller(_: bool) -> ThreadpoolController:
-    """Create the controller; again after scipy has loaded its own library."""
-    from threadpoolctl import ThreadpoolController
-
+def _controller(_: bool) -> ThreadpoolController | None:
+    """Create the controller; again after scipy has loaded its own library. None without the package threadpoolctl."""
+    try:
+        from threadpoolctl import ThreadpoolController
+    except ModuleNotFoundError:
+        return None
     return ThreadpoolController()

@@ -49,7 +49,7 @@ class Request:
         choices=("SI", "mm", "in"))
     refine: bool = option(SCENE, "search the largest values between the positions too")
     reachable: bool = option(SCENE, "leave out positions that the mechanism cannot reach")
-    speeds: tuple[float, float, int] | None = option(SCENE,
+    speeds: tuple[float, float, int, str] | None = option(SCENE,
         'largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
         "FROM:TO:COUNT", read=speeds, writes=("speeds.csv", "speeds.svg"))
     tables: tuple[str, ...] = option(SCENE,
@@ -67,8 +67,8 @@ class Request:
     checks: tuple[int | str, ...] = option(CHECKING,
         f"compare with finite elements, ELEMENTS per beam [{tasks.ELEMENTS}]; nonlinear: the whole mechanism with "
         "vibration and displacements of any size; solid: plane-stress elements (check.json)",
-        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), default=(),
-        writes=("check.json",))
+        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), many=True,
+        default=(), writes=("check.json",))
     handout: bool = option(PICTURES,
         "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)", flags=("--print",),
         writes=("report.pdf",))

@@ -139,6 +139,9 @@ TO_INSTALL = {  # distribution by imported name, if they differ
 }
 
 
+PARTS_OF_OTHERS = ("shapely",)  # packages that the distribution to install brings along
+
+
 @dataclass(frozen=True)
 class Task:
     """File of a scene, folder for its results, and name for messages.
@@ -209,7 +212,9 @@ def missing_package(error: BaseException) -> str:
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""
-    return f'the package "{name}" is not installed: pip install "{TO_INSTALL.get(name, name)}"'
+    install = TO_INSTALL.get(name, name)
+    of = f', which comes with "{install}",' if name in PARTS_OF_OTHERS else ""
+    return f'the package "{name}"{of} is not installed: pip install "{install}"'
 
 
 GROUP = "kinelast.editor"  # an entry point that names a module

@@ -81,7 +81,7 @@ function limitsSection() {
         worst: true,
       },
       { name: "found", text: foundWords },
-      { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
+      { name: "where", text: (each) => [memberOf(each.found.label), atWords(each.found)].filter(Boolean).join(", ") },
       { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
     ], "Limits and figures"),
   );
@@ -148,7 +148,10 @@ function doubtedFigures() {
     `${each.name}${of(each.on)}${each.share === null ? "" : ` (± ${share(each.share)})`}`
   );
   const all = [
-      ...new Set([...unjudged.map((limit) => limitName(limit) + of(limit.found.label || limit.on)), ...large]),
+      ...new Set([
+        ...unjudged.map((limit) => limitName(limit) + of(memberOf(limit.found.label) || limit.on)),
+        ...large,
+      ]),
     ],
     more = all.length - FEW_DOUBTED;
   return more > 0 ? [...all.slice(0, FEW_DOUBTED), `${more} more`] : all;

@@ -65,4 +65,4 @@ function breaksFirst() {
 }
 
 const whereWords = ({ label, along, at }) =>
-  [label, placeWords(label, { along }), at.drive ? atWords(at) : ""].filter(Boolean).join(", ");
+  [memberOf(label), placeWords(label, { along }), at.drive ? atWords(at) : ""].filter(Boolean).join(", ");

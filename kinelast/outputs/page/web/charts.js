@@ -1,6 +1,6 @@
 // Curves by uPlot: hover, zoom, pick, download; all linked to the same instant.
 const charts = [];
-const CHART_HEIGHT = 210, MOST_CURVES = 6, LABEL_WIDTH = 88, LETTERS = 14;
+const CHART_HEIGHT = 210, MOST_CURVES = 6, LABEL_WIDTH = 88, LETTER_WIDTH = 6;
 const DASHES = [[], [6, 3], [1.5, 2.5], [11, 3, 2, 3], [16, 4], [9, 2, 2, 2, 2, 2]];
 const dashOf = (curve) => DASHES[curve.dash % DASHES.length];
 const ANGLES = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720];
@@ -23,22 +23,20 @@ const abscissae = order.map((
 ) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
-// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are
-// those that
-// say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
+// Curves with their styles. A curve that asks for a colour and dashes, those of its beam, has them in every chart.
+// Drawn at first are the curves that say so, or the largest.
 function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
   const first = curves.some((curve) => curve.shown)
     ? ranked.filter((k) => curves[k].shown)
     : ranked.slice(0, MOST_CURVES);
-  const shown = new Set(first), taken = new Set(), styles = [];
+  const shown = new Set(first), taken = new Set(curves.map((curve) => curve.colour)), styles = [];
   const inOrder = [...curves.keys()].sort((a, b) => Number(shown.has(b)) - Number(shown.has(a)) || a - b);
   for (const [dash, k] of inOrder.entries()) {
-    const wanted = curves[k].colour ?? k,
-      any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
-    const colour = any.find((each) => !taken.has(each)) ?? any[0];
+    const any = Array.from({ length: LINK_COLOURS }, (_, n) => (k + n) % LINK_COLOURS);
+    const colour = curves[k].colour ?? any.find((each) => !taken.has(each)) ?? any[0];
     taken.add(colour);
-    styles[k] = { ...curves[k], colour, dash, shown: shown.has(k) };
+    styles[k] = { ...curves[k], colour, dash: curves[k].dash ?? dash, shown: shown.has(k) };
   }
   return styles;
 }
@@ -52,6 +50,8 @@ function chart(holder, heading, unit, asked, options = {}) {
     sizeOf = (curve) => rowOf(curve).reduce((most, value) => Math.max(most, Math.abs(value) || 0), 0);
   const curves = styled(asked, asked.map(sizeOf)), read = () => curves.map(rowOf);
   const xLabel = options.xLabel ?? axis.label;
+  const longest = LETTER_WIDTH * Math.max(...curves.map(({ name }) => name.length)) + 10;
+  const nameWidth = () => Math.max(LABEL_WIDTH, Math.min(longest, 0.3 * canvas.clientWidth));
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
   curves.forEach((curve, k) => curve.shown || made.hidden.add(k));
   const figure = h("figure", {
@@ -205,6 +205,7 @@ function chart(holder, heading, unit, asked, options = {}) {
       ? []
       : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }])
     );
+    const letters = Math.floor((nameWidth() - 5) / LETTER_WIDTH);
     const names = spread(ends.sort((a, b) => a.y - b.y), apart, top, top + height);
     pen.save();
     pen.font = `${11 * one}px system-ui, sans-serif`;
@@ -212,7 +213,7 @@ function chart(holder, heading, unit, asked, options = {}) {
     for (const { k, name, y } of names) {
       pen.fillStyle = made.colours[k];
       pen.fillText(
-        name.length > LETTERS ? `${name.slice(0, LETTERS - 1)}…` : name,
+        name.length > letters ? `${name.slice(0, letters - 1)}…` : name,
         left + width + 5 * one,
         y + 4 * one,
       );
@@ -260,7 +261,7 @@ function chart(holder, heading, unit, asked, options = {}) {
           })),
         ],
         cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-        padding: [null, curves.length > 1 ? LABEL_WIDTH : null, null, null],
+        padding: [null, curves.length > 1 ? nameWidth() : null, null, null],
         hooks: {
           draw: [mark, annotate, nameCurves],
           setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)],

@@ -1,5 +1,5 @@
 // What is drawn over the cycle: extremes, forces, efforts, errors of the output, kinematics.
-const curve = (name, values, colour) => ({ name, values, colour });
+const curve = (name, values, colour, dash) => ({ name, values, colour, dash });
 const beamColour = (beam) => model.beams[beam].link - 1;
 
 function curvesSection() {
@@ -17,7 +17,7 @@ function curvesSection() {
   for (const field of summary.buckles ? [] : ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) =>
-      curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam))
+      curve(beamName(label), (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam), beam)
     );
     add(grid, `Largest ${FIELDS[field].name} along each link`, FIELDS[field].unit, own);
   }
@@ -173,7 +173,7 @@ function beamSection() {
   beamPanel.pick = h(
     "select",
     { id: "beam", onchange: (event) => chooseBeam(Number(event.target.value)) },
-    model.beams.map(({ label }, k) => h("option", { value: k }, label)),
+    model.beams.map(({ label }, k) => h("option", { value: k }, beamName(label))),
   );
   section(
     "link",
@@ -200,7 +200,11 @@ function chooseBeam(beam) {
 function showBeam() {
   if (!beamPanel.grid || view.selected === null) return;
   beamPanel.charts.forEach((made) => made.remove());
-  const beam = view.selected, before = charts.length, { label, length, start, end } = model.beams[beam], fine = 40;
+  const beam = view.selected,
+    before = charts.length,
+    { length, start, end } = model.beams[beam],
+    fine = 40,
+    label = beamName(model.beams[beam].label);
   const [factor, unit] = scaleOf(length, "m"),
     xs = Array.from({ length: fine + 1 }, (_, k) => (factor * length * k) / fine);
   for (const field of view.fields.size ? view.fields : [FIRST_FIELD]) {

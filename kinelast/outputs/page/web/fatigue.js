@@ -20,7 +20,7 @@ function lifeSection() {
         "is a run of the scene. Below the endurance limit the life is endless.",
     ),
     table(rows, [
-      { name: "Link", text: (each) => each.label },
+      { name: "Link", text: (each) => beamName(each.label) },
       {
         name: "safety against endurance",
         of: (each) => value(each.endurance),

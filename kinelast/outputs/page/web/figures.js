@@ -14,7 +14,7 @@ function extremesSection() {
       signed: false,
     };
   };
-  const link = { name: "Link", text: (each) => each.label };
+  const link = { name: "Link", text: (each) => beamName(each.label) };
   const place = (field) => ({
     name: "where",
     wraps: true,
@@ -58,7 +58,7 @@ function strengthSection() {
         "of gyration.",
     ),
     table(rows, [
-      { name: "Link", text: (each) => each.label },
+      { name: "Link", text: (each) => beamName(each.label) },
       { name: "safety", figure: (each) => each.safety_factor, digits: 3, worst: "least" },
       { name: "yield stress", unit: "Pa", of: (each) => value(each.yield_stress), digits: 3 },
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
@@ -217,7 +217,7 @@ function checkSection() {
         "position, relative to the field's maximum over the cycle.",
     ),
     table(rows, [
-      { name: "Link", text: (each) => each.label },
+      { name: "Link", text: (each) => beamName(each.label) },
       ...["N", "V", "M", "u", "w", "phi"].map((field) => ({
         name: FIELDS[field].symbol,
         of: (each) => each[field],
@@ -291,7 +291,7 @@ function inputsSection() {
     ),
     links.length
       ? table(links, [
-        { name: "Link", text: (each) => each.label },
+        { name: "Link", text: (each) => beamName(each.label) },
         { name: "from – to", text: (each) => `${each.from} – ${each.to}` },
         { name: "section", text: (each) => each.section ?? "" },
         { name: "material", text: (each) => each.material ?? "" },

@@ -45,7 +45,9 @@ function mapsSection() {
 }
 
 function map(beam, field, lines) {
-  const { name, unit, value } = FIELDS[field], { label, length, start, end } = model.beams[beam];
+  const { name, unit, value } = FIELDS[field],
+    { length, start, end } = model.beams[beam],
+    label = beamName(model.beams[beam].label);
   const across = Math.min(order.length, ACROSS),
     columns = Array.from({ length: across }, (_, k) => order[Math.floor((k * order.length) / across)]);
   const values = columns.map((i) =>

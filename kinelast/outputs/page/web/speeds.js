@@ -4,27 +4,27 @@ function speedsSection() {
   if (!speeds) return;
   const { between } = speeds,
     grid = h("div", { class: "charts" }),
-    xs = between.speed,
-    rpm = speeds.unit === "rad/s" ? 30 / Math.PI : 1;
-  const words = (speed) =>
-      `${number(speed)} ${unitWords(speeds.unit)}${rpm === 1 ? "" : ` (${number(speed * rpm, 3)} rpm)`}`,
-    lists = (all) => all.join(", ");
+    [scale, unitShown] = scaleOf(1, speeds.unit),
+    xs = between.speed.map((speed) => speed * scale),
+    rpm = speeds.unit === "rad/s" && unitShown !== "rpm" ? 30 / Math.PI : 1;
+  const words = (speed) => quantity(speed, speeds.unit) + (rpm === 1 ? "" : ` (${number(speed * rpm, 3)} rpm)`),
+    lists = (all) => all.join(", "),
+    highest = speeds.highest_within_limits;
   const notes = {
-    ranges: speeds.unstable_ranges,
-    lines: speeds.limit && speeds.highest_within_limits
-      ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]]
-      : [],
+    ranges: speeds.unstable_ranges.map((range) => range.map((speed) => speed * scale)),
+    lines: speeds.limit && highest ? [[highest * scale, `limits hold up to ${number(highest * scale)}`]] : [],
     peaks: speeds.peaks.filter(({ resonance }) => resonance).map((
       { speed, resonance },
-    ) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
+    ) => [speed * scale, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
   };
   section(
     "speeds",
     "Speeds",
-    "Against the speed of the drive",
+    `Against the speed of the drive${highest ? `: limits hold up to ${words(highest)}` : ""}`,
     soft(
-      "Largest values along each link over the cycle, with and without vibration. 5×2 at a peak: the 5th " +
-        "harmonic of the cycle meets the 2nd natural mode. Click a name to hide its curve.",
+      "Largest values along each link over the cycle, with and without vibration (quasi-static). 5×2 at a peak: the 5th " +
+        "harmonic of the cycle meets the 2nd natural mode. Mode 2: the 2nd natural mode vibrates, but no harmonic " +
+        "of the cycle has its frequency. Click a name to hide its curve.",
     ),
     grid,
   );
@@ -32,19 +32,19 @@ function speedsSection() {
     const { name, unit } = FIELDS[field];
     if (!model.beams.some(({ label }) => speeds.values[field][label].some((value) => value))) continue;
     const curves = model.beams.flatMap(({ label }, beam) => {
-      const still = (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]),
+      const still = (k) => onLine(between.speed[k], speeds.speed, speeds.without_vibration[field][label]),
         shown = 2 * beam < MOST_CURVES;
-      const found = curve(label, (k) => between.values[field][label][k] ?? NaN, beamColour(beam));
-      return [{ ...found, shown }, { ...curve(`${label} without vibration`, still), shown }];
+      const found = curve(beamName(label), (k) => between.values[field][label][k] ?? NaN, beamColour(beam), beam);
+      return [{ ...found, shown }, { ...curve(`${beamName(label)}, quasi-static`, still), shown }];
     });
-    const xLabel = `speed of the drive [${unitWords(speeds.unit)}]`;
+    const xLabel = `speed of the drive [${unitWords(unitShown)}]`;
     chart(grid, `Largest ${name} against the speed`, unit, curves, { xs, notes, log: true, xLabel });
   }
   const sentences = [];
-  if (speeds.highest_within_limits !== null) {
+  if (highest !== null) {
     sentences.push(
-      speeds.highest_within_limits
-        ? `All limits hold up to ${words(speeds.highest_within_limits)}${
+      highest
+        ? `All limits hold up to ${words(highest)}${
           speeds.limit ? `; ${speeds.limit.words}` : ", the highest requested speed"
         }.`
         : `${
@@ -53,7 +53,7 @@ function speedsSection() {
     );
   } else if (!limits.length) sentences.push("No limits are set, so there is no limit speed.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) =>
-    `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`
+    `${multiple} times the speed at ${number(low * scale)} to ${number(high * scale)} ${unitWords(unitShown)}`
   );
   if (critical.length) {
     sentences.push(`The lowest natural frequency, which varies over the cycle, is met by ${lists(critical)}.`);

@@ -6,7 +6,7 @@ function tiles() {
   const { largest_chord: bent, largest_deflection: moved, output, drives, shaking, vibration, check, theory } = summary;
   const { nonlinear_check: nonlinear } = summary;
   const where = (figure) =>
-    [figure.member ?? figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
+    [memberOf(figure.label), placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
   const driven = Object.entries(drives).map(([name, drive]) => driveTile(name, drive));
   const shown = [decidingTile(), stressTile(where)];
   if (output && suited) {
@@ -124,7 +124,7 @@ function decidingTile() {
     limit = summary.buckles ? null : mostUsed(decidingLimits()) ?? mostUsed(limits),
     [first] = summary.breaks_first;
   if (limit) {
-    const { found, least, on, used, outcome } = limit, of = found.label || on;
+    const { found, least, on, used, outcome } = limit, of = memberOf(found.label) || on;
     const level = { kept: "good", "not kept": "poor" }[outcome] ?? "caution";
     const words = [`${least ? "minimum" : "limit"} ${figureAngle(limit.limit)}`, of, found.drive ? atWords(found) : ""];
     const share = used === null ? null : h("b", {}, `${number(100 * used, 3)} % used`);
@@ -153,15 +153,15 @@ function stressTile(where) {
   const level = !least ? "open" : safety.value < 1 ? "poor" : safety.value < 1.5 ? "caution" : "good";
   const words = least
     ? [
-      `safety ${number(safety.value, 3)}${errorWords(safety)}`,
-      ` (${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}); `,
+      `least safety ${number(safety.value, 3)}${errorWords(safety)}`,
+      `: ${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`,
     ]
-    : ["safety not known", `: add a yield stress, as in yield = "355 MPa" under [materials.${material}]; `];
+    : ["safety not known", `: add a yield stress, as in yield = "355 MPa" under [materials.${material}]`];
   const means = "largest von Mises stress, and smallest ratio of yield stress to stress";
   return tile("Stress and safety", figureWords(strained) + errorWords(strained), [
+    `${where(strained)}; `,
     h("b", { class: level }, words[0]),
     words[1],
-    where(strained),
   ], { means, at: strained });
 }
 
@@ -179,7 +179,7 @@ function driveTile(name, { effort, rms, power }) {
 function leastSafe() {
   const rows = Object.entries(summary.strength).filter(([, row]) => row.safety_factor.value !== null);
   const [label, row] = rows.sort((a, b) => a[1].safety_factor.value - b[1].safety_factor.value)[0] ?? [];
-  return row && [summary.links.find((each) => each.label === label).member, row];
+  return row && [memberOf(label), row];
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
@@ -204,6 +204,13 @@ function tile(heading, figure, words, { level = "", means = null, at = null } = 
     h("span", {}, words, " ", go),
   );
 }
+
+// Name of a beam in sentences: its member, a straight run of beams. Other labels are returned as they are.
+const memberOf = (label) => summary.links.find((each) => each.label === label)?.member ?? label;
+
+// Name of a beam in tables and choices: that of its member if it is the only beam, else its label.
+const beamName = (label) =>
+  summary.links.filter((each) => each.member === memberOf(label)).length === 1 ? memberOf(label) : label;
 
 function placeWords(label, figure) {
   const link = summary.links.find((each) => each.label === label);
