@@ -102,11 +102,11 @@ def _by_linear_steps(
     for count in range(1, (SETTINGS.max_steps_with_friction if rubs else SETTINGS.max_steps) + 1):
         loads = loads_of(now)
         loads = _rubbed(loads, sliding if sliding and count == 1 else loads.added.sliding, blunt)
-        found = unbalanced(now, loads)
-        after, bent = stepped(found, linear, response, fastest), found.bent
+        residual = unbalanced(now, loads)
+        after, bent = stepped(residual, linear, response, fastest), residual.bent
         change = places_of(after.moved) - places_of(now.moved)
-        forces = 0.0 if rubs else found.force_share
-        settled = Settled(now, change, places_of(found.change), count, loads.added.sliding if hard else (), forces)
+        forces = 0.0 if rubs else residual.force_share
+        settled = Settled(now, change, places_of(residual.change), count, loads.added.sliding if hard else (), forces)
         size = float(np.abs(change).max(initial=0.0))
         if best and not hard and not settled.open < SETTINGS.max_growth * best.open:
             break

@@ -234,18 +234,18 @@ class Grid:
         method, elements = scheme(self.stages), values.reshape(len(self.steps), self.stages, -1)
         per = (lag / self.steps)[:, None, None]
         inverse = np.linalg.inv(np.eye(self.stages) + per * method.first[:, 1:])
-        found, decay = inverse @ elements, -per * (inverse @ method.first[:, :1])
+        forced, decay = inverse @ elements, -per * (inverse @ method.first[:, :1])
 
         def starts(first: Numbers) -> list[Numbers]:
             reached = [first]
-            for own, left in zip(found[:, -1], decay[:, -1, 0], strict=True):
+            for own, left in zip(forced[:, -1], decay[:, -1, 0], strict=True):
                 reached.append(own + left * reached[-1])
             return reached
 
         first = (_to_start(self.stages) @ elements[0])[0]
         if cyclic:
             first = starts(np.zeros_like(first))[-1] / (1.0 - np.prod(decay[:, -1, 0]))
-        return (found + decay * np.array(starts(first)[:-1])[:, None]).reshape(values.shape)
+        return (forced + decay * np.array(starts(first)[:-1])[:, None]).reshape(values.shape)
 
     def divided(self, parts: Integers) -> Grid:
         """Divide every element into a number of equal parts, shape (elements,)."""

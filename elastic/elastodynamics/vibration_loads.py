@@ -60,12 +60,12 @@ class ResidualResponse:
     def __add__(self, other: ResidualResponse) -> ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
-    def slowed(self, found: Problem, cyclic: bool, fastest: float) -> ResidualResponse:
+    def slowed(self, problem: Problem, cyclic: bool, fastest: float) -> ResidualResponse:
         """Response that damping delays, without changes in time that are faster than an angular frequency.
 
         See `Grid.lagged` and `Grid.smoothed`. The beam with the most damping gives the delay of all.
         """
-        grid, lag = found.terms.grid, found.speed * float(np.max(found.terms.damping.beams, initial=0.0))
+        grid, lag = problem.terms.grid, problem.speed * float(np.max(problem.terms.damping.beams, initial=0.0))
 
         def slow(values: Numbers) -> Numbers:
             return grid.at_nodes(grid.smoothed(grid.lagged(values[1:], lag, cyclic), fastest))
