@@ -222,8 +222,8 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     """Angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
     Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y times the
-    deflection in the plane. The formulas assume that it is free to do so. If joints prevent it, the section is stiffer
-    by at most I_z/`inertia`. The load acts through the shear centre.
+    deflection in the plane. The formulas assume that it is free to do so. If joints prevent it, the section is at most
+    I_z/`inertia` times as stiff. The load acts through the shear centre.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     along = sum(part[3] + part[0] * (part[1] - y) ** 2 for part in parts)
     across = sum(part[4] + part[0] * (part[2] - z) ** 2 for part in parts)
     product = sum(part[5] + part[0] * (part[1] - y) * (part[2] - z) for part in parts)
-    share = product / across  # I_yz/I_y < 0; a toe is farthest out where its normal is along the gradient of Y
+    share = product / across  # I_yz/I_y < 0; a toe's farthest point has its normal along the gradient of y - share z
     out_y, out_z = 1.0 / np.hypot(1.0, share), -share / np.hypot(1.0, share)
     toes = [(depth - toe, wall - toe), (wall - toe, width - toe)]
     ends = [(0.0, 0.0), (depth, 0.0), (0.0, width), *((at + toe * out_y, beside + toe * out_z) for at, beside in toes)]
@@ -287,7 +287,7 @@ def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 
 def peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest / mean shear stress of a thin-walled angle: where the neutral axis crosses the first leg."""
+    """Largest / mean shear stress of a thin-walled angle; it is where the neutral axis crosses the first leg."""
     area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)

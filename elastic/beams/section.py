@@ -128,7 +128,7 @@ class JointCompliance:
     Attributes
     ----------
     translation
-        Displacement of the parent's point from the child's per joint force on the child [m/N], along this force.
+        Displacement of the parent's point from the child's, along the force on the child and per force [m/N].
     rotation
         Rotation per moment of a drive or slider [rad/(N m)].
     gap, turn

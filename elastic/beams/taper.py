@@ -24,9 +24,14 @@ def taper_functions(
 ) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
     """Functions that replace the powers of xi in the fields of a tapered beam.
 
-    With f = 1/(rigidity relative to the start) and k = 0, 1, ..., integrated from 0 to xi: u: `(k+1) int s^k f_EA ds`;
-    phi: the same with f_EI; w due to bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`; w due to shear: `(k+1) int s^k f_kGA
-    ds`. Gauss quadrature is accurate to round-off.
+    For k = 0, 1, ..., with f = 1/(rigidity relative to the start) and integrals from 0 to xi:
+
+    - u: `(k+1) int s^k f_EA ds`
+    - phi: `(k+1) int s^k f_EI ds`
+    - w due to bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`
+    - w due to shear: `(k+1) int s^k f_kGA ds`
+
+    Gauss quadrature is accurate to round-off.
 
     Returns
     -------
@@ -125,7 +130,7 @@ def interpolated(values: Reals) -> Coefficients:
 
 
 def lowered(values: Coefficients, degree: int) -> Coefficients:
-    """Reduce polynomials to a degree by interpolation at the `nodes`, to round-off on a piece."""
+    """Lower the degree of polynomials by interpolation at the `nodes`, accurate to round-off on a piece."""
     if len(values) <= degree + 1:
         return values
     powers = np.power.outer(nodes(degree), np.arange(len(values)))

@@ -134,7 +134,7 @@ def _positions(results: Results) -> Finding:
         reached = quantity(results.scene.course.interrupted, "s")
         text += f" The integration was interrupted at {reached}: {results.left_out} later positions are missing."
     elif results.left_out:
-        text += f" {counted(results.left_out, 'position')} out of reach left out on request."
+        text += f" {counted(results.left_out, 'unreachable position')} left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
 

@@ -158,7 +158,7 @@ def verdict_words(report: Report) -> str:
     if not rows:
         return "no limits are set"
     if accepted.passed:
-        return f"acceptable: {rows[0][0]}" + (f", closest of {len(rows)} limits" if len(rows) > 1 else "")
+        return f"acceptable: {rows[0][0]}" + (f", tightest of {len(rows)} limits" if len(rows) > 1 else "")
     decides = [words for words, _, outcome in rows if outcome == OUTCOMES[accepted.verdict]]
     more = len(decides) - MAX_NAMED
     named = ", ".join(decides[:MAX_NAMED]) + (f" and {more} more of {len(rows)} limits" if more > 0 else "")

@@ -126,7 +126,7 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing / the swing that moves each rolling element to its neighbour's place, shape (...).
+        """Return the swing relative to that which moves each rolling element to its neighbour's place, shape (...).
 
         Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
         number of elements is unknown.
@@ -299,7 +299,7 @@ class Eye:
     def tear_out(self, course: JointCourse) -> Reals:
         """Return the shear stress in the two planes from the hole to the end [Pa], shape (..., positions).
 
-        F/(2 t (e - d/2)): the planes are taken as short as the plate behind the hole. Range: `EYE_RANGE`.
+        F/(2 t (e - d/2)): the planes are as long as the plate behind the hole. Range: `EYE_RANGE`.
         """
         return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 

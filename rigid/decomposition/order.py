@@ -108,7 +108,7 @@ def _directed(
 def _with_loop(net: Net, group: Group) -> Group:
     """Prepare a group of mutually driving gears: follower laws and their release matrix.
 
-    The followers' motions y, child from parent, satisfy y = r + M y; r are the motions prescribed by joints placed
+    The followers' motions y, child from parent, satisfy y = r + M y; r are the parts due to drives and links placed
     before.
     """
     tree, followers = group.tree, [k for k, joint in enumerate(group.tree) if joint.gear]

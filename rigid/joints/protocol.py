@@ -1,8 +1,8 @@
 """Interface of all joints, before and after placement: `Joint` and `JointPlace`.
 
 A joint has one coordinate: the position of one of its links, the block, relative to the other, the owner. The parent
-is the link placed first. This order affects the coordinate of a pin only if it has no drive, gear or weld: it is then
-the angle of the child from the parent.
+is the link placed first. Coordinates do not depend on this order, except that of a free pin: the angle of the child
+from the parent.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Place of a welded link's axes in its body, in the axes of `link`: `shift` [m] and `turn`."""
+    """Place of a welded link's axes in its body's axes, which are those of `link`: `shift` [m] and `turn`."""
 
     link: int
     shift: Complex = 0.0
@@ -69,9 +69,9 @@ class Body:
 class Coupling:
     """Gear as seen by its follower: ratio and driving joint.
 
-    `pressure_angle` of the teeth [rad]; None without teeth. `law` is used if the driver is in the follower's own group:
-    pairs (factor, joint), for driven joints and joints of links placed before. The follower's coordinate changes from
-    the drawing by the sum of factor * change of the joint's coordinate.
+    `pressure_angle` of the teeth [rad]; None without teeth. If the driver is in the follower's own group, `law`
+    replaces ratio and driver by pairs (factor, joint) of driven or earlier joints. The follower's coordinate changes
+    from the drawing by the sum of factor * change of the joint's coordinate.
     """
 
     ratio: float
@@ -125,7 +125,7 @@ class Joint(ABC):
     """Letter of the pair in group names: R revolute, P prismatic."""
 
     freedoms: ClassVar[int] = 1
-    """Number of relative freedoms; if it is zero, rigid links form one body."""
+    """Number of relative freedoms; 0 for a weld, which joins rigid links to one body."""
 
     def at(self, link: int) -> Complex:
         """Joint point in the axes of a link."""
@@ -168,17 +168,17 @@ class Joint(ABC):
 
     @property
     def line(self) -> Complex:
-        """Unit vector of the slider's line in owner axes, or 1."""
+        """Unit vector of the slider's line in owner axes; 1 for a pin."""
         return 1.0
 
     @property
     def turned(self) -> Complex:
-        """Unit vector of the block's axes in owner axes if fixed, or 1."""
+        """Unit vector of the block's axes in owner axes if constant, else 1."""
         return 1.0
 
     @property
     def turn(self) -> Complex:
-        """Unit vector of the child's axes in parent axes if fixed, or 1."""
+        """Unit vector of the child's axes in parent axes if constant, else 1."""
         return self.turned if self.ordered else np.conj(self.turned)
 
     def along(self, placed: Placed) -> Columns:
@@ -226,7 +226,7 @@ class Joint(ABC):
         return self.within(self.gap(placed), angle, length)
 
     def drawn_along(self, drawing: Drawn) -> Any:
-        """Unit vector of the slider's line as drawn, for all designs, or 1."""
+        """Unit vector of the slider's line as drawn, for all designs; 1 for a pin."""
         return 1.0
 
     def rotation_gap(self, placed: Placed) -> Columns:
@@ -279,7 +279,7 @@ class JointPlace(ABC):
 
     @abstractmethod
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """Constraints of a cut joint on a relative displacement and rotation, one complex number."""
+        """Constrained part of a relative displacement and rotation at a cut joint, as one complex number."""
 
     @abstractmethod
     def per_displacement(self, dual: Columns) -> Columns:
@@ -297,7 +297,7 @@ class JointPlace(ABC):
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
         """Displacement of the child's point and rotation, (gap, turn), due to the free motion.
 
-        It is also the force and moment on the child for an effort along the free motion.
+        If `amount` is an effort along the free motion, the result is the force and moment on the child.
         """
 
     @abstractmethod
@@ -317,7 +317,7 @@ class JointPlace(ABC):
         """Contact force components [N] from force and moment; `length`: guided length of a block [m]."""
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
-        """Gap of the Coriolis acceleration [m/s^2], from velocities and i times angular velocities."""
+        """Coriolis part of the acceleration gap [m/s^2], from velocities and i times angular velocities."""
         return ZERO
 
 

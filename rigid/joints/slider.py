@@ -59,7 +59,7 @@ class SliderJoint(Joint):
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
     def drawn_along(self, drawing: Drawn) -> Any:
-        """See `Joint`; read from the drawing, because this joint may be of some designs only, or between bodies."""
+        """See `Joint`; read from the drawing, because this joint may hold only some designs, or join bodies."""
         mechanism = drawing.mechanism
         slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction

@@ -19,7 +19,7 @@ from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Friction
 
-REST_RATE = 1e-9  # rate of a joint at rest, relative to the mechanism's speed
+REST_RATE = 1e-9  # largest rate of a joint at rest, relative to the mechanism's speed or angular velocity
 CREEP_SHARE = 1e-3  # largest creep rate, relative to the joint's largest rate
 MAX_STEPS = 40  # maximum number of Newton steps
 TOLERANCE = 1e-15  # relative change of a converged effort
@@ -89,7 +89,7 @@ def with_friction(
 def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
     """Signs of the joint rates, child from parent, by joint number, (..., positions).
 
-    The sign is 0.0 at rest, i.e. below `REST_RATE` times the speed of the mechanism's fastest point at that position.
+    The sign is 0.0 at rest, i.e. below `REST_RATE` times the speed, or angular velocity for a pin, from `speeds`.
     """
     fastest, spin = speeds(motion)
     return {
@@ -99,14 +99,14 @@ def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[i
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
-    """Sign of a rate; 0.0 if it is round-off relative to the mechanism's speed."""
+    """Sign of a rate; 0.0 if it is round-off relative to `scale`, the mechanism's speed or angular velocity."""
     return np.where(np.abs(rate) > REST_RATE * scale, np.sign(rate), 0.0)
 
 
 def creep_rate(motion: Motion, number: int) -> float:
-    """Largest creep rate of a joint [rad/s or m/s], relative to its largest rate.
+    """Largest creep rate of a joint [rad/s or m/s]: `CREEP_SHARE` of its largest rate.
 
-    If the joint does not move, it is relative to the mechanism's speed.
+    If the joint does not move, the same share of the mechanism's speed, or of its angular velocity for a pin.
     """
     fastest, spin = speeds(motion)
     scale = float(np.max(spin if motion.places[number].turns else fastest))

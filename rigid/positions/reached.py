@@ -41,8 +41,8 @@ def branch_through(
     """Track the branch as far as the requested positions; return it and their locations on it.
 
     The drive goes straight from the drawing to a position; positions beyond a limit of motion are unknown. The first
-    position is reached the shorter way round, or else the longer way. If both are blocked, the drive starts where it
-    passes the drawing.
+    position is reached the shorter way round, or else the longer way. If both are blocked, the drive starts within the
+    requested range, at the drawn angle (plus whole turns) nearest to the first position.
     """
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
@@ -74,9 +74,9 @@ def branch_through(
 
 
 def _other_starts(path: Path) -> list[Path]:
-    """Paths that start full turns away, if the shorter way to the first position is blocked.
+    """Paths that start whole turns away from the drawing, if the shorter way to the first position is blocked.
 
-    One starts on the other side of the first position, one where the drive next passes the drawing.
+    One starts on the other side of the first position, one within the requested range and nearest to this position.
     """
     begin, turn = path.begin, path.turn
     first, least, most = path.outline
