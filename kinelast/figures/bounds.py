@@ -16,6 +16,7 @@ JUDGED = 0.2  # factor on both bounds above if the answer is compared with limit
 ASKED = 1e-4  # largest bound on an error that needs no measurement if an accuracy is requested
 BOUND_OVER_ERROR = 4.0  # bound on the discretization error / its usual value
 PER_ROTATION = 2.0  # bound on the effect of large displacement / largest rotation [rad]
+FORCES_PER_ROTATION = 20.0  # same for the forces of each member, which may be a tenth of the largest force
 
 
 def resolved(accuracy: float, judged: bool, share: float = RESOLVED) -> float:

@@ -35,6 +35,7 @@ from kinelast.figures.bounds import (
     ASKED,
     BOUND_OVER_ERROR,
     BOUNDED,
+    FORCES_PER_ROTATION,
     PER_ROTATION,
     RESOLVED,
     bound_of_vibration,
@@ -281,10 +282,9 @@ class _Rungs:
 
         The bounds become its errors. None if vibration has to be solved.
         """
-        rotation = largest_rotation(self.plain)
-        if rotation > MAX_ROTATION:
+        if largest_rotation(self.plain) > MAX_ROTATION:
             return self.unknown("vibration is not looked at where links turn by so much")
-        large = PER_ROTATION * rotation
+        large = self._bound_of_large(self.plain)
         if large > self.resolved(wanted, BOUNDED):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
@@ -296,6 +296,11 @@ class _Rungs:
         """Largest bound that is stated in place of a measured error, see `kinelast.figures.bounds.resolved`."""
         bound = resolved(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, ASKED)
+
+    def _bound_of_large(self, bent: Deflection) -> float:
+        """Bound on the effect of large displacement; with a requested accuracy, on the forces of each member too."""
+        per_rotation = PER_ROTATION if self.theory.accuracy is None else FORCES_PER_ROTATION
+        return per_rotation * largest_rotation(bent)
 
     def rigid(self) -> Answer:
         """Return the answer of rigid links."""
@@ -326,7 +331,7 @@ class _Rungs:
 
         The finer discretization is used if there is one, because that of the linear answer may be too coarse.
         """
-        large = PER_ROTATION * largest_rotation(linear.deflection)
+        large = self._bound_of_large(linear.deflection)
         if self.theory.name is None and large <= self.resolved(wanted, BOUNDED):
             return linear, {}, {LARGE: large}
         self._tell(2, "large displacement")
@@ -411,7 +416,7 @@ class _Rungs:
         stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
         shares = dict(known.off.shares)
         if LARGE in shares and vibrating and known.theory != GEOMETRICALLY_EXACT:
-            shares[LARGE] = max(shares[LARGE], PER_ROTATION * largest_rotation(vibrating.deflection))
+            shares[LARGE] = max(shares[LARGE], self._bound_of_large(vibrating.deflection))
         return self._answer(known.theory, vibrating, stages, shares, known.unknown)
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:

@@ -22,7 +22,7 @@ LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
 NOISE = 1e-12  # largest round-off of a figure, relative to the scene's forces or displacements
-ROUND_OFF = 1e-9  # a limit is kept if the figure exceeds it by a smaller share, since the figure may then equal it
+ROUND_OFF = 1e-12  # a limit is kept if the figure exceeds it by a smaller share, since the figure may then equal it
 
 
 @dataclass(frozen=True)
