@@ -139,6 +139,30 @@ def test_a_range_filters_designs(page, columns):
     assert len(page.run(kept)) == 200
 
 
+def test_designs_that_break_a_limit_are_grey_in_both_plots(driver, tmp_path, columns):
+    kept = {**columns, "limits_kept": (columns["safety"] > 2.0).astype(float)}
+    given = with_reasons(columns)[2:]
+    content = designs_page("Bars", kept, {**UNITS, "limits_kept": "1"}, *given[:2], (*FIGURES, "limits_kept"))
+    (tmp_path / "designs.html").write_bytes(content)
+    page = Page(driver, tmp_path / "designs.html")
+    assert page.run("return document.body.dataset.ready") == "yes"
+    page.run("""
+        window.inks = {};
+        for (const [name, ink] of [["stroke", "strokeStyle"], ["fillRect", "fillStyle"]]) {
+          const own = CanvasRenderingContext2D.prototype[name];
+          CanvasRenderingContext2D.prototype[name] = function (...places) {
+            (inks[name] ??= []).push(this[ink]);
+            return own.call(this, ...places);
+          };
+        }
+        document.getElementById("all-again").click();
+    """)
+    broken = int(((columns["safety"] <= 2.0) & np.isfinite(columns["safety"])).sum())
+    for name in ("stroke", "fillRect"):
+        assert page.run("return inks[arguments[0]].filter((ink) => ink === '#9aa3ad').length", name) >= broken
+    assert "grey designs break a limit" in page.run("return document.getElementById('ranges').textContent")
+
+
 def test_texts_are_not_executed_and_the_page_is_accessible(page):
     assert page.run("return window.hit ?? 'none'") == "none"
     page.run("document.querySelectorAll('#designs-table thead button')[0].click()")

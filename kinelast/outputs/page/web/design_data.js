@@ -86,11 +86,20 @@ function spanOf(name, among = known(name)) {
   const room = high > low ? 0 : Math.abs(high) * 0.05 || 0.5;
   return [low - room, high + room];
 }
+// True if a design's full answer breaks a limit, or its quasi-static figures if it has no full answer.
+function breaks(k) {
+  const answer = data.answered[String(designOf(k))];
+  if (answer?.verdict) return answer.verdict === "not acceptable";
+  return data.figures.includes("limits_kept") && columnOf("limits_kept")[k] === 0;
+}
+const brokenFirst = (some) => [...some.filter(breaks), ...some.filter((k) => !breaks(k))];
+const BREAKS = "#9aa3ad"; // grey
 function colours() {
   const name = state.colour;
-  if (!name) return () => variable("--accent");
+  if (!name) return (k) => (breaks(k) ? BREAKS : variable("--accent"));
   const [low, high] = spanOf(name), values = columnOf(name);
-  return (k) => (isFinite(values[k]) ? ramp((values[k] - low) / (high - low)) : variable("--soft"));
+  const paint = (value) => (isFinite(value) ? ramp((value - low) / (high - low)) : variable("--soft"));
+  return (k) => (breaks(k) ? BREAKS : paint(values[k]));
 }
 
 // A canvas as wide as its holder, sharp on any screen, drawn anew when it changes.

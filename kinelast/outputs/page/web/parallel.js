@@ -11,7 +11,7 @@ function parallelSection() {
     "Ranges",
     "All numbers and figures side by side",
     soft(
-      "Every line is a design, through its value on every axis. Drag along an axis to keep the designs " +
+      "Every line is a design, through its value on every axis; grey designs break a limit. Drag along an axis to keep the designs " +
         "within that range, everywhere on this page; or type the range.",
       shown.length < axes.length ? ` ${shown.length} of ${axes.length} columns are drawn.` : "",
     ),
@@ -100,7 +100,7 @@ function parallelSection() {
 
   function draw() {
     if (!made) return;
-    const pen = made.pen(made.canvas), paint = colours(), kept = every.filter(inside);
+    const pen = made.pen(made.canvas), paint = colours(), kept = brokenFirst(every.filter(inside));
     made.clear(made.canvas);
     pen.lineWidth = 1;
     pen.globalAlpha = Math.max(0.05, Math.min(0.7, 60 / Math.max(1, kept.length)));

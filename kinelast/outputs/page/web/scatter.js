@@ -1,5 +1,5 @@
 // Two columns against one another: every design a dot, the trade-off front a line; hover, click, choose the axes.
-const LEFT = 74, BOTTOM = 46, TOP = 14, RIGHT = 16, TALL = 440, NEAR = 12, BREAKS = "#9aa3ad";
+const LEFT = 74, BOTTOM = 46, TOP = 14, RIGHT = 16, TALL = 440, NEAR = 12;
 
 function scatterSection() {
   const part = section(
@@ -68,13 +68,6 @@ function scatterSection() {
   const up = (value) => TALL - BOTTOM - ((value - spans[1][0]) / (spans[1][1] - spans[1][0])) * (TALL - BOTTOM - TOP);
   const at = (k) => [across(columnOf(state.x)[k]), up(columnOf(state.y)[k])];
 
-  // A design whose answer breaks a limit: in full where that was asked, else by its quasi-static figures.
-  const kept = data.figures.includes("limits_kept") ? columnOf("limits_kept") : null;
-  function breaks(k) {
-    const answer = data.answered[String(designOf(k))];
-    return answer?.verdict ? answer.verdict === "not acceptable" : kept !== null && kept[k] === 0;
-  }
-
   function widened(/** @type {number[]} */ [low, high]) {
     const room = 0.03 * (high - low);
     return [low - room, high + room];
@@ -90,9 +83,9 @@ function scatterSection() {
     frame(pen);
     const size = COUNT > 3000 ? 3 : 5;
     pen.globalAlpha = COUNT > 500 ? 0.55 : 0.85;
-    for (const k of [...among].sort((a, b) => Number(breaks(b)) - Number(breaks(a)))) {
+    for (const k of brokenFirst(among)) {
       const [x, y] = at(k);
-      pen.fillStyle = breaks(k) ? BREAKS : paint(k);
+      pen.fillStyle = paint(k);
       pen.fillRect(x - size / 2, y - size / 2, size, size);
     }
     pen.globalAlpha = 1;
