@@ -686,6 +686,22 @@ class TestTimeElements:
                 np.testing.assert_allclose(found, history, atol=1e-12)
 
 
+def test_a_pressed_arm_that_rests_does_not_vibrate():
+    """It starts with the deflection of a beam-column: F (tan kL - kL)/(k P) at the end, k^2 = P/EI."""
+    across, press, EI = 1.0, 60.0, 100.0
+    arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 0.5),))
+    load = PointLoad("arm", "A", -press + 1j * across)
+    held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, loads=(load,))
+
+    def motion_at(times):
+        return motion(held, np.zeros(len(times)), 0.0, 0.0, times)
+
+    found = transient(motion_at(np.linspace(0.0, 1.0, 41)), motion_at, [Section(EA=1e7, EI=EI)], damping=1e-4)
+    w = sample(found.deflection, "w", np.ones(1))[0, :, 0]
+    k = math.sqrt(press / EI)
+    np.testing.assert_allclose(w, across * (math.tan(k) - k) / (k * press), rtol=2e-4)
+
+
 class TestErrors:
     def test_singular_positions_are_an_error(self):
         links = (Link("ground", {"O": 0.0, "D": 0.1}), *FOUR_BAR.mechanism.links[1:])

@@ -31,6 +31,8 @@ class Vibration:
     ----------
     quasi_static
         Quasi-static answer at the nodes of the grid.
+    begun
+        Initial state x, x', shape (2 r,); None for a periodic solution.
     residual
         Displacements and forces beyond the coordinates, or None.
     """
@@ -39,8 +41,13 @@ class Vibration:
     problem: Problem
     propagation: Propagation
     history: tuple[Reals, Reals, Reals]
-    cyclic: bool
+    begun: Reals | None
     residual: ResidualResponse | None = None
+
+    @property
+    def cyclic(self) -> bool:
+        """True for a periodic solution."""
+        return self.begun is None
 
     @property
     def motion(self) -> Motion:
@@ -80,10 +87,18 @@ class Vibration:
         return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
     def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
-        """History under another load only, shape (points, r); `often` prepares for many loads."""
+        """History under another load only, shape (points, r); `often` prepares for many loads.
+
+        If it is not periodic, it starts with the static response to the load and its rate; without a rate if the
+        vibration itself starts at rest, and with neither if it starts undeformed.
+        """
         steps = self.propagation.loaded(load, often)
-        start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
-        return steps.history(start)
+        if self.begun is None:
+            return steps.history(steps.periodic_start())
+        known = np.split(self.begun, 2)
+        return steps.history(
+            static_start(self.problem, load) * np.repeat([part.any() for part in known], len(known[0]))
+        )
 
     @cached_property
     def displacements(self) -> Numbers:
@@ -133,6 +148,20 @@ class Vibration:
         return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
 
 
+def static_start(posed: Problem, load: Reals) -> Reals:
+    """Static response to a load at the start of the grid, and its rate, shape (2 r,).
+
+    Parameters
+    ----------
+    load
+        Load on the coordinates at the points, shape (points, r).
+    """
+    grid = posed.terms.grid.first
+    points = slice(grid.stages)
+    static: Any = np.linalg.solve(posed.equations.stiffness[points], load[points, :, None])[..., 0]
+    return np.concatenate([grid.at_nodes(part)[0] for part in (static, grid.derivative(static, 1))])
+
+
 def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
@@ -141,5 +170,5 @@ def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, 
     """
     posed = problem(terms, bent, speed)
     steps = propagation(terms.grid, posed.equations)
-    begin = start(steps, posed, bent) if start else steps.periodic_start()
-    return Vibration(bent, posed, steps, steps.history(begin), start is None)
+    begun = start(steps, posed, bent) if start else None
+    return Vibration(bent, posed, steps, steps.history(steps.periodic_start() if begun is None else begun), begun)

@@ -83,6 +83,11 @@ class Grid:
         """Duration of every element [s], shape (elements,)."""
         return np.diff(self.edges)
 
+    @property
+    def first(self) -> Grid:
+        """Grid of the first element."""
+        return Grid(self.edges[:2], self.stages)
+
     @cached_property
     def nodes(self) -> Reals:
         """Start and all points [s], shape (1 + elements stages,)."""

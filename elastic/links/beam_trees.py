@@ -10,7 +10,8 @@ from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.arrays import Columns
 from rigid.plane import cross
 
-MAX_OFFSET = 1e-9  # largest offset of a beam from a slider's line, relative to the beam's length
+MAX_OFFSET = 1e-9
+"""Largest offset of a beam from a slider's line, or of a point from a beam, relative to the beam's length."""
 
 
 @dataclass(frozen=True)
