@@ -48,7 +48,7 @@ function breaksFirst() {
     "What breaks first",
     soft(
       "Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has " +
-        "failed. The red ring on the mechanism marks the first failure.",
+        `failed.${firstSpot() ? " The red ring on the mechanism marks the first failure." : ""}`,
     ),
     longTable(rows, [
       { name: "Link", text: (row) => row.link },

@@ -29,10 +29,15 @@ function tiles() {
   }
   if (moved) {
     shown.push(
-      tile("Displaced most", quantity(Math.abs(moved.value), moved.unit) + errorWords(moved), where(moved), {
-        means: "largest deflection from the position of a rigid link, also by the deflection of other links",
-        at: moved,
-      }),
+      tile(
+        "Displaced most across a link",
+        quantity(Math.abs(moved.value), moved.unit) + errorWords(moved),
+        where(moved),
+        {
+          means: "largest displacement across a link from its place with rigid links, also by other links",
+          at: moved,
+        },
+      ),
     );
   }
   shown.push(...driven.slice(1, 2));
@@ -150,7 +155,9 @@ function stressTile(where) {
   const { largest_stress: strained } = summary, least = leastSafe();
   if (!strained) return null;
   const [material = "NAME"] = Object.keys(summary.inputs.materials), safety = least?.[1].safety_factor;
-  const level = !least ? "open" : safety.value < 1 ? "poor" : safety.value < 1.5 ? "caution" : "good";
+  const limit = summary.acceptance.limits.find(({ kind }) => kind === "safety");
+  const byValue = !least ? "open" : safety.value < 1 ? "poor" : safety.value < 1.5 ? "caution" : "good";
+  const level = limit ? { kept: "good", "not kept": "poor" }[limit.outcome] ?? "caution" : byValue;
   const words = least
     ? [
       `least safety ${number(safety.value, 3)}${errorWords(safety)}`,
