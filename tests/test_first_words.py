@@ -55,7 +55,7 @@ def read(out, name):
 
 def test_a_yielding_link_comes_first(out, shown, capsys):
     assert main([YIELDS, "-o", str(out)]) == 0
-    words = "tress is 8.25 times the yield strength of rod"
+    words = "tress is 8.24 times the yield strength of rod"
     assert capsys.readouterr().out.startswith(f"{YIELDS}: s{words}; ")
     assert shown(YIELDS).run("return document.getElementById('acceptance').innerText").startswith(f"S{words}.")
 

@@ -89,16 +89,17 @@ class Vibration:
     def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
         """History under another load only, shape (points, r); `often` prepares for many loads.
 
-        If it is not periodic, it starts with the static response to the load and its rate; without a rate if the
-        vibration itself starts at rest, and with neither if it starts undeformed.
+        If the vibration starts deflected and at rest, so does this history, with the static response to the load.
+        Otherwise it is periodic, or starts from zero.
         """
         steps = self.propagation.loaded(load, often)
         if self.begun is None:
             return steps.history(steps.periodic_start())
-        known = np.split(self.begun, 2)
-        return steps.history(
-            static_start(self.problem, load) * np.repeat([part.any() for part in known], len(known[0]))
-        )
+        deflected, rate = np.split(self.begun, 2)
+        start = np.zeros_like(self.begun)
+        if deflected.any() and not rate.any():
+            start[: len(rate)] = static_start(self.problem, load)
+        return steps.history(start)
 
     @cached_property
     def displacements(self) -> Numbers:
@@ -149,17 +150,11 @@ class Vibration:
 
 
 def static_start(posed: Problem, load: Reals) -> Reals:
-    """Static response to a load at the start of the grid, and its rate, shape (2 r,).
-
-    Parameters
-    ----------
-    load
-        Load on the coordinates at the points, shape (points, r).
-    """
+    """Static response at the start of the grid to a load on the coordinates at the points (points, r), shape (r,)."""
     grid = posed.terms.grid.first
     points = slice(grid.stages)
     static: Any = np.linalg.solve(posed.equations.stiffness[points], load[points, :, None])[..., 0]
-    return np.concatenate([grid.at_nodes(part)[0] for part in (static, grid.derivative(static, 1))])
+    return np.asarray(grid.at_nodes(static)[0], float)
 
 
 def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:

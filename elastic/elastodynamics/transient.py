@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from elastic.elastodynamics.discretization import MotionAt, first_grid, vibratin
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.reduced_vibration import static_start
 from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, settled
-from elastic.elastodynamics.strains import Damping, given_forces, strain_rows
+from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
@@ -74,21 +75,28 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
 
 
 def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
-    """Amplitudes of the quasi-static answer at the start, and their rates, with the geometric stiffness."""
-    return static_start(posed, _load(posed, bent)[1:])
+    """Amplitudes of the quasi-static answer at the start, and their rates."""
+    grid, structure = posed.terms.grid, posed.terms.kinematics.structure
+    forces = given_forces(structure, bent)
+    rate = grid.at_nodes(grid.rates(forces)[0])[0]
+    return np.concatenate([_amplitudes(posed, part) for part in (forces[0], rate)])
 
 
 def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection) -> Reals:
     """Amplitudes of a static deflection at the start, with the geometric stiffness and zero rates."""
-    found = static_start(posed, np.broadcast_to(_load(posed, static), posed.equations.load.shape))
-    found[len(found) // 2 :] = 0.0
-    return found
+    strains = _strains_at_start(posed)
+    load = strains.T @ given_forces(posed.terms.kinematics.structure, static)[0]
+    found = static_start(posed, np.broadcast_to(load, posed.equations.load.shape))
+    return np.concatenate([found, np.zeros_like(found)])
 
 
-def _load(posed: Problem, bent: Deflection) -> Reals:
-    """Load on the coordinates that gives a deflection, shape (positions, r); the first position is the start."""
+def _amplitudes(posed: Problem, forces: Reals) -> Reals:
+    """Initial amplitudes for the strains due to given forces, shape (r,)."""
+    strains = _strains_at_start(posed)
+    stiffness: Any = (strains.T * rigidities(posed.terms.kinematics.structure)) @ strains
+    return np.linalg.solve(stiffness, strains.T @ forces)
+
+
+def _strains_at_start(posed: Problem) -> Reals:
     structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
-    forces = given_forces(structure, bent)
-    strains = strain_rows(structure, basis if basis.ndim == 2 else basis[: len(forces)])
-    load: Reals = (strains.swapaxes(-1, -2) @ forces[..., None])[..., 0]
-    return load
+    return strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
