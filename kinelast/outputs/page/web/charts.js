@@ -23,20 +23,21 @@ const abscissae = order.map((
 ) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
-// Curves with their styles. A curve that asks for a colour and dashes, those of its beam, has them in every chart.
-// Drawn at first are the curves that say so, or the largest.
+// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are
+// those that say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
 function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
   const first = curves.some((curve) => curve.shown)
     ? ranked.filter((k) => curves[k].shown)
     : ranked.slice(0, MOST_CURVES);
-  const shown = new Set(first), taken = new Set(curves.map((curve) => curve.colour)), styles = [];
+  const shown = new Set(first), taken = new Set(), styles = [];
   const inOrder = [...curves.keys()].sort((a, b) => Number(shown.has(b)) - Number(shown.has(a)) || a - b);
   for (const [dash, k] of inOrder.entries()) {
-    const any = Array.from({ length: LINK_COLOURS }, (_, n) => (k + n) % LINK_COLOURS);
-    const colour = curves[k].colour ?? any.find((each) => !taken.has(each)) ?? any[0];
+    const wanted = curves[k].colour ?? k,
+      any = Array.from({ length: LINK_COLOURS }, (_, n) => (wanted + n) % LINK_COLOURS);
+    const colour = any.find((each) => !taken.has(each)) ?? any[0];
     taken.add(colour);
-    styles[k] = { ...curves[k], colour, dash: curves[k].dash ?? dash, shown: shown.has(k) };
+    styles[k] = { ...curves[k], colour, dash, shown: shown.has(k) };
   }
   return styles;
 }

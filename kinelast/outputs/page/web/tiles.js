@@ -161,7 +161,7 @@ function stressTile(where) {
   const words = least
     ? [
       `least safety ${number(safety.value, 3)}${errorWords(safety)}`,
-      `: ${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`,
+      `: ${least[0]}, yield ${figureWords(least[1].yield_stress, 3)}`,
     ]
     : ["safety not known", `: add a yield stress, as in yield = "355 MPa" under [materials.${material}]`];
   const means = "largest von Mises stress, and smallest ratio of yield stress to stress";
