@@ -12,14 +12,14 @@ from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, FieldKind
 from elastic.largest import Largest, largest, largest_row, peak_gain
-from elastic.sampling import displacement_of, reference_deflection, rotation_of, sample
+from elastic.sampling import displacement_of, larger_magnitude, reference_deflection, rotation_of, sample
 from elastic.solution import Deflection, deflection, marked
 
 __all__ = [
     "FIELDS", "PRIMARY", "RIGID", "SHAPES", "Deflection", "Extreme", "Field", "FieldKind", "JointCompliance", "Largest",
     "Section", "Shape", "Taper", "box", "circle", "coefficients", "cycle_maxima", "deflection", "displacement_of",
-    "extremes", "i_section", "largest", "largest_row", "marked", "peak_gain", "rectangle", "reference_deflection",
-    "rotation_of", "sample", "section_of", "tapered", "tube", "with_rotary_inertia",
+    "extremes", "i_section", "larger_magnitude", "largest", "largest_row", "marked", "peak_gain", "rectangle",
+    "reference_deflection", "rotation_of", "sample", "section_of", "tapered", "tube", "with_rotary_inertia",
 ]  # fmt: skip
 
 

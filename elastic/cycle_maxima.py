@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import comb
 from typing import Any
 
 import numpy as np
 
 from elastic.arrays import Coefficients
-from elastic.beams.polynomials import at_marks, greatest_at, turning_points
+from elastic.beams.polynomials import at_marks, greatest_at, in_bernstein, turning_points
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
 from elastic.largest import Largest
@@ -178,7 +177,7 @@ def _station_matrix(count: int, steps: int) -> Reals:
     """Matrix from power coefficients to values at stations and Bernstein coefficients of the second derivative."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
-    return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values
+    return np.vstack([values, in_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
 def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
@@ -189,15 +188,8 @@ def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> 
 
 def _largest_coefficient(values: Coefficients) -> Reals:
     """Largest Bernstein coefficient of polynomials given in powers, an upper bound on their values."""
-    found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
+    found = in_bernstein(len(values)) @ values.reshape(len(values), -1)
     return np.abs(found).max(axis=0).reshape(values.shape[1:])
-
-
-@lru_cache(maxsize=32)
-def _to_bernstein(count: int) -> Reals:
-    """Matrix from power coefficients to Bernstein coefficients, shape (count, count)."""
-    top = count - 1
-    return np.array([[comb(j, i) / comb(top, i) for i in range(count)] for j in range(count)])
 
 
 def _largest_of_beams(values: Reals, owner: Integers, beams: int) -> Reals:

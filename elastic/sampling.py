@@ -74,7 +74,7 @@ def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, A
     if entry.root_of:
         return np.sqrt(sum(weight * sample(deflection, part, xi, known) ** 2 for weight, part in entry.root_of))
     if entry.greatest_of:
-        values = reduce(_larger_magnitude, (sample(deflection, part, xi, known) for part in entry.greatest_of))
+        values = reduce(larger_magnitude, (sample(deflection, part, xi, known) for part in entry.greatest_of))
         return values if entry.signed else np.abs(values)
     if entry.key in STRESSES and deflection.division.whole:
         first, *others = (
@@ -85,7 +85,8 @@ def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, A
     return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 
 
-def _larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
+def larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
+    """Return, of two values each, the one with the larger magnitude."""
     larger = one.copy(order="K")  # unlike `where`, keeps the order in memory, which is faster
     np.copyto(larger, other, where=np.abs(other) > np.abs(one))
     return larger

@@ -81,7 +81,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
     if len(slope) <= MAX_DIRECT:
         return zeros_of(slope, turning_points(slope))
     flat = slope.reshape(len(slope), -1)
-    rising = (hull := _in_bernstein(len(flat)) @ flat) > 0.0
+    rising = (hull := in_bernstein(len(flat)) @ flat) > 0.0
     changes = np.count_nonzero(rising[1:] != rising[:-1], axis=0)
     certain = (hull != 0.0).all(axis=0)
     single, several = np.flatnonzero(certain & (changes == 1)), np.flatnonzero(~certain | (changes > 1))
@@ -98,7 +98,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
 
 
 @cache
-def _in_bernstein(count: int) -> Reals:
+def in_bernstein(count: int) -> Reals:
     """Matrix from power coefficients to Bernstein coefficients on [0, 1], shape (count, count)."""
     order = count - 1
     return np.array([[comb(row, power) / comb(order, power) for power in range(count)] for row in range(count)])
@@ -122,7 +122,7 @@ def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
     A polynomial whose inner Bernstein coefficients do not exceed its ends is largest at an end.
     """
     flat = values.reshape(len(values), -1)
-    size = np.abs(_in_bernstein(len(flat)) @ flat)
+    size = np.abs(in_bernstein(len(flat)) @ flat)
     curved = ~(size[1:-1].max(axis=0, initial=0.0) <= np.maximum(size[0], size[-1]))
     value, place = greatest_at(*at_marks(flat))
     if curved.any():

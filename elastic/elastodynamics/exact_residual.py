@@ -122,7 +122,7 @@ class Unbalanced:
 
     @cached_property
     def change(self) -> Displacements:
-        """Residual: displacements of the answer minus those of the links."""
+        """Residual: displacements of the answer minus displacements of the links."""
         return self.found.moved - self.now.moved
 
     @cached_property
@@ -262,7 +262,7 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     linear
         Vibration in that discretization.
     turned
-        Coordinates per unit coordinate of `now`, shape (new r, r). They also take over what they can represent of the
+        Coordinates per unit coordinate of `now`, shape (new r, r). They also take over the representable part of the
         residual response; rates of the other amplitudes are interpolated, because differences would be too rough.
     """
     grid = linear.problem.terms.grid

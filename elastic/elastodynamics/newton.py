@@ -41,7 +41,7 @@ def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near:
     linear, tolerance, fastest
         See `exact_steps.settled_links`.
     near
-        Initial links. If there are none, or if the method diverges, the loads grow from zero.
+        Initial links. Without them, or if the method diverges, the loads grow from zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest

@@ -103,7 +103,7 @@ class Vibration:
 
     @cached_property
     def displacements(self) -> Numbers:
-        """Displacements of the beams in beam axes, complex, or amplitudes if there are none, shape (points, places)."""
+        """Displacements of the beams in beam axes, complex, or amplitudes without beams, shape (points, places)."""
         return self.places(self.history[0])
 
     @property

@@ -41,7 +41,7 @@ class Answer:
     graded
         Main figures; their errors grade the answer.
     accuracy
-        Requested accuracy; None if none was requested.
+        Requested accuracy, if any.
     missed
         Relative change that vibration and large displacement cause in the most affected graded figure, or a bound on it
         if vibration was not solved; nan if unknown.
@@ -130,7 +130,7 @@ class Answer:
 
     @property
     def accurate(self) -> bool | None:
-        """True if the requested accuracy is reached; None if none was requested."""
+        """True if the requested accuracy is reached; None without one."""
         return self.reaches(self.error)
 
     @property
@@ -152,7 +152,7 @@ class Answer:
         return np.unique(np.concatenate(instants))
 
     def reaches(self, error: float) -> bool | None:
-        """Return True if an error and the time histories are within the accuracy; None if none was requested."""
+        """Return True if an error and the time histories are within the requested accuracy; None without one."""
         if self.accuracy is None:
             return None
         return error <= self.accuracy and not self.worst_course[1] > self.accuracy

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 import elastic
-from elastic import FIELDS, Deflection, Extreme, Largest, extremes, largest, sample
+from elastic import FIELDS, Deflection, Extreme, Largest, extremes, larger_magnitude, largest, sample
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
@@ -349,12 +349,8 @@ def _joint(cycle: Cycle, number: int) -> JointCourse:
 def _rows_along(cycle: Cycle, key: str) -> Reals:
     """Return the value of largest magnitude among the stations of every beam, shape (beams, ..., positions)."""
     if parts := FIELDS[key].greatest_of:
-        one, other = (cycle.once(_rows_along, part) for part in parts)
-        larger = np.where(np.abs(other) > np.abs(one), other, one)
+        larger = reduce(larger_magnitude, (cycle.once(_rows_along, part) for part in parts))
         return larger if FIELDS[key].signed else np.abs(larger)
-    if squares := FIELDS[key].root_of:
-        values = ((weight, sample(cycle.deflection, part, AT_STATIONS, cycle.samples)) for weight, part in squares)
-        return np.sqrt(np.max(sum(weight * each**2 for weight, each in values), axis=-1))
     return greatest_along(sample(cycle.deflection, key, AT_STATIONS, cycle.samples))
 
 

@@ -73,7 +73,7 @@ class Results:
 
     @cached_property
     def buckles(self) -> str:
-        """The link that buckles, its position and load; empty if none. Displacements are undefined beyond buckling."""
+        """The link that buckles, its position and load, else empty. Displacements are undefined beyond buckling."""
         if not self.scene.labels:
             return ""
         known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
@@ -177,7 +177,7 @@ class Results:
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the requested accuracy is reached; None if none was requested."""
+        """True if the requested accuracy is reached; None without one."""
         return self.answer.reaches(self.error) if self.answer else None
 
     @property
@@ -308,7 +308,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
 
 def at_breaks(plain: Results) -> Results:
-    """Return quasi-static results at the positions and on both sides of breaks of the laws; self if none."""
+    """Return quasi-static results at the positions and on both sides of breaks of the laws; self without breaks."""
     course, times = plain.scene.course, plain.motion.time
     if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
         return plain

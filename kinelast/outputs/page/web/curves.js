@@ -1,5 +1,5 @@
 // What is drawn over the cycle: extremes, forces, efforts, errors of the output, kinematics.
-const curve = (name, values, colour, dash) => ({ name, values, colour, dash });
+const curve = (name, values, colour) => ({ name, values, colour });
 const beamColour = (beam) => model.beams[beam].link - 1;
 
 function curvesSection() {
@@ -17,7 +17,7 @@ function curvesSection() {
   for (const field of summary.buckles ? [] : ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) =>
-      curve(beamName(label), (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam), beam)
+      curve(beamName(label), (i) => Math.abs(row(`extreme.${field}`, beam)[i]), beamColour(beam))
     );
     add(grid, `Largest ${FIELDS[field].name} along each link`, FIELDS[field].unit, own);
   }

@@ -34,7 +34,7 @@ function speedsSection() {
     const curves = model.beams.flatMap(({ label }, beam) => {
       const still = (k) => onLine(between.speed[k], speeds.speed, speeds.without_vibration[field][label]),
         shown = 2 * beam < MOST_CURVES;
-      const found = curve(beamName(label), (k) => between.values[field][label][k] ?? NaN, beamColour(beam), beam);
+      const found = curve(beamName(label), (k) => between.values[field][label][k] ?? NaN, beamColour(beam));
       return [{ ...found, shown }, { ...curve(`${beamName(label)}, quasi-static`, still), shown }];
     });
     const xLabel = `speed of the drive [${unitWords(unitShown)}]`;
