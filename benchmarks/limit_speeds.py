@@ -34,7 +34,7 @@ MIN_PEAK = 1e-3  # height of a counted peak, relative to the largest link's
 def answers_of(scene: Scene) -> SpeedAnswers:
     """Answers at speeds, with the maxima of `FIELDS` on every beam."""
 
-    def measure(bent: Any) -> Any:
+    def measure(bent: Any, _: Any) -> Any:
         found = cycle_maxima(bent, FIELDS, period=bent.motion.time[:, -1])
         return np.concatenate([found[field].value for field in FIELDS])
 

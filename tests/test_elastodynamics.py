@@ -492,7 +492,7 @@ class TestSpeedMap:
     def test_every_speed_equals_a_steady_state(self):
         motion_at, period = turning(FOUR_BAR.mechanism, 1.0)
 
-        def measure(bent):
+        def measure(bent, _):
             return np.abs(extremes(bent, ["chord"])["chord"].value).max(axis=-1)
 
         found = speed_map(motion_at, period, [30.0, 90.0], FOUR_BAR.sections, measure, damping=42e-6, tolerance=1e-5)
@@ -507,7 +507,7 @@ class TestSpeedMap:
         """Blocks on beams, rings, sliders and given loads: single answers agree within their stated errors."""
         case, speeds = ALL[name](), (9.0, 10.0)
 
-        def measure(bent):
+        def measure(bent, _):
             """At the start of the cycle, which is also its end."""
             return sample(bent, "w", [0.5])[..., -1, 0]
 
@@ -535,7 +535,7 @@ class TestSpeedMap:
                 2 * math.pi,
                 (9.0, 12.0),
                 case.sections,
-                lambda bent: np.abs(sample(bent, "w", STATIONS)).max(axis=(-2, -1)),
+                lambda bent, _: np.abs(sample(bent, "w", STATIONS)).max(axis=(-2, -1)),
                 damping=1e-4,
                 tolerance=tolerance,
             )
@@ -717,9 +717,9 @@ class TestErrors:
     def test_speeds_of_a_map(self):
         motion_at, period = turning(FOUR_BAR.mechanism, 1.0)
         with pytest.raises(ValueError, match="above 0"):
-            speed_map(motion_at, period, [0.0, 1.0], FOUR_BAR.sections, lambda bent: bent.w)
+            speed_map(motion_at, period, [0.0, 1.0], FOUR_BAR.sections, lambda bent, _: bent.w)
         with pytest.raises(ValueError, match="nothing vibrates"):
-            speed_map(motion_at, period, [1.0], [RIGID] * 3, lambda bent: bent.w)
+            speed_map(motion_at, period, [1.0], [RIGID] * 3, lambda bent, _: bent.w)
 
     def test_rigid_links_do_not_vibrate(self):
         found = steady(FOUR_BAR.mechanism, [RIGID] * 3, 10.0, 4)

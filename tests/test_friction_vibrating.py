@@ -151,7 +151,7 @@ def test_a_map_of_speeds_includes_friction():
 
     mechanism = rubbing(A=Friction(0.1, 0.005), D=Friction(0.05, 0.005))
 
-    def measure(bent):
+    def measure(bent, _):
         return np.abs(sample(bent, "w", np.ones(1))).max(axis=(0, -2, -1))
 
     found = speed_map(at, 2 * np.pi / 100, [0.6], FOUR_BAR.sections, measure, damping=40e-6)

@@ -67,7 +67,7 @@ CHORD = '[limits]\nchord = "29.1775 mm"\n'
 def answers_of(scene):
     """Return answers of a scene at several speeds, and their curves: w, chord and stress of each beam."""
 
-    def measure(bent):
+    def measure(bent, _):
         cycle = Cycle(scene, bent.motion, bent, wanted=frozenset(FIELDS), period=bent.motion.time[:, -1])
         return np.concatenate([cycle.along(field).value for field in FIELDS])
 

@@ -15,13 +15,52 @@ from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
 from elastic.assessment.buckling import RESOLVED, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
-from kinelast import read_scene, shipped_scenes
+from kinelast import read_scene, scene_from_text, shipped_scenes
+from kinelast.figures.limits import results_in_full
+from kinelast.figures.speeds import speeds
+from kinelast.figures.summary import summary
 from kinelast.scene.data import scene_deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
 from rigid.dynamics import law_of_time
 
 EI = 3.0
 SLENDER = Section(EA=1e9, EI=EI)
+
+
+HAMMER = """
+[materials.light]
+E = "70 GPa"
+density = 100
+damping = "100 us"
+
+[sections]
+crank = {shape = "rectangle", depth = "6 mm", width = "10 mm"}
+rod = {shape = "rectangle", depth = "5 mm", width = "10 mm"}
+
+[points]
+O = [0.0, 0.0]
+A = [0.05, 0.0]
+B = [0.35, 0.0]
+
+[links]
+ground.points = ["O"]
+crank = {points = ["O", "A"], section = "crank", material = "light"}
+rod = {points = ["A", "B"], section = "rod", material = "light"}
+ram = {points = ["B"], mass = "2 kg"}
+
+[sliders]
+guide = {link = "ram", through = "B", direction = "0 deg"}
+
+[[drives]]
+link = "crank"
+speed = "70 rad/s"
+
+[limits]
+buckling = 0.6
+
+[run]
+positions = 180
+"""  # a light rod with pinned ends moves a heavy ram, and the soft crank lets it vibrate
 
 
 def divided(parts, length=1.5):
@@ -263,3 +302,35 @@ class TestBound:
         )
         every = np.array([each.ratio for each in single])
         np.testing.assert_allclose(found.ratio, every.max(axis=0), rtol=1e-6, atol=1e-12)
+
+
+class TestVibration:
+    """Forces include vibration: a limit and the axial force beside it describe the same loads."""
+
+    EULER = math.pi**2 * 70e9 * (10e-3 * 5e-3**3 / 12) / 0.3**2
+
+    def test_the_load_includes_vibration(self):
+        results = results_in_full(scene_from_text(HAMMER))
+        pressed = max(-float(results.cycle.extremes["N"].value[1].min()), 0.0)
+        [limit] = summary(results)["acceptance"]["limits"]
+        assert limit["found"]["value"] == pytest.approx(pressed / self.EULER, rel=0.01)
+        assert limit["found"]["value"] > 1.5 * buckling_ratio(results.quasi_static).largest
+        assert limit["outcome"] == "not kept"
+
+    def test_each_speed_includes_vibration(self):
+        scene = scene_from_text(HAMMER)
+        found = speeds(scene, (50.0, 70.0, 3))
+        _, value, error = found.figures["buckling"]
+        peak = results_in_full(scene).figures.peaks["buckling"][1]
+        assert value[-1] == pytest.approx(peak.value, abs=error[-1] + peak.error_size)
+        assert found.verdicts[-1] == "not acceptable"
+        assert 50.0 < found.highest < 70.0
+
+    def test_a_load_beyond_the_critical_load_is_not_reliable(self):
+        """It lasts for a moment, so the link need not buckle."""
+        text = (
+            HAMMER.replace("6 mm", "4.5 mm").replace("70 rad/s", "60 rad/s").replace("buckling = 0.6", "deflection = 1")
+        )
+        acceptance = summary(results_in_full(scene_from_text(text)))["acceptance"]
+        assert acceptance["verdict"] == "cannot be judged"
+        assert acceptance["problem"] == "not reliable: buckling"

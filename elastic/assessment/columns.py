@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from elastic.arrays import PerBeam
-from elastic.beams.polynomials import evaluate, turning_points, zeros_of
+from elastic.beams.polynomials import least_on
 from elastic.beams.section import Section, Taper
-from elastic.derived import coefficients
 from elastic.links.members import BeamRun, members_of, spans_of
 from elastic.solution import Deflection
 from rigid import Reals
@@ -21,9 +20,7 @@ POINTS = 64  # number of Gauss points, and of points at which tapers are evaluat
 
 def least_axial_force(deflection: Deflection) -> PerBeam:
     """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
-    N = deflection.N
-    turning = turning_points(N) if deflection.is_turned else zeros_of(coefficients(deflection, "q_x"))
-    rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
+    rows = least_on(deflection.N)
     least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
     for row, beam in zip(rows, deflection.division.beam, strict=True):
         least[beam] = np.minimum(least[beam], row)

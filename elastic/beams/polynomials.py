@@ -131,6 +131,21 @@ def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
     return value.reshape(values.shape[1:]), place.reshape(values.shape[1:])
 
 
+def least_on(values: Coefficients) -> Reals:
+    """Return the smallest values on [0, 1]; nan if a coefficient is nan.
+
+    A polynomial whose inner Bernstein coefficients are not below its ends is smallest at an end.
+    """
+    flat = values.reshape(len(values), -1)
+    hull = in_bernstein(len(flat)) @ flat
+    least: Reals = np.minimum(hull[0], hull[-1])
+    curved = ~(hull[1:-1].min(axis=0, initial=np.inf) >= least)
+    if curved.any():
+        some = flat[:, curved]
+        least[curved] = at_marks(some, turning_points(some))[1].min(axis=0)
+    return least.reshape(values.shape[1:])
+
+
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
     """Return the value of the largest magnitude and its mark; nan if any value is nan."""
     best = np.abs(heights).argmax(axis=0)

@@ -47,7 +47,8 @@ from rigid.kinematics import repeated
 
 TOLERANCE = 2e-3
 
-Measure = Callable[[Deflection], Any]
+OneSpeed = Callable[[int], Deflection]
+Measure = Callable[[Deflection, OneSpeed], Any]
 Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
 """Errors of the measures of an answer, from the answer, the same in a finer discretization, the same with large
 displacement (None if unknown), bounds on the convergence errors of displacements and forces, and the remaining effect
@@ -111,7 +112,8 @@ class SpeedAnswers:
         See `elastodynamic`; these are for relative speed 1. The cycle begins at time 0.
     measure
         Function of a deflection at positions over the cycle, in order and ending at the cycle's start. Columns of the
-        deflection are (speeds, positions). It returns shape (..., speeds), reduced over the positions.
+        deflection are (speeds, positions). Its second argument returns the deflection at one of the speeds, columns
+        (positions,). It returns shape (..., speeds), reduced over the positions.
     tolerance
         Tolerance relative to the largest displacement.
     still
@@ -266,7 +268,7 @@ def stable_below(
     return low
 
 
-def _nothing(bent: Deflection) -> Reals:
+def _nothing(bent: Deflection, _: OneSpeed) -> Reals:
     return np.zeros((1, *bent.motion.columns[:-1]))
 
 
@@ -488,8 +490,13 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, stil
 def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Reals:
     """Measure several steady states in one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
-    if not vibrating:
-        return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0)
-    loads = [resampled(each.loads, each.grid.sampler(base.time)) for each in some if each.loads]
-    bent = deflection(motion, model.sections, model.joints, of_several_speeds(loads))
-    return np.moveaxis(measure(bent), -1, 0)
+    loads = []
+    if vibrating:
+        loads = [resampled(each.loads, each.grid.sampler(base.time)) for each in some if each.loads]
+    bent = deflection(motion, model.sections, model.joints, of_several_speeds(loads) if loads else None)
+
+    def alone(number: int) -> Deflection:
+        own = loads[number] if loads else None
+        return deflection(_passed(base, some[number].ratio), model.sections, model.joints, own)
+
+    return np.moveaxis(measure(bent, alone), -1, 0)

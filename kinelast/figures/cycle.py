@@ -248,15 +248,15 @@ class Cycle:
     def pressed(self) -> Largest:
         """Largest load / critical load over the positions, for the link of every beam, shape (beams, ...).
 
-        The forces are those without vibration. For many designs or speeds, the ratios are safe upper bounds; nan if
-        unknown.
+        The forces are those of the answer, including vibration. For many designs or speeds, the ratios are safe upper
+        bounds; nan if unknown.
         """
-        return self.still.pressed if self.still else self.once(_pressed)[0]
+        return self.once(_pressed)[0]
 
     @property
     def pressed_beside(self) -> Reals:
         """Possible increase of the load ratios between the positions, shape (beams, ...); 0 for safe bounds."""
-        return self.still.pressed_beside if self.still else self.once(_pressed)[1]
+        return self.once(_pressed)[1]
 
     @cached_property
     def bending(self) -> Reals:
@@ -323,14 +323,12 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
 
 @one_thread()
 def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
-    given, scene = cycle.given, cycle.scene
+    scene = cycle.scene
     owners = [at for at, _ in scene.mechanism.beams]
     if not owners:
         none = np.zeros((0, *cycle.columns[:-1]))
         return Largest(none, none.astype(int)), none
-    known = given is not None and given.added is None and given.sections is scene.sections
-    bent = given if known and given is not None else scene_deflection(scene, cycle.motion)
-    bent = bent.unmarked or bent
+    bent = cycle.deflection.unmarked or cycle.deflection
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
         ratio = buckling_ratio(bent, cycle.counted)

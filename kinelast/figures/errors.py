@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from elastic import FIELDS, FieldKind, reference_deflection
+from elastic.assessment import LIMITS
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
@@ -31,6 +32,7 @@ RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
 LITTLE = 0.01  # smallest reference value of relative errors, relative to the largest figure with the unit
+WATCHED = LIMITS["axial force"].watch  # larger load ratios are computed with each correction of the answer
 LITTLE_PRESSED = 0.2  # smaller load ratios, relative to the largest one, are known to `KNOWN_TO`
 KNOWN_TO = 0.02  # error of small load ratios, relative to the largest one
 MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
@@ -159,7 +161,8 @@ def figure_errors(
     errors = {figure.key: _of_motion(answer, figure, off.closer) for figure in moving}
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
-    stages = {name: magnitudes(cycle, others) for name, cycle in off.stages.items()}
+    corrected = [replace(each, follows=None) if _near(answer.scene, each, values) else each for each in others]
+    stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in off.stages.items()}
     bent = (
         others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
     )
@@ -176,6 +179,11 @@ def figure_errors(
         | errors
         | {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others}
     )
+
+
+def _near(scene: Scene, figure: Figure, values: Mapping[str, Any]) -> bool:
+    """Return True if a figure has a limit in the scene, or exceeds the value beyond which it is reported."""
+    return bool(limited_figures(scene, [figure])) or np.max(values[figure.key], initial=0.0) > WATCHED
 
 
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:

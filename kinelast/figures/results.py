@@ -73,8 +73,12 @@ class Results:
 
     @cached_property
     def buckles(self) -> str:
-        """The link that buckles, its position and load, else empty. Displacements are undefined beyond buckling."""
-        if not self.scene.labels:
+        """The link that buckles without vibration, its position and load, else empty.
+
+        Displacements are undefined beyond buckling. A load that exceeds the critical load only while it vibrates need
+        not buckle the link; it is judged by limits and findings.
+        """
+        if self.vibrates or not self.scene.labels:
             return ""
         known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
         sizes = [each.value if isinstance(each, Peak) else float(each) for each in known]

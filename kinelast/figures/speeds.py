@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Deflection
-from elastic.assessment import beyond_beam_theory
+from elastic.assessment import beyond_beam_theory, buckling_bound
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
 from kinelast.figures.cycle import Cycle
@@ -192,13 +192,10 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
-    loaded = _loaded(scene, steady.ratio)
-    buckles = [each.buckles for each in loaded]
+    buckles = _buckles(scene, steady.ratio)
     gone = np.array([bool(words) for words in buckles])
     steady = replace(steady, **{name: _without(getattr(steady, name), gone) for name in ("values", "errors")})
     values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
-    if "buckling" in values:
-        values["buckling"] = np.stack([each.cycle.pressed.value for each in loaded], axis=-1)
     mapped = replace(
         steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0)
     )
@@ -236,11 +233,13 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     )
 
 
-def _loaded(scene: Scene, ratios: Reals) -> list[Results]:
-    """Return the quasi-static results at each speed, for the buckling load ratio."""
+def _buckles(scene: Scene, ratios: Reals) -> list[str]:
+    """Return the link that buckles without vibration at each speed, or an empty string."""
     course = scene_motion(scene)
-    moved = (with_rates(course, ratio * course.drive_rate) for ratio in ratios)
-    return [Results(scene, scene_deflection(scene, each)) for each in moved]
+    each = [scene_deflection(scene, with_rates(course, ratio * course.drive_rate)) for ratio in ratios]
+    return [
+        Results(scene, bent).buckles if np.nanmax(buckling_bound(bent), initial=0.0) >= 1.0 else "" for bent in each
+    ]
 
 
 def _without(values: Any, gone: Flags) -> Any:
@@ -268,11 +267,18 @@ class _Looking:
                 self.progress.tell(f"{self.name}: {what}; give a narrower range to shorten it")
 
 
-def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals:
-    """Return the magnitudes of all items of figures, shape (rows, speeds), with field peaks between positions."""
+def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
+    """Return the magnitudes of all items of figures, shape (rows, speeds), with field peaks between positions.
+
+    Buckling is computed for one speed after the other, because for several only a bound is known.
+    """
     fields = frozenset(field for figure in figures for field in figure.fields)
     cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
-    return np.concatenate(list(magnitudes(cycle, figures).values()))
+    values = magnitudes(cycle, [figure for figure in figures if figure.key != "buckling"])
+    if any(figure.key == "buckling" for figure in figures):
+        each = map(alone, range(len(bent.motion.time)))
+        values["buckling"] = np.stack([Cycle(scene, one.motion, one).pressed.value for one in each], axis=-1)
+    return np.concatenate([values[figure.key] for figure in figures])
 
 
 def _errors(
