@@ -16,6 +16,7 @@ from elastic.elastodynamics.displaced_links import Displaced, exact_loads
 from elastic.elastodynamics.equations_of_motion import Kinematics, motion_terms, problem
 from elastic.elastodynamics.exact_residual import (
     Loaded,
+    ResidualResponse,
     Unbalanced,
     begin,
     loaded,
@@ -56,15 +57,24 @@ def _with_foreshortening(now: Displaced) -> Displaced:
     """Separate the foreshortening from the residual response."""
     if now.shortened is not None:
         return now
-    return newly_shortened(replace(now, residual=_scaled(now, 0.0).residual))
+    return newly_shortened(without_residual(now))
+
+
+def without_residual(now: Displaced) -> Displaced:
+    """Set the residual response to zero."""
+    return replace(now, residual=_scaled_residual(now, 0.0))
 
 
 def _scaled(now: Displaced, share: float) -> Displaced:
     """Scale displaced links by a factor."""
     x, x1, x2 = (share * part for part in now.history)
-    residual = replace(now.residual, moved=now.residual.moved @ np.array([[share]]), forces=share * now.residual.forces)
     held = {name: share * getattr(now, name) for name in ("force", "joints", "moments")}
-    return shortened(replace(now, history=(x, x1, x2), residual=residual, **held))
+    return shortened(replace(now, history=(x, x1, x2), residual=_scaled_residual(now, share), **held))
+
+
+def _scaled_residual(now: Displaced, share: float) -> ResidualResponse:
+    moved = now.residual.moved @ np.array([[share]])
+    return replace(now.residual, moved=moved, forces=share * now.residual.forces)
 
 
 def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest: float) -> Settled | None:

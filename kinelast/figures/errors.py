@@ -16,7 +16,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure, items_of
+from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, OUTPUT_ERROR, POINT, Figure, Limit, items_of
 from rigid.arrays import Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
@@ -378,9 +378,14 @@ def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
 
 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
-    """Return the keys of the main figures, each with the item of its largest (or governing smallest) value."""
+    """Return the keys of the main figures, each with the item of its largest (or governing smallest) value.
+
+    A load ratio far below its limit is not a main figure.
+    """
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
-        (limit.figure, bounded_items(scene, limit)) for limit in limits_of(scene)
+        (limit.figure, bounded_items(scene, limit))
+        for limit in limits_of(scene)
+        if not _far_below(limit, figures, values)
     )
     headline = (*HEADLINE, OUTPUT_ERROR) if scene.labels else RIGID_HEADLINE
     for key, items in (*((key, None) for key in headline), *limited):
@@ -392,16 +397,27 @@ def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]
             yield key, pick(rows, key=lambda item: sizes[item])
 
 
+def _far_below(limit: Limit, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> bool:
+    """Return True if a load ratio is far below its limit."""
+    figure = figures.get(limit.figure)
+    if figure is None or figure.follows is None:
+        return False
+    return bool(np.max(limit.used(values[limit.figure]), initial=0.0) < WATCHED)
+
+
 def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
     """Return the figure with the largest relative error, or the first with an unknown error."""
     return max(graded, key=lambda each: math.inf if math.isnan(each.share) else each.share, default=None)
 
 
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest known magnitude by unit, among figures that grow with displacements or forces."""
+    """Return the largest known magnitude by unit, among figures that grow with displacements or forces.
+
+    Ratios have no common magnitude.
+    """
     scales: dict[str, float] = {}
     for key, sizes in values.items():
         for unit, size in zip(figures[key].units(scene), sizes, strict=True) if figures[key].power else ():
-            if math.isfinite(size):
+            if math.isfinite(size) and unit != "1":
                 scales[unit] = max(scales.get(unit, 0.0), float(abs(size)))
     return scales

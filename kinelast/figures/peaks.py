@@ -143,7 +143,7 @@ class RunFigures:
 
     @cached_property
     def scales(self) -> dict[str, float]:
-        """Greatest force, moment, displacement, stress, power and energy of the run, by unit."""
+        """Greatest force, moment, displacement, stress, power and energy of the run, by unit; 1 for ratios."""
 
         def greatest(keys: Iterable[str]) -> float:
             sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
@@ -162,6 +162,7 @@ class RunFigures:
             "Pa": greatest(stresses),
             "W": power,
             "J": power * (self.span[1] - self.span[0]),
+            "1": 1.0,
         }
 
     @cached_property
