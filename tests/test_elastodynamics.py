@@ -498,7 +498,7 @@ class TestSpeedMap:
         found = speed_map(motion_at, period, [30.0, 90.0], FOUR_BAR.sections, measure, damping=42e-6, tolerance=1e-5)
         for row, speed in enumerate((30.0, 90.0)):
             single = four_bar(speed, 360, damping=42e-6, tolerance=1e-5)
-            np.testing.assert_allclose(found.values[row], measure(single.deflection), rtol=2e-3)
+            np.testing.assert_allclose(found.values[row], measure(single.deflection, None), rtol=2e-3)
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
@@ -518,9 +518,9 @@ class TestSpeedMap:
             one = elastodynamic(motion_at(times), motion_at, 2 * math.pi / speed, case.sections, damping=1e-4)
             largest = np.abs(sample(one.deflection, "w", STATIONS)).max()
             np.testing.assert_allclose(
-                found.quasi_static[row], measure(one.quasi_static), rtol=1e-9, atol=1e-9 * largest
+                found.quasi_static[row], measure(one.quasi_static, None), rtol=1e-9, atol=1e-9 * largest
             )
-            off = np.abs(found.values[row] - measure(one.deflection)).max() / largest
+            off = np.abs(found.values[row] - measure(one.deflection, None)).max() / largest
             assert off < one.time_error + one.reduction_error
             assert found.time_error[row] + found.reduction_error[row] < 3e-4
             assert difference(one.deflection, one.quasi_static) > 10 * off
