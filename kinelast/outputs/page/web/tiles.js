@@ -215,9 +215,8 @@ function tile(heading, figure, words, { level = "", means = null, at = null } = 
 // Name of a beam in sentences: its member, a straight run of beams. Other labels are returned as they are.
 const memberOf = (label) => summary.links.find((each) => each.label === label)?.member ?? label;
 
-// Name of a beam in tables and choices: that of its member if it is the only beam, else its label.
-const beamName = (label) =>
-  summary.links.filter((each) => each.member === memberOf(label)).length === 1 ? memberOf(label) : label;
+// Name of a beam in tables and choices. Other labels are returned as they are.
+const beamName = (label) => summary.links.find((each) => each.label === label)?.name ?? label;
 
 function placeWords(label, figure) {
   const link = summary.links.find((each) => each.label === label);
