@@ -30,7 +30,7 @@ BUCKLES, DOUBTFUL, ZERO_MEAN = "buckled_rod", "crash_coulomb_elastodynamic", "cl
 VIBRATES, MANY_LIMITS = "quick_return", "pusher"
 UNJUDGED = "unjudged"  # a limit is not kept, and another cannot be judged
 GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
-PARTS, PRESS, LIFT = "jansen_leg", "toggle_press", "scissor_lift"
+PARTS, PRESS, LIFT, SLOW = "jansen_leg", "toggle_press", "scissor_lift", "five_points"
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def out(tmp_path_factory):
     text = (CASES / "bearing_overloaded.toml").read_text()
     (folder / f"{UNJUDGED}.toml").write_text(f'{text}\n[limits.figures]\nshaking_force = "1 N"\n')
     scenes = [str(folder / f"{UNJUDGED}.toml"), *(str(GALLERY / f"{name}.toml") for name in (PARTS, PRESS, LIFT))]
-    scenes += [YIELDS, VIBRATES, MANY_LIMITS, *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL))]
+    scenes += [SLOW, YIELDS, VIBRATES, MANY_LIMITS, *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL))]
     scenes += [str(CASES / f"{name}.toml") for name in (BUCKLES, ZERO_MEAN)]
     main([*scenes, "--quiet", "-o", str(folder)])
     return folder
@@ -289,3 +289,10 @@ def test_the_page_lists_what_it_marks_as_unreliable(out, shown):
         marked = page_words(shown, name).count("(unreliable)")
         assert bool(marked) == bool(read(out, name)["reliability"]["unreliable"]), name
         assert "\t0 (unreliable)" not in page_words(shown, name)
+
+
+def test_a_large_reserve_fits_its_tile(driver, out):
+    page = Page(driver, out / SLOW / "report.html", 1366, folded=True, height=768)
+    assert page.run("return document.querySelector('.tile .value').textContent") == "reserve > 1000"
+    wide = "return Array.from(document.querySelectorAll('.tile'), (each) => each.scrollWidth - each.clientWidth)"
+    assert max(page.run(wide)) <= 0

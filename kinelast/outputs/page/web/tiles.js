@@ -145,10 +145,15 @@ function decidingTile() {
     level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : "good";
   const means = "factor by which the load may grow until the first link yields, breaks, buckles or exceeds its limit";
   const where = whereWords(spotOf(governs, reserve));
-  return tile(`Breaks first: ${link}`, `reserve ${reserveWords(reserve)}`, `${MODES[governs]}, ${where}`, {
-    level,
-    means,
-  });
+  return tile(
+    `Breaks first: ${link}`,
+    `reserve ${reserveWords(reserve).replace("more than", ">")}`,
+    `${MODES[governs]}, ${where}`,
+    {
+      level,
+      means,
+    },
+  );
 }
 
 function stressTile(where) {
