@@ -43,7 +43,13 @@ def out(tmp_path_factory):
     text = (CASES / "bearing_overloaded.toml").read_text()
     (folder / f"{UNJUDGED}.toml").write_text(f'{text}\n[limits.figures]\nshaking_force = "1 N"\n')
     scenes = [str(folder / f"{UNJUDGED}.toml"), *(str(GALLERY / f"{name}.toml") for name in (PARTS, PRESS, LIFT))]
-    scenes += [SLOW, YIELDS, VIBRATES, MANY_LIMITS, *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL))]
+    scenes += [
+        SLOW,
+        YIELDS,
+        VIBRATES,
+        MANY_LIMITS,
+        *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL)),
+    ]
     scenes += [str(CASES / f"{name}.toml") for name in (BUCKLES, ZERO_MEAN)]
     main([*scenes, "--quiet", "-o", str(folder)])
     return folder
@@ -87,6 +93,7 @@ def test_limits_cannot_be_judged_beyond_yield(out, shown):
     assert accepted["limits"][0]["kept"], "the elastic deflection is below its limit"
     words = shown(YIELDS_IN_LIMITS).run("return document.getElementById('acceptance').innerText")
     assert "times the yield strength of rocker" in words
+    assert "% used; cannot be judged; limit" in page_words(shown, YIELDS_IN_LIMITS, ".deciding .tile")
 
 
 def test_vibration_is_not_called_an_error(out, shown):

@@ -136,7 +136,12 @@ function decidingTile() {
     return tile(
       `${outcome === "kept" ? "Closest to its limit" : "Deciding limit"}: ${limitName(limit)}`,
       foundWords(limit),
-      [share, share ? "; " : "", words.filter(Boolean).join(", ")],
+      [
+        share,
+        share ? "; " : "",
+        outcome === "cannot be judged" ? `${outcome}; ` : "",
+        words.filter(Boolean).join(", "),
+      ],
       { level, at: found.drive ? found : null },
     );
   }
