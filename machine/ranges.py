@@ -45,6 +45,11 @@ class Range:
         return f"at most {self.most:g}" if np.isinf(self.least) else f"{self.least:g} to {self.most:g}"
 
     @property
+    def condition(self) -> str:
+        """Range as a clause without its source: "the S-N line holds if the number of runs is at least 10000"."""
+        return f"the {self.formula} holds if the {self.quantity} is {self.bounds}"
+
+    @property
     def words(self) -> str:
-        """Range as a clause: "the S-N line holds if the number of runs is at least 10000 (SOURCE)"."""
-        return f"the {self.formula} holds if the {self.quantity} is {self.bounds} ({self.source})"
+        """Range as a clause with its source in parentheses."""
+        return f"{self.condition} ({self.source})"

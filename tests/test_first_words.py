@@ -28,6 +28,9 @@ YIELDS = "drs_push_up"  # 8 times its yield strength, without limits
 YIELDS_IN_LIMITS = "yields_in_limits"
 BUCKLES, DOUBTFUL, ZERO_MEAN = "buckled_rod", "crash_coulomb_elastodynamic", "clearance_order_a"
 VIBRATES, MANY_LIMITS = "quick_return", "pusher"
+UNJUDGED = "unjudged"  # a limit is not kept, and another cannot be judged
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
+PARTS, PRESS, LIFT, SLOW = "jansen_leg", "toggle_press", "scissor_lift", "five_points"
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,16 @@ def out(tmp_path_factory):
     (folder / f"{YIELDS_IN_LIMITS}.toml").write_text(f'{text}\n[limits]\ndeflection = "10 mm"\n')
     text = (CASES / "crash_coulomb.toml").read_text().replace("[run]", '[run]\ntheory = "elastodynamic"')
     (folder / f"{DOUBTFUL}.toml").write_text(text)
-    scenes = [YIELDS, VIBRATES, MANY_LIMITS, *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL))]
+    text = (CASES / "bearing_overloaded.toml").read_text()
+    (folder / f"{UNJUDGED}.toml").write_text(f'{text}\n[limits.figures]\nshaking_force = "1 N"\n')
+    scenes = [str(folder / f"{UNJUDGED}.toml"), *(str(GALLERY / f"{name}.toml") for name in (PARTS, PRESS, LIFT))]
+    scenes += [
+        SLOW,
+        YIELDS,
+        VIBRATES,
+        MANY_LIMITS,
+        *(str(folder / f"{name}.toml") for name in (YIELDS_IN_LIMITS, DOUBTFUL)),
+    ]
     scenes += [str(CASES / f"{name}.toml") for name in (BUCKLES, ZERO_MEAN)]
     main([*scenes, "--quiet", "-o", str(folder)])
     return folder
@@ -81,6 +93,7 @@ def test_limits_cannot_be_judged_beyond_yield(out, shown):
     assert accepted["limits"][0]["kept"], "the elastic deflection is below its limit"
     words = shown(YIELDS_IN_LIMITS).run("return document.getElementById('acceptance').innerText")
     assert "times the yield strength of rocker" in words
+    assert "% used; cannot be judged; limit" in page_words(shown, YIELDS_IN_LIMITS, ".deciding .tile")
 
 
 def test_vibration_is_not_called_an_error(out, shown):
@@ -107,15 +120,18 @@ def test_the_error_of_a_zero_mean_is_not_unreliable(name, out, shown):
     summary = read(out, name)
     mean, largest = (summary["figures"][key] for key in ("drive_mean", "drive_effort"))
     assert abs(mean["value"]) < 1e-3 * abs(largest["value"])
-    assert summary["reliability"]["unreliable"] == []
-    assert "All figures are reliable." in shown(name).run("return document.getElementById('trusted').innerText")
+    large = [each["name"] for each in summary["reliability"]["unreliable"]]
+    assert not [each for each in large if each == summary["figures"]["drive_mean"]["name"]]
+    line = shown(name).run("return document.getElementById('trusted').innerText")
+    assert line.startswith("All figures are reliable" + (" except" if large else "."))
+    assert all(each in line for each in [*dict.fromkeys(large)][:2])
 
 
 def test_an_error_beyond_its_figure_is_absolute():
     row = reading(1e-3, "W", error=0.25, unreliable=True)
     assert error_words(row, {}) == " ± 250 mW (unreliable)"
     assert error_words(replace(row, error=3.2e-4), {}) == " ± 32 % (unreliable)"
-    assert error_words(reading(0.0, "W", error=0.25), {}) == " ± 250 mW"
+    assert error_words(reading(0.0, "W", error=0.25, unreliable=True), {}) == " ± 250 mW"
     assert error_words(reading(0.137, "N", error=1.5), {}) == " ± 1.5 N (near zero)"
 
 
@@ -230,3 +246,60 @@ def test_the_print_states_loads_sections_and_motor_ratings():
     assert "point load 2 kN on ram" in said
     assert "Sections: bar A 96 mm², I 1152 mm⁴." in said
     assert "Motors: crank: rated torque 2.4 N·m." in said
+
+
+def page_words(shown, name, part="body"):
+    return shown(name).run("return document.querySelector(arguments[0]).innerText", part)
+
+
+def test_a_limit_that_cannot_be_judged_has_its_reason_beside_it(out, shown):
+    """The reason is in the headline, in the line on reliability, in the table of limits and in the list of trust."""
+    why = "the life of a rolling bearing holds if the equivalent load over C is at most 0.5"
+    summary = read(out, UNJUDGED)
+    assert summary["acceptance"]["verdict"] == "not acceptable"
+    (finding,) = (each for each in summary["trust"] if each["heading"] == "Limits")
+    assert finding["text"].startswith("Cannot be judged: life of a rolling bearing of O. The life")
+    headline = page_words(shown, UNJUDGED, "#acceptance")
+    assert re.search(rf"life of a rolling bearing \(O\) 56\.\d+ h .* cannot be judged: {why}", headline)
+    assert "life of a rolling bearing of O (cannot be judged" in page_words(shown, UNJUDGED, "#trusted")
+    assert f"cannot be judged: {why}" in page_words(shown, UNJUDGED, "#limits")
+
+
+def test_sizing_names_the_figure_and_its_item(out, shown):
+    for name, words in ((LIFT, "buckling safety of a rod of rail"), (UNJUDGED, "life of a rolling bearing of O")):
+        assert f"sizing ({words}" in page_words(shown, name, "#trusted")
+
+
+def test_a_heading_says_whether_values_lie_between_the_positions(out, shown):
+    assert read(out, PRESS)["shaking"]["force"]["between_positions"]
+    assert "At the positions of the run, and between them if" in page_words(shown, PRESS, "#forces")
+    assert "at the positions of the run" not in page_words(shown, PRESS, "#extremes")
+    assert "At the positions of the run." in page_words(shown, YIELDS_IN_LIMITS, "#forces")
+
+
+def test_a_beam_has_one_name_on_the_page(out, shown):
+    for name, label, beam in ((PARTS, "foot.2", "foot from F to G"), (LIFT, "lower_out.1", "lower_out from A to C")):
+        labels = {each["label"]: each["name"] for each in read(out, name)["links"]}
+        assert labels[label] == beam
+        words = page_words(shown, name)
+        assert beam in words
+        assert label not in words
+
+
+def test_the_page_lists_what_it_marks_as_unreliable(out, shown):
+    listed = read(out, MANY_LIMITS)["reliability"]["unreliable"]
+    assert {each["on"] for each in listed if "contact losses" in each["name"]} == {"B", "D", "E"}
+    assert "contact losses in a joint with clearance of " in page_words(shown, MANY_LIMITS, "#trusted")
+    trust = page_words(shown, MANY_LIMITS, "#trust")
+    assert all(f"{each['on']} (" in trust for each in listed)
+    for name in (PARTS, PRESS, LIFT):
+        marked = page_words(shown, name).count("(unreliable)")
+        assert bool(marked) == bool(read(out, name)["reliability"]["unreliable"]), name
+        assert "\t0 (unreliable)" not in page_words(shown, name)
+
+
+def test_a_large_reserve_fits_its_tile(driver, out):
+    page = Page(driver, out / SLOW / "report.html", 1366, folded=True, height=768)
+    assert page.run("return document.querySelector('.tile .value').textContent") == "reserve > 1000"
+    wide = "return Array.from(document.querySelectorAll('.tile'), (each) => each.scrollWidth - each.clientWidth)"
+    assert max(page.run(wide)) <= 0

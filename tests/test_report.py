@@ -185,6 +185,8 @@ def test_a_scene_of_rigid_links_alone_has_a_report(tmp_path, capsys):
         (5400.0, "m", "5400 m"),
         (0.0, "N", "0 N"),
         (3.2e-15, "1", "3.2·10⁻¹⁵"),
+        (5e-6, "m^3/s", "5 cm³/s"),
+        (0.2, "kg m^2", "0.2 kg·m²"),
         (math.nan, "m", "\u2013"),
         (math.inf, "N", "∞"),
     ],

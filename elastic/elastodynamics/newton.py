@@ -126,7 +126,8 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         high, residual = SETTINGS.min_fall * residual, settled.residual_share
         filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
         in_vain = in_vain + 1 if filtered and residual > high else 0
-        growing = count > 2 and size > SETTINGS.max_newton_ratio * last  # the first step only adds the residual response
+        # the first step only adds the residual response, so the second may be larger
+        growing = count > 2 and size > SETTINGS.max_newton_ratio * last
         if done <= tolerance or in_vain == SETTINGS.max_in_vain or growing or not np.isfinite(size):
             break
         if count % SETTINGS.patience == 0:

@@ -122,7 +122,8 @@ class RunFigures:
 
     def with_instants(self, further: RunFigures) -> RunFigures:
         """Return the figures merged with those of other instants, which are not counted as positions."""
-        both = joined(self, further)
+        between = {key: [replace(peak, refined=True) for peak in peaks] for key, peaks in further.peaks.items()}
+        both = joined(self, replace(further, peaks=between))
         keys = "positions", "singular", "locked", "ill", "span"
         return replace(both, **{key: getattr(self, key) for key in keys})
 
@@ -143,7 +144,7 @@ class RunFigures:
 
     @cached_property
     def scales(self) -> dict[str, float]:
-        """Greatest force, moment, displacement, stress, power and energy of the run, by unit; 1 for ratios."""
+        """Greatest force, moment, displacement, stress, power and energy of the run, by unit."""
 
         def greatest(keys: Iterable[str]) -> float:
             sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
@@ -162,7 +163,6 @@ class RunFigures:
             "Pa": greatest(stresses),
             "W": power,
             "J": power * (self.span[1] - self.span[0]),
-            "1": 1.0,
         }
 
     @cached_property
@@ -182,8 +182,12 @@ class RunFigures:
         return np.where(np.abs(values) <= noise, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
-        """Return whether an error is large relative to the value, or to the scale if the value is nearly zero."""
-        return error > UNRELIABLE * max(abs(value), LITTLE * self.scales.get(unit, 0.0))
+        """Return whether an error is large relative to the value, or to the scale if the value is nearly zero.
+
+        The scale of a ratio, such as load / critical load, is 1. A value of zero is not unreliable.
+        """
+        scale = 1.0 if unit == "1" else self.scales.get(unit, 0.0)
+        return value != 0.0 and error > UNRELIABLE * max(abs(value), LITTLE * scale)
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:

@@ -7,7 +7,7 @@ import numpy as np
 
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import Limit, items_of
+from kinelast.scene.figure import Limit
 from kinelast.scene.numbers import number
 from kinelast.scene.parts import PARTS
 from machine import Range
@@ -58,13 +58,13 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
     for check in CHECKS:
         if figure in check.refuses and check.by in figures:
             inside = check.range.holds(check.quantity(scene, np.asarray(figures[check.by])))
-            yield check.range.words, ~inside[[*items]].all(axis=0)
+            yield check.range.condition, ~inside[[*items]].all(axis=0)
 
 
 def outside_ranges(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[Range, dict[str, float]]]:
     """Yield each range that items violate, and their quantities by name, from the values of all items by key."""
     for check in CHECKS:
-        names = items_of(scene, check.of)
+        names = scene.shown_items(check.of)
         values = check.quantity(scene, np.asarray(figures.get(check.by, []), float)) if names else np.zeros(0)
         outside: Flags = ~check.range.holds(values)
         if outside.any():

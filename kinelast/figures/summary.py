@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import structs
@@ -16,7 +18,7 @@ from kinelast import __version__
 from kinelast.figures import report
 from kinelast.figures.checks import check_passed, nonlinear_report, solid_report
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.limits import acceptance
+from kinelast.figures.limits import UNKNOWN, acceptance
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import breaks_first, drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
@@ -25,16 +27,12 @@ from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import findings, left_out, reliability, worst_figure
-from kinelast.scene.data import ACCURACY, QUASI_STATIC
+from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
 from kinelast.scene.figure import OUTPUT_ERROR, POINT, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import quantity
+from kinelast.scene.numbers import UNRELIABLE, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import Reader, Reading, known, reading
-
-if TYPE_CHECKING:
-    from kinelast.scene.reading import Finding
-
+from kinelast.scene.reading import CAUTION, ORDER, Finding, Reader, Reading, known, reading
 
 OUTPUT_MOTION = {
     "output_stroke": "stroke",
@@ -52,7 +50,7 @@ def summary(results: Results) -> dict[str, Any]:
 def report_of(results: Results) -> Report:
     """Return the report on the results of a scene."""
     scene, run, reader = results.scene, results.figures, Reader(results)
-    trust, figures = findings(results), registered_figures(reader)
+    trust, judged, unreliable = findings(results), acceptance(results), unreliable_figures(reader)
     interrupted = scene.course.interrupted
     return Report(
         kinelast=__version__,
@@ -76,7 +74,7 @@ def report_of(results: Results) -> Report:
         largest_chord=_greatest(reader, "chord"),
         largest_stress=_greatest(reader, "mises"),
         strength=strength_of(reader),
-        figures=figures,
+        figures=registered_figures(reader),
         points=point_figures(reader),
         angle_errors=angle_figures(reader),
         output=output_reading(reader),
@@ -97,24 +95,48 @@ def report_of(results: Results) -> Report:
         theory=theory_report(results),
         cautions=exceedance_rows(reader),
         limits={kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
-        trust=trust,
-        reliability=_reliability(trust, figures),
+        trust=sorted(
+            [*trust, *_doubted(scene, judged.limits or (), unreliable)], key=lambda finding: ORDER.index(finding.level)
+        ),
+        reliability=report.Reliability(*reliability(trust), unreliable),
         stressed=any(math.isfinite(peak.value) for peak in run.peaks["stress"]),
         not_computed=left_out(results),
-        acceptance=acceptance(results),
+        acceptance=judged,
         more={key: section for part in PARTS for key, section in part.rows(reader).items()},
     )
 
 
-def _reliability(trust: list[Finding], figures: dict[str, Reading]) -> report.Reliability:
-    """Return the summary of findings, and the figures with large errors, least certain first."""
-    marked = [
-        report.UnreliableFigure(str(row.name), row.on or None, abs(row.error / row.value) if row.error else None)
-        for row in figures.values()
-        if row.unreliable and row.value
-    ]
-    marked.sort(key=lambda each: -math.inf if each.share is None else -each.share)
-    return report.Reliability(*reliability(trust), marked)
+def unreliable_figures(reader: Reader) -> list[report.UnreliableFigure]:
+    """Return each figure and item that the report marks as unreliable, least certain first."""
+    run, marked = reader.results.figures, []
+    for figure in run.figures:
+        rows = zip(run.peaks[figure.key], reader.scene.shown_items(figure.of), figure.units(reader.scene), strict=True)
+        for peak, name, unit in rows:
+            row = reader.largest(peak, unit)
+            if row.unreliable and row.value:
+                share = abs(row.error / row.value) if row.error else None
+                marked.append(report.UnreliableFigure(figure.name, name or None, share))
+    return sorted(marked, key=lambda each: -math.inf if each.share is None else -each.share)
+
+
+def _doubted(
+    scene: Scene, limits: Sequence[report.JudgedLimit], unreliable: Sequence[report.UnreliableFigure]
+) -> Iterator[Finding]:
+    """Yield a finding on the limits that cannot be judged, and one on the unreliable figures."""
+    members, unjudged = dict(zip(scene.labels, scene.member_names, strict=True)), defaultdict(list)
+    for row in limits:
+        if row.outcome == UNKNOWN:
+            item = members.get(row.found.label, row.found.label) if row.found.label else row.on
+            unjudged[row.problem].append(f"{row.name} of {item}" if item else row.name)
+    for problem, names in unjudged.items():
+        yield Finding(CAUTION, "Limits", f"Cannot be judged: {', '.join(names)}. {problem[:1].upper()}{problem[1:]}.")
+    items: dict[str, list[str]] = {}
+    for each in unreliable:
+        share = f"± {percent(each.share)}" if each.share and each.share <= 1.0 else "error larger than the value"
+        items.setdefault(each.name, []).append(f"{each.on} ({share})" if each.on else share)
+    if items:
+        words = "; ".join(f"{name}: {', '.join(found)}" for name, found in items.items())
+        yield Finding(CAUTION, "Unreliable figures", f"Errors above {percent(UNRELIABLE)} of the value. {words}.")
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:
@@ -168,6 +190,7 @@ def _links(results: Results) -> list[dict[str, Any]]:
             {
                 "label": label,
                 "member": results.scene.member_names[number],
+                "name": results.scene.beam_names[number],
                 "link": mechanism.links[at].name,
                 "from": beam.start,
                 "to": beam.end,

@@ -19,7 +19,7 @@ from kinelast.figures.parts import friction_of
 from kinelast.figures.ranges import outside_ranges
 from kinelast.figures.results import Results
 from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
-from kinelast.scene.figure import BEAM, NOISE, items_of
+from kinelast.scene.figure import NOISE
 from kinelast.scene.numbers import error_percent, number, percent, quantity
 from kinelast.scene.parts import PARTS
 from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader, known
@@ -144,7 +144,8 @@ def _ranges(results: Results) -> Iterator[Finding]:
     values = {key: [abs(peak.value) for peak in peaks] for key, peaks in results.figures.peaks.items()}
     for each, items in outside_ranges(results.scene, values):
         found = ", ".join(f"{value:.3g} of {name}" for name, value in items.items())
-        yield Finding(CAUTION, "Sizing", f"{_sentence(each.words)}, and it is {found}: {each.outside}.")
+        text = f"{_sentence(each.words)}, and it is {found}: {each.outside}."
+        yield Finding(CAUTION, "Sizing", text, f"{each.formula} of {', '.join(items)}")
 
 
 def _friction(results: Results) -> Iterator[Finding]:
@@ -238,8 +239,8 @@ def _theory(results: Results) -> Iterator[Finding]:
 
 def _named(results: Results, worst: GradedFigure) -> tuple[str, str]:
     """Return the name of a main figure and the name of its item."""
-    figure, scene = results.figures.by_key[worst.key], results.scene
-    return figure.name, (scene.member_names if figure.of == BEAM else items_of(scene, figure.of))[worst.item]
+    figure = results.figures.by_key[worst.key]
+    return figure.name, results.scene.shown_items(figure.of)[worst.item]
 
 
 def worst_figure(results: Results) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from elastic import FIELDS, Field, FieldKind, sample
 from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.scene.figure import drive_words
-from kinelast.scene.numbers import number, quantity, scale_of, ticks
+from kinelast.scene.numbers import number, quantity, scale_of, ticks, unit_words
 from rigid import Reals
 from rigid.arrays import Integers
 
@@ -122,7 +122,7 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
         if np.isfinite(values).any():
             at = int(np.nanargmax(np.abs(values)))
             axes.plot(axis.values[at], values[at], "o", markersize=4, clip_on=False, **style)
-    return f"[{prefixed.replace(' ', '·')}]"
+    return f"[{unit_words(prefixed)}]"
 
 
 def field_maps(
@@ -246,13 +246,13 @@ def _with_gaps(results: Results, values: Any) -> Reals:
 
 def cycle_charts(results: Results) -> list[Chart]:
     """Return the charts over the cycle."""
-    forces, labels = results.deflection.forces, results.scene.labels
+    forces, names = results.deflection.forces, results.scene.beam_names
     charts = []
     for field in ("w", "mises", "M"):
         sizes = np.abs(results.cycle.extremes[field].value)
         if np.isfinite(sizes).any():
-            entries = zip(_places(results), labels, sizes, strict=True)
-            curves = [Curve(label, size, *place) for place, label, size in entries]
+            entries = zip(_places(results), names, sizes, strict=True)
+            curves = [Curve(name, size, *place) for place, name, size in entries]
             charts.append(Chart(f"Largest {FIELDS[field].name} along each link", FIELDS[field].unit, curves))
     efforts: dict[str, list[Curve]] = {}
     for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.cycle.efforts, strict=True):
@@ -315,7 +315,7 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
     found = [{words: values for field in row for words, values in [_map(results, field)]} for row in shown]
     known = [row for row in found if any(np.isfinite(values).any() for values, _ in row.values())]
     columns = max((len(row) for row in known), default=0)
-    return [field_maps(over, results.scene.labels[:MOST_MAPPED], row, columns) for row in known]
+    return [field_maps(over, results.scene.beam_names[:MOST_MAPPED], row, columns) for row in known]
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:

@@ -17,7 +17,7 @@ from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.figure import drive_words, items_of
-from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of
+from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.scene.reading import known
 
 NEAR = 0.002  # resolution of the limit speed, relative to it
@@ -90,8 +90,8 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
         with_, without = (
             scale * values[:, [*FIELDS].index(field)] for values in (result.map.values, result.map.quasi_static)
         )
-        for beam, label in enumerate(scene.labels):
-            (line,) = axes.plot(between, scale * result.between[1][[*FIELDS].index(field), beam], label=label)
+        for beam, name in enumerate(scene.beam_names):
+            (line,) = axes.plot(between, scale * result.between[1][[*FIELDS].index(field), beam], label=name)
             axes.plot(speed, without[:, beam], ":", color=line.get_color(), lw=1)
         axes.set_ylabel(f"largest {words}")
         if np.nanmax(with_, initial=0.0) > 0.0:
@@ -102,7 +102,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
         axes.plot(speed, scale * values, label=name)
         if result.limit and result.limit.limit:
             axes.axhline(scale * float(result.limit.limit.bound), color="black", ls="-.", lw=1, label="limit")
-        axes.set_ylabel(f"{measure.figure.name} [{prefixed}]")
+        axes.set_ylabel(f"{measure.figure.name} [{unit_words(prefixed)}]")
     for axes in panels:
         for low, high in result.unstable:
             axes.axvspan(factor * low, factor * high, color="crimson", alpha=0.25, lw=0, label="no steady state")
@@ -221,7 +221,7 @@ def ordinal(count: int) -> str:
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
     """Describe which harmonic of the drive excites which mode; the mode is named after the beam that bends most."""
-    mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.labels[resonance.beam]})"
+    mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.beam_names[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
 
 
@@ -232,7 +232,7 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
     names = {figure.key: figure.name for figure in figures_of(output_of(scene))}
     kind = kinds.get(limit.limit.kind) or names[limit.limit.figure]
-    words = ", ".join(filter(None, (_item_of(limit, scene), kind)))
+    words = ", ".join(filter(None, (scene.shown_items(limit.limit.of)[limit.item], kind)))
     return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
 

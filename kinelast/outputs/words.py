@@ -1,14 +1,14 @@
 """Sentences of a report: headline, verdict, limits, errors, checks, and the assumptions of the printed page."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from msgspec.structs import replace
 
 from kinelast.figures.cycle import WELL
 from kinelast.figures.inputs import INPUTS
-from kinelast.figures.limits import KEPT, VERDICTS
+from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
 from kinelast.figures.report import CheckReport, FurtherCheck, JudgedLimit, Report, RunReport, TheoryReport
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
@@ -145,9 +145,11 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
     if error:
         words = error_percent(error / abs(value)) if error <= abs(value) else quantity(error, figure.unit, 2, shown_in)
         words = f" ± {words}{' measured' if figure.error_measured else ''}"
+    if not value:
+        return words
     if figure.unreliable:
         return f"{words} (unreliable)"
-    return f"{words} (near zero)" if value and error and error > UNRELIABLE * abs(value) else words
+    return f"{words} (near zero)" if error and error > UNRELIABLE * abs(value) else words
 
 
 def verdict_words(report: Report) -> str:
@@ -162,7 +164,10 @@ def verdict_words(report: Report) -> str:
     decides = [words for words, _, outcome in rows if outcome == OUTCOMES[accepted.verdict]]
     more = len(decides) - MAX_NAMED
     named = ", ".join(decides[:MAX_NAMED]) + (f" and {more} more of {len(rows)} limits" if more > 0 else "")
-    return ": ".join(filter(None, (accepted.verdict, named, accepted.problem)))
+    words = ": ".join(filter(None, (accepted.verdict, named, accepted.problem)))
+    unjudged = {row.problem: row for row in reversed(accepted.limits or ()) if row.outcome == UNKNOWN}
+    unjudged.pop(accepted.problem, None)
+    return "; ".join([words, *(f"{_limit_words(row, report)} {UNKNOWN}: {why}" for why, row in unjudged.items())])
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
@@ -209,11 +214,17 @@ def _theory(report: Report) -> list[str]:
         words.append(theory.name + ("" if known else f", error unknown: {theory.problem}"))
     elif report.links and theory.error is not None:
         words.append(theory.name)
-    return [*words, *further_checks(report.nonlinear_check, report.solid_check)]
+    return [*words, *_checks(report)]
 
 
-def further_checks(nonlinear: FurtherCheck | None, solid: FurtherCheck | None) -> Iterator[str]:
-    """Yield the results of the nonlinear check and of the check with plane bodies."""
+def _checks(report: Report) -> Iterator[str]:
+    return further_checks(report.nonlinear_check, report.solid_check, lambda label: member(report, label))
+
+
+def further_checks(
+    nonlinear: FurtherCheck | None, solid: FurtherCheck | None, shown: Callable[[str], str] = str
+) -> Iterator[str]:
+    """Yield the results of the nonlinear and the solid check; `shown` names a beam by its label."""
     for check, name in ((nonlinear, "nonlinear check"), (solid, "solid check")):
         if not check:
             continue
@@ -230,7 +241,7 @@ def further_checks(nonlinear: FurtherCheck | None, solid: FurtherCheck | None) -
             if check is solid and check.largest > UNRELIABLE:
                 more += ": beam theory does not fit, and the stated errors count this difference"
             links = {label: _difference(row) for label, row in (check.links or {}).items()}
-            of = f" of {max(links, key=lambda label: links[label])}" if links else ""
+            of = f" of {shown(max(links, key=lambda label: links[label]))}" if links else ""
             yield f"{name}{outcome} (deflection from chord{of} {percent(check.largest)} apart{more})"
 
 
@@ -273,7 +284,7 @@ def assumptions(report: Report) -> list[str]:
     inputs, run, output = report.inputs, report.run, report.output
 
     def words(found: Reading) -> str:
-        return size(found, report.shown_in, 3).replace("^2", "²").replace("^3", "³")
+        return size(found, report.shown_in, 3)
 
     said = ["Plane motion. No link has beams: all are rigid."]
     if report.links:
@@ -296,10 +307,7 @@ def assumptions(report: Report) -> list[str]:
     ]
     if stuffs:
         said.append(f"Materials: {'; '.join(stuffs)}.")
-    sections = [
-        f"{name} A {words(row['area'])}, I {words(row['inertia'])}".replace("^4", "⁴")
-        for name, row in inputs.sections.items()
-    ]
+    sections = [f"{name} A {words(row['area'])}, I {words(row['inertia'])}" for name, row in inputs.sections.items()]
     if sections:
         said.append(f"Sections: {'; '.join(sections)}.")
     ratings = [f"{name}: {', '.join(rated)}" for name, rated in _ratings(report) if rated]
@@ -338,4 +346,4 @@ def checked(report: Report) -> str:
     elif theory.problem and report.links:
         words.append(f"Error unknown: {theory.problem}")
     words.append(check_words(report.check) if report.check else "not compared with finite elements (--check)")
-    return "; ".join([*words, *further_checks(report.nonlinear_check, report.solid_check)]) + "."
+    return "; ".join([*words, *_checks(report)]) + "."

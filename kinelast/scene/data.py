@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +16,7 @@ from elastic.links import members_of
 from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Limit
+from kinelast.scene.figure import Kind, Limit, items_of
 from kinelast.scene.limits import FigureBound, Output
 from kinelast.scene.numbers import REPORT_UNITS, DisplayUnits
 from kinelast.scene.sections import Material, SectionSource
@@ -169,6 +169,20 @@ class Scene:
             more = f" from {start} to {end}" if owners.count(at) > 1 else ""
             names.append(mechanism.links[at].name + more)
         return tuple(names[number] for number in members.number)
+
+    @cached_property
+    def beam_names(self) -> tuple[str, ...]:
+        """Name of each beam for people: its member, or the link and the ends of the beam if the member has several."""
+        parts = Counter(self.member_names)
+        return tuple(
+            member if parts[member] == 1 else f"{self.mechanism.links[at].name} from {beam.start} to {beam.end}"
+            for member, (at, beam) in zip(self.member_names, self.mechanism.beams, strict=True)
+        )
+
+    def shown_items(self, kind: Kind) -> list[str]:
+        """Return the names of the items of a kind for people; files use the labels of beams."""
+        names = dict(zip(self.labels, self.beam_names, strict=True))
+        return [names.get(name, name) for name in items_of(self, kind)]
 
     @property
     def shown_in(self) -> DisplayUnits:

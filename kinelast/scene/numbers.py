@@ -125,6 +125,7 @@ DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1")
 RAISED_LENGTH = re.compile(r"m\^(\d)")  # a prefix is raised to the same power
+RAISED_UNIT = re.compile(r"\^(\d)")
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6}
 
 REPORT_UNITS = {  # by SI unit: conversion factor and unit of the report
@@ -208,9 +209,18 @@ def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = 
         return number(value)
     if unit in shown_in and not (unit == "Pa" and 0.0 < abs(value) * shown_in[unit][0] < MIN_PRINTED_STRESS):
         factor, name = shown_in[unit]
-        return f"{number(value * factor, digits)} {name.replace(' ', '·')}".replace(" deg", "°")
+        return f"{number(value * factor, digits)} {unit_words(name)}".replace(" deg", "°")
     factor, prefixed = scale_of(value, unit)
-    return f"{number(value * factor, digits)} {'' if prefixed == '1' else prefixed.replace(' ', '·')}".strip()
+    return f"{number(value * factor, digits)} {unit_words(prefixed)}".strip()
+
+
+def unit_words(unit: str) -> str:
+    """Format a unit for people; "1" is empty.
+
+    >>> unit_words("kg m^2"), unit_words("1")
+    ('kg·m²', '')
+    """
+    return "" if unit == "1" else RAISED_UNIT.sub(lambda found: found[1].translate(RAISED), unit).replace(" ", "·")
 
 
 def beside(value: float, limit: float, unit: str, shown_in: DisplayUnits = SI) -> tuple[str, str]:

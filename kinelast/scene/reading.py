@@ -123,10 +123,11 @@ class Reader:
         return {"time": reading(motion.time[position], "s"), "drive": self.coordinates(motion.drive[:, position])}
 
     def at_peak(self, peak: Peak) -> dict[str, Any]:
-        """Return the time and the drive coordinates at a peak; empty if it has no time."""
+        """Return the time and the drive coordinates at a peak, and a mark between positions; empty without a time."""
         if math.isnan(peak.time):
             return {}
-        return {"time": reading(peak.time, "s"), "drive": self.coordinates(peak.drive)}
+        between = {"between_positions": True} if peak.refined else {}
+        return {"time": reading(peak.time, "s"), "drive": self.coordinates(peak.drive), **between}
 
     def marks(self, there: Flags) -> list[dict[str, Any]]:
         """Return included positions with a property; if there are many, the first, the last and some in between."""

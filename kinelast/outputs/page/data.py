@@ -88,7 +88,7 @@ def kept_positions(results: Results) -> Integers:
     if step <= 1:
         return np.arange(count)
     peaks = (peak for key in EXTREME_FIELDS for peak in results.figures.of_field(key))
-    times = [peak.time for peak in peaks if peak.time == peak.time and not peak.refined]
+    times = [peak.time for peak in peaks if peak.time == peak.time]
     at = np.searchsorted(results.motion.time, times)
     return np.array(sorted({*range(0, count, step), *np.clip(at, 0, count - 1).tolist()}))
 

@@ -82,7 +82,13 @@ function limitsSection() {
       },
       { name: "found", text: foundWords },
       { name: "where", text: (each) => [memberOf(each.found.label), atWords(each.found)].filter(Boolean).join(", ") },
-      { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
+      {
+        name: "kept",
+        text: (
+          each,
+        ) => ({ kept: "yes", "not kept": "no" }[each.outcome] ??
+          [each.outcome, each.problem].filter(Boolean).join(": ")),
+      },
     ], "Limits and figures"),
   );
 }
@@ -138,24 +144,26 @@ function trustLine() {
   );
 }
 
-const FEW_DOUBTED = 2; // figures that the line names
+const FEW_DOUBTED = 2, FEW_ITEMS = 3; // figures that the line names, and items of each
+const fewOf = (all, most) => (all.length > most ? [...all.slice(0, most), `${all.length - most} more`] : all);
 function doubtedFigures() {
-  const of = (on) => (on ? ` of ${on}` : ""),
-    unjudged = summary.acceptance.limits.filter((limit) =>
-      limit.outcome === "cannot be judged" && !summary.run.one_position && !summary.yields
-    );
-  const large = summary.reliability.unreliable.map((each) =>
-    `${each.name}${of(each.on)}${each.share === null ? "" : ` (± ${share(each.share)})`}`
-  );
-  const all = [
-      ...new Set([
-        ...unjudged.map((limit) => limitName(limit) + of(memberOf(limit.found.label) || limit.on)),
-        ...large,
-      ]),
-    ],
-    more = all.length - FEW_DOUBTED;
-  return more > 0 ? [...all.slice(0, FEW_DOUBTED), `${more} more`] : all;
+  const of = (on) => (on ? ` of ${on}` : ""), large = new Map();
+  const unjudged = summary.acceptance.limits.filter((limit) =>
+    limit.outcome === "cannot be judged" && !summary.run.one_position && !summary.yields
+  ).map((limit) => `${limitName(limit)}${of(memberOf(limit.found.label) || limit.on)} (${notJudged(limit)})`);
+  for (const each of summary.reliability.unreliable) large.set(each.name, [...(large.get(each.name) ?? []), each]);
+  const words = [...large].map(([name, rows]) => {
+    const items = fewOf(rows.flatMap(({ on }) => on ?? []), FEW_ITEMS).join(", "), [{ share: most }] = rows;
+    const error = most > 1 || most === null
+      ? "error larger than the value"
+      : `${rows.length > 1 ? "up to " : ""}± ${share(most)}`;
+    return `${name}${of(items)} (${error})`;
+  });
+  return fewOf([...unjudged, ...words], FEW_DOUBTED);
 }
+
+// Outcome and reason, unless the verdict states the reason.
+const notJudged = ({ outcome, problem }) => (verdict.includes(problem) ? outcome : `${outcome}: ${problem}`);
 
 // Error as a suffix of its figure, relative, or absolute if it exceeds the figure. As kinelast/outputs/words.py does
 // it.

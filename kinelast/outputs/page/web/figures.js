@@ -1,9 +1,11 @@
 // The figures of the summary as tables, and what they were computed from.
+const anyBetween = (figures) => figures.some((each) => each.between_positions);
 const where = (name, of) => ({ name, text: (each) => atWords(of(each)) });
 
 function extremesSection() {
   const rows = Object.entries(summary.peaks).map(([label, peaks]) => ({ label, peaks }));
   if (!rows.length) return;
+  const searched = summary.made_from.options.refine || anyBetween(rows.flatMap(({ peaks }) => Object.values(peaks)));
   const columns = (field) => {
     const { name, symbol, unit, means } = FIELDS[field];
     return {
@@ -31,7 +33,7 @@ function extremesSection() {
     "Largest values over the cycle",
     soft(
       "Value of largest magnitude along each link, ",
-      summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run",
+      searched ? "searched between the positions too" : "at the positions of the run",
       ". “where” gives the point, or the distance from the first point of the link, and the drive's " +
         "coordinate. Displacements are relative to the rigid position; the ",
       jargon("chord", CHORD),
@@ -161,8 +163,11 @@ function forcesSection() {
     "Joints",
     "Joints",
     soft(
-      "At the positions of the run",
-      summary.made_from.options.refine ? ": joint forces and shaking loads are not searched between them." : ".",
+      anyBetween([...summary.joints.map(({ force }) => force), ...Object.values(summary.shaking)])
+        ? "At the positions of the run, and between them if the value is larger there."
+        : summary.made_from.options.refine
+        ? "At the positions of the run: joint forces and shaking loads are not searched between them."
+        : "At the positions of the run.",
     ),
     table(summary.joints, [
       { name: "Joint", text: (each) => each.joint },
@@ -197,7 +202,7 @@ function registerSection() {
       table(rows, [
         { name: "Figure", text: (each) => each.name },
         { name: "value", text: (each) => figureAngle(each) + errorWords(each) },
-        { name: "on", text: (each) => each.on ?? "" },
+        { name: "on", text: (each) => beamName(each.on) ?? "" },
         { name: "at", text: (each) => (each.drive ? atWords(each) : "") },
       ], "Figures"),
     ),

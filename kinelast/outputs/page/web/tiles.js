@@ -136,7 +136,12 @@ function decidingTile() {
     return tile(
       `${outcome === "kept" ? "Closest to its limit" : "Deciding limit"}: ${limitName(limit)}`,
       foundWords(limit),
-      [share, share ? "; " : "", words.filter(Boolean).join(", ")],
+      [
+        share,
+        share ? "; " : "",
+        outcome === "cannot be judged" ? `${outcome}; ` : "",
+        words.filter(Boolean).join(", "),
+      ],
       { level, at: found.drive ? found : null },
     );
   }
@@ -145,10 +150,15 @@ function decidingTile() {
     level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : "good";
   const means = "factor by which the load may grow until the first link yields, breaks, buckles or exceeds its limit";
   const where = whereWords(spotOf(governs, reserve));
-  return tile(`Breaks first: ${link}`, `reserve ${reserveWords(reserve)}`, `${MODES[governs]}, ${where}`, {
-    level,
-    means,
-  });
+  return tile(
+    `Breaks first: ${link}`,
+    `reserve ${reserveWords(reserve).replace("more than", ">")}`,
+    `${MODES[governs]}, ${where}`,
+    {
+      level,
+      means,
+    },
+  );
 }
 
 function stressTile(where) {
@@ -215,9 +225,8 @@ function tile(heading, figure, words, { level = "", means = null, at = null } = 
 // Name of a beam in sentences: its member, a straight run of beams. Other labels are returned as they are.
 const memberOf = (label) => summary.links.find((each) => each.label === label)?.member ?? label;
 
-// Name of a beam in tables and choices: that of its member if it is the only beam, else its label.
-const beamName = (label) =>
-  summary.links.filter((each) => each.member === memberOf(label)).length === 1 ? memberOf(label) : label;
+// Name of a beam in tables and choices. Other labels are returned as they are.
+const beamName = (label) => summary.links.find((each) => each.label === label)?.name ?? label;
 
 function placeWords(label, figure) {
   const link = summary.links.find((each) => each.label === label);
