@@ -225,7 +225,7 @@ def to_and_fro(ways: Iterable[float], speed: float, unit: str) -> tuple[dict[str
     `speed` is the mean speed in `unit` per second.
     """
     return tuple(
-        {"curve": "harmonic", "duration": f"{abs(way) / speed:.6g} s", "by": f"{way:.12g} {unit}"}
+        {"curve": "harmonic", "duration": f"{abs(way) / speed:.12g} s", "by": f"{way:.12g} {unit}"}
         for way in ways
         if way
     )

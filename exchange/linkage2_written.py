@@ -31,6 +31,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
         axle, points = joint.get("at", ""), members.get(joint.get("link", ""), [])
         if axle in points:  # a wheel of Linkage turns about its first connector
             members[joint["link"]] = [axle, *(point for point in points if point != axle)]
+    suns = _fixed_wheels(drawing, members)
     limits = _slot_limits(drawing, members, places, fixed)
     used = [name for name in places if any(name in points for points in members.values())]
     number = {name: str(at) for at, name in enumerate(used)}
@@ -48,7 +49,8 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     first = {drive.joint["link"] for drive in drives}  # the driven link of a connector is the first there
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():
-        link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name})
+        fastened = {"fastenconnector": number[suns[name]]} if name in suns else {}
+        link = ElementTree.SubElement(root, "Link", {"id": key, "layer": "0", "name": name, **fastened})
         for point in members[name]:
             ElementTree.SubElement(link, "connector", {"id": number[point]})
     if drawing.gears:
@@ -61,6 +63,21 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
 
 def _decimal(value: float) -> str:
     return f"{round(value, 9) + 0.0:.12g}"
+
+
+def _rolls_on_ground(gear: ForeignGear) -> bool:
+    """True if the driver of a gear is the carrier of its follower, which rolls on a fixed wheel."""
+    return gear.driver.get("on", GROUND) == GROUND and gear.follower.get("on") == gear.driver.get("link")
+
+
+def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> dict[str, str]:
+    """Add a link for each fixed wheel to the members. Return the fixed points to which they are fastened, by name."""
+    anchors = {}
+    for axle in (gear.driver["at"] for gear in drawing.gears if _rolls_on_ground(gear)):
+        anchor = next((point for point in drawing.ground if point != axle), axle)
+        members |= {f"{axle} wheel": [axle], f"{axle} anchor": [anchor]}
+        anchors[f"{axle} wheel"] = anchor
+    return anchors
 
 
 def _slot_limits(
@@ -92,10 +109,12 @@ def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]
 
 
 def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[str, str]) -> None:
-    names = gear.driver.get("link", ""), gear.follower.get("link", "")
-    if not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
+    names, teeth = (gear.driver.get("link", ""), gear.follower.get("link", "")), gear.teeth
+    if _rolls_on_ground(gear):  # relative to its carrier, a wheel on a fixed one turns the other way
+        names, teeth = (f"{gear.driver['at']} wheel", names[1]), gear.ratio > 0
+    elif not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} has no place for a rack, or for teeth that mesh from within")
-    ratio = ElementTree.SubElement(ratios, "ratio", {"type": "gears" if gear.teeth else "chain"})
+    ratio = ElementTree.SubElement(ratios, "ratio", {"type": "gears" if teeth else "chain"})
     for name, size in zip(names, (abs(gear.ratio), 1.0), strict=True):
         ElementTree.SubElement(ratio, "link", {"id": key_of[name], "size": f"{size:.12g}"})
 

@@ -2,6 +2,7 @@
 
 import cmath
 from collections.abc import Mapping
+from dataclasses import replace
 from urllib.parse import parse_qs, urlsplit
 
 from exchange.drawing import (
@@ -105,9 +106,10 @@ class _PmksReading:
                 self._add_link(part, called)
         self.slots: dict[str, Slot] = {}
         self.slides: dict[str, ForeignSlider] = {}
-        for joint in saved.joints:
-            if joint.has(SLIDES):
-                self._add_slot(joint)
+        sliding = [joint for joint in saved.joints if joint.has(SLIDES)]
+        moved = {joint.key for joint in sliding}
+        for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):  # ends of slots come first
+            self._add_slot(joint)
 
     def _add_link(self, part: PmksPart, called: Names) -> None:
         frame = all(self.joints[key].has(FIXED) and not self.joints[key].has(SLIDES) for key in part.joints)
@@ -138,7 +140,7 @@ class _PmksReading:
             return
         direction, travel = cmath.rect(1.0, joint.angle), (0.0, 0.0)
         if joint.carrier:
-            start, end = (self.joints[key].place for key in joint.slot)
+            start, end = (self.places[self.point[key]] for key in joint.slot)
             if start == end:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
@@ -147,12 +149,15 @@ class _PmksReading:
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
-            travel = low, high
+            travel = min(low, 0.0), max(high, 0.0)
             ends = [self.point[key] for key in joint.slot]
             if on != GROUND and not {*ends} <= {*self.links[on].points}:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
+            if on != GROUND and not low <= 0.0 <= high:  # no beam of the scene is there
+                self.links[on] = replace(self.links[on], rigid=True)
+                self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):
             self.slides[f"slide_{point}"] = ForeignSlider(riders[0], on, point, direction, travel)
         else:

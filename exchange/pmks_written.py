@@ -65,30 +65,38 @@ class _Writing:
         if slot.on == GROUND:
             return
         along, here = slot.direction / abs(slot.direction), self.places[pin]
-        on_line = [
-            point
-            for point in self.members[slot.on]
-            if abs(((self.places[point] - here) * along.conjugate()).imag) < ON_LINE * self.size
-        ]
+        on_line = self._on_line(slot.on, here, along)
         if len(on_line) < 2:
             low, high = slot.travel
             on_line = [f"{name}_{number}" for number in (1, 2)]
             for end, way in zip(on_line, (low - SPARE * self.size, high + SPARE * self.size), strict=True):
                 self.places[end] = here + way * along
             self.members[slot.on] += on_line
-        first, *_, last = sorted(on_line, key=lambda point: ((self.places[point] - here) * along.conjugate()).real)
-        self.slot_ends[pin] = first, last
+        self.slot_ends[pin] = on_line[0], on_line[-1]
 
     def _own_pin(self, name: str, slide: ForeignSlider) -> str:
-        """Return the point of a slide, or a new point on its line if other links share that point."""
+        """Return a point on the line of a slide that no other link has, such as the end of a rod, or a new one."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
-        if sum(slide.through in points for points in self.members.values()) == 1:
-            return slide.through
+        owned = [point for points in self.members.values() for point in points]
+        on_line = self._on_line(slide.link, self.places[slide.through], slide.direction)
+        pins = [point for point in on_line if owned.count(point) == 1]
+        if pins:
+            return slide.through if slide.through in pins else pins[0]
         pin = f"{name}_pin"
         self.places[pin] = self.places[slide.through] + SPARE * self.size * slide.direction / abs(slide.direction)
         self.members[slide.link].append(pin)
         return pin
+
+    def _on_line(self, link: str, here: complex, direction: complex) -> list[str]:
+        """Points of a link on the line through `here`, in their order along `direction`."""
+        ways = {
+            point: (self.places[point] - here) * direction.conjugate() / abs(direction) for point in self.members[link]
+        }
+        return sorted(
+            (point for point, way in ways.items() if abs(way.imag) < ON_LINE * self.size),
+            key=lambda point: ways[point].real,
+        )
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
         """Speed and links of every drive, by pin."""

@@ -291,7 +291,7 @@ class TestWritten:
         said = capsys.readouterr()
         assert "exists already" in said.err
         assert "takes one scene" in said.err
-        assert "the format has no sections" in said.out
+        assert "the format has no sections, springs, masses or forces" in said.out
 
 
 class TestDrawn:

@@ -97,11 +97,11 @@ def test_a_slot_in_a_moving_link_turns_that_link_to_its_pin():
     np.testing.assert_allclose(arm / abs(arm), (pin + 0.03j) / abs(pin + 0.03j), atol=2e-3)
 
 
-def boom(mark="Z"):
-    """A boom O-C of 4 cm that a cylinder from G lifts; its rod P-C slides in the barrel G-N."""
+def boom(mark="Z", reach=2.0):
+    """A boom O-C of 4 cm that a cylinder from G lifts; its rod P-C slides in the barrel G-N of 2.6 cm."""
     foot, tip = 3, 4j
     along = (tip - foot) / abs(tip - foot)
-    inner, pin = foot + 2.6 * along, foot + 2.0 * along
+    inner, pin = foot + 2.6 * along, foot + reach * along
     joints = [
         joint(4, "O", 0), joint(0, "C", tip), joint(4, "G", foot), joint(0, "N", inner), joint(8, "P", pin),
         f"{mark}{joint(0, 'S', pin, 0, 'GN', 'G', 'N')[1:]}",
@@ -121,6 +121,39 @@ def test_a_cylinder_lifts_a_boom_by_the_law_of_cosines_and_stays_in_its_barrel()
     assert -0.02 < slide.min() < -0.0195  # the pin is between G and N
     assert 0.0055 < slide.max() < 0.006
     assert first.cycle == pytest.approx(2 * np.ptp(slide) / 0.05, rel=2e-2)  # 5 cm/s on average
+
+
+def test_a_cylinder_that_is_drawn_fully_extended_only_retracts():
+    """In PMKS+ the pin of such a cylinder is beyond the end of its barrel."""
+    first = imported(of_text(boom(reach=2.7), "mine"))
+    assert first.reason == ""
+    assert '"P" of PMKS+ is drawn beyond the end of its slot, so GN is rigid here' in first.notes
+    slide = kinelast.scene_motion(kinelast.scene_from_text(first.text)).drive[0]
+    assert slide.max() == 0.0
+    assert -0.027 < slide.min() < -0.026
+
+
+def test_a_barrel_that_rides_in_a_slot_moves_with_its_end():
+    """Both are drawn a hair off their lines: the pin is moved onto the line through the moved end."""
+    joints = [
+        joint(4, "A", 0), joint(0, "B", 4 + 0.4j), joint(9, "D", 2 + 0.203j, 0, "AB", "A", "B"),
+        joint(0, "N", 2.5 + 3.2j), joint(43, "E", 2.25 + 1.701j, 0, "DN", "D", "N"), joint(4, "G", 0.5 + 4j),
+    ]  # fmt: skip
+    for order in (joints, joints[::-1]):
+        first = imported(of_text(saved(order, [link("YR", pair) for pair in ("AB", "DN", "EG")]), "mine"))
+        assert first.reason == ""
+
+
+ROCKERS = saved(  # no link goes round
+    [joint(6, "A", 0), joint(0, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5)],
+    [link("YR", pair) for pair in ("AB", "BC", "CD")],
+)
+
+
+@pytest.mark.parametrize("text", [boom(), ROCKERS], ids=["cylinder", "rocker"])
+def test_a_drive_between_limits_comes_back_to_its_start(text):
+    run = kinelast.scene_from_text(imported(of_text(text, "mine")).text).run
+    assert (run.turn, run.no_cycle) == (True, "")
 
 
 def test_masses_centres_inertias_forces_and_weight_are_those_of_the_file():
@@ -230,12 +263,6 @@ def test_masses_and_forces_go_to_pmks_and_back():
     assert sum(there.values()) == pytest.approx(sum(here.values()), rel=1e-4)
 
 
-ROCKERS = saved(  # no link goes round
-    [joint(6, "A", 0), joint(0, "B", 1 + 2j), joint(0, "C", 4 + 3j), joint(4, "D", 5)],
-    [link("YR", pair) for pair in ("AB", "BC", "CD")],
-)
-
-
 def drive_of(path):
     motion = kinelast.scene_motion(kinelast.load(path), 360)
     return motion.drive[0] - motion.drive[0, 0]
@@ -261,6 +288,30 @@ def test_a_drive_that_swings_goes_to_pmks_and_back(text, tmp_path, monkeypatch, 
     assert not Path("half.pmks").exists()
 
 
+def test_a_drive_that_swings_beside_another_is_compared_with_its_own_range(tmp_path, monkeypatch, capsys):
+    """A crank turns by 360 deg, a cylinder slides by 20 mm of the 179 mm that its boom allows."""
+    monkeypatch.chdir(tmp_path)
+    Path("both.linkage2").write_text(cylinder(15, 15))
+    assert main(["--import", "both.linkage2"]) == 0
+    assert main(["both.toml", "--export", "both.pmks"]) == 2
+    assert "in PMKS+ a drive swings to the limits of the mechanism" in capsys.readouterr().err
+
+
+def test_a_mechanism_too_small_for_the_digits_of_pmks_is_refused_in_one_sentence(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("rockers.pmks").write_text(ROCKERS)
+    assert main(["--import", "rockers.pmks"]) == 0
+    text = Path("rockers.toml").read_text().replace('units = "cm"', 'units = "mm"')
+    Path("small.toml").write_text(re.sub(r"= \[(-?[\d.]+), (-?[\d.]+)\]\n", shrunk, text))
+    capsys.readouterr()
+    assert main(["small.toml", "--export", "small.pmks"]) == 2
+    assert "PMKS+ would not move the written mechanism: " in capsys.readouterr().err
+
+
+def shrunk(found):
+    return f"= [{float(found[1]) / 1000}, {float(found[2]) / 1000}]\n"
+
+
 def linkage(connectors, links, ratios=""):
     return f'<linkage2><program units="Millimeters"/>{connectors}{links}{ratios}</linkage2>'
 
@@ -282,6 +333,35 @@ def test_an_actuator_of_linkage_with_a_negative_rate_first_retracts():
     motion = kinelast.scene_motion(scene)
     reach = abs(position_of(motion, scene.mechanism.index["link_1"], "P1"))
     assert (reach.max(), reach.min()) == (pytest.approx(0.1), pytest.approx(0.08, abs=1e-5))
+
+
+def cylinder(cycles, rpm):
+    """A boom of Linkage on a cylinder, and a crank beside it."""
+    return linkage(
+        '<connector id="0" x="0" y="0" anchor="true"/><connector id="1" x="60" y="80"/>'
+        '<connector id="2" x="60" y="0" anchor="true"/>'
+        f'<connector id="3" x="200" y="0" anchor="true" input="true" rpm="{rpm}"/><connector id="4" x="220" y="0"/>',
+        members(0, 0, 1, more=f' actuator="true" throw="20" cpm="{cycles}"') + members(1, 1, 2) + members(2, 3, 4),
+    )
+
+
+@pytest.mark.parametrize(
+    ("cycles", "rpm", "says"),
+    [
+        (45, 45, "it moves, 1.333 s a cycle"),
+        (9, 15, "it moves, 20 s a cycle"),
+        (15, 15.7, "it moves, but never repeats: the drives have no common period"),
+    ],
+)
+def test_an_import_says_in_which_time_all_drives_repeat(cycles, rpm, says):
+    assert says in imported(of_text(cylinder(cycles, rpm), "mine")).result
+
+
+def test_a_cylinder_is_written_for_pmks_with_the_end_of_its_rod_as_the_pin():
+    scene = kinelast.scene_from_text(imported(of_text(cylinder(15, 15), "mine")).text)
+    back = of_text(written(exchanged(scene), ".pmks"), "mine")
+    assert list(back.slides) == ["slide_cylinder_0_tip"]
+    assert imported(back).reason == ""
 
 
 @pytest.mark.parametrize(
@@ -370,6 +450,9 @@ def test_a_wheel_of_linkage_that_rolls_on_a_fastened_one(kind, turns):
     motion = kinelast.scene_motion(scene)
     planet = motion.angular_velocity[scene.mechanism.index["link_3"]]
     np.testing.assert_allclose(planet, -turns * np.pi, atol=1e-9)
+    back = kinelast.scene_from_text(imported(of_text(written(exchanged(scene), ".linkage2"), "mine")).text)
+    again = kinelast.scene_motion(back).angular_velocity[back.mechanism.index["link_3"]]
+    np.testing.assert_allclose(again, planet, atol=1e-9)
 
 
 def test_a_fixed_pin_in_a_moving_slot_goes_to_linkage_and_back():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from exchange import Drive, ExchangeError, ForeignMechanism, of_text, scene_text, to_and_fro
+from kinelast.outputs.exported import exchanged
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError, plain
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 MARGIN = 0.01  # distance kept from a limit of the mechanism / range between the limits
 MIN_RANGE = 1e-6  # a drive cannot move if its range / a turn (or size of the drawing) is smaller
 MAX_LIMIT_DIFFERENCE = 0.05  # largest difference between two limits of a drive, relative to its range
+MAX_DIFFERENCE_IN_STEP = 2e-3  # the same if there are other drives: its period must fit theirs
 STEPS, ROUNDS = 360, 2  # number of positions in the search for a limit, and of refinements
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # degrees per second in a unit of speed
 MAX_REASON = 300  # characters
@@ -38,20 +40,28 @@ TO_BEND = """{links}: rigid, with mass, centre and inertia of the file. For a sc
 
 @dataclass(frozen=True)
 class Imported:
-    """Text of a scene and result of its first run. `reason` is empty if it moves; `rigid` names links without beams."""
+    """Text of a scene and result of its first run.
+
+    `reason` is empty if it moves, `no_cycle` if it also repeats. `rigid` names links without beams.
+    """
 
     text: str
     notes: tuple[str, ...]
     cycle: float = 0.0
     reason: str = ""
     rigid: tuple[str, ...] = ()
+    no_cycle: str = ""
 
     @property
     def result(self) -> str:
         """Result of the first run as a sentence."""
         if self.reason:
             return f"it does not run yet: {self.reason}"
-        return f"it moves, {self.cycle:.4g} s a cycle"
+        return (
+            f"it moves, but never repeats: {self.no_cycle}"
+            if self.no_cycle
+            else f"it moves, {self.cycle:.4g} s a cycle"
+        )
 
     def advice(self, path: str, source: str) -> str:
         """Steps from the scene at `path`, imported from `source`, to a verdict; empty if it does not move."""
@@ -82,7 +92,7 @@ def imported(drawing: ForeignMechanism) -> Imported:
     rigid = tuple(
         link.name for link, body in bodies if body and not link.beams and len(body.points) > 1 and body.inertia
     )
-    return Imported(text, drawing.notes, float(scene.run.duration or 0.0), rigid=rigid)
+    return Imported(text, drawing.notes, float(scene.run.duration or 0.0), rigid=rigid, no_cycle=scene.run.no_cycle)
 
 
 def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
@@ -90,12 +100,18 @@ def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> No
     if not any(drive.law for drive in drawing.drives):
         return
     back = imported(of_text(text, scene.title))
-    here, there = (
-        sorted(map(tuple, np.array([drive.min(axis=1), drive.max(axis=1)]).T - drive[:, :1]))
-        for drive in (scene_motion(scene, STEPS).drive, scene_motion(scene_from_text(back.text), STEPS).drive)
-    )
-    if not np.allclose(here, there, rtol=MAX_LIMIT_DIFFERENCE, atol=MAX_LIMIT_DIFFERENCE * np.ptp(here)):
+    if back.reason:
+        raise ExchangeError(f"PMKS+ would not move the written mechanism: {back.reason}")
+    here, there = _swings(drawing.drives), _swings(exchanged(scene_from_text(back.text)).drives)
+    limit = MAX_LIMIT_DIFFERENCE if len(drawing.drives) == 1 else MAX_DIFFERENCE_IN_STEP
+    if here.shape != there.shape or np.any(np.abs(there - here) > limit * np.ptp(here, axis=1, keepdims=True)):
         raise ExchangeError("in PMKS+ a drive swings to the limits of the mechanism, which are not those of its law")
+
+
+def _swings(drives: tuple[Drive, ...]) -> np.ndarray:
+    """Return the lowest and highest position of each drive that swings, from its start, shape (drives, 2)."""
+    levels = [np.cumsum([0.0, *drive.strokes]) for drive in drives if drive.law]
+    return np.array(sorted((level.min(), level.max()) for level in levels))
 
 
 def _resting(drive: Drive) -> Drive:
@@ -130,14 +146,14 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         whole = high - low
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
-        low, high = min(low + MARGIN * whole, 0.0), max(high - MARGIN * whole, 0.0)
+        low, high = min(low + MARGIN * whole, 0.0) / per_unit, max(high - MARGIN * whole, 0.0) / per_unit
+        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # the strokes add up to zero with the digits of the text
         strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
-        rate = abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0)
-        law = to_and_fro([stroke / per_unit for stroke in strokes], rate, unit)
+        law = to_and_fro(strokes, abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0), unit)
         drives[number] = replace(drive, speed=None, law=law)
         notes.append(
             f"the drive of {name} cannot go all the way: it {'swings' if turns else 'slides'} from"
-            f" {low / per_unit:.4g} to {high / per_unit:.4g} {unit}, {MARGIN:.0%} inside the stops (0: as drawn)"
+            f" {low:.4g} to {high:.4g} {unit}, {MARGIN:.0%} inside the stops (0: as drawn)"
         )
     return replace(drawing, drives=tuple(drives), notes=tuple(notes))
 

@@ -180,8 +180,11 @@ def _export(path: Path, *scenes: str) -> int:
     except ExchangeError as error:
         raise RequestError(f"--export: {plain(str(error), 300)}") from None
     _write(path, text, "give another name")
-    extra = ", masses and constant forces" if path.suffix.lower() == ".pmks" else ""
-    say(f"{path} written: points, links, joints, drives{extra}; the format has no sections", sys.stdout)
+    kept, lost = (", masses, constant forces", " or varying") if path.suffix.lower() == ".pmks" else ("", ", masses or")
+    say(
+        f"{path} written: points, links, joints, drives{kept}; the format has no sections, springs{lost} forces",
+        sys.stdout,
+    )
     return FINE
 
 
