@@ -1,6 +1,7 @@
 """Answer as a function of the drive speed: table, curves, plain data and words."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -226,13 +227,17 @@ def resonance_words(resonance: Resonance, scene: Scene) -> str:
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Describe the limit that fails above the limit speed, with its beam and resonance."""
+    """Describe the limit that fails above the limit speed, or the link that yields, and the resonance or reason."""
     if limit.limit is None:
-        return "above it no steady state exists: vibration grows"
+        return "no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
     names = {figure.key: figure.name for figure in figures_of(output_of(scene))}
     kind = kinds.get(limit.limit.kind) or names[limit.limit.figure]
     words = ", ".join(filter(None, (_item_of(limit, scene), kind)))
+    if limit.limit == STRENGTH:
+        words = f"{scene.member_names[limit.item]} yields"
+    elif limit.problem:
+        words += f" cannot be judged: {limit.problem}"
     return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
 
@@ -259,7 +264,8 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         if not result.highest:
             words = {TOO_NEAR: "are too close to decide", UNKNOWN: "cannot be judged"}
             outcome = words.get(result.verdicts[0], "do not hold")
-            yield f"limits {outcome} at the lowest speed, {printed(result.speed[0])}"
+            why = f" ({limit_words(result.limit, scene)})" if result.limit else ""
+            yield f"limits {outcome} at the lowest speed, {printed(result.speed[0])}{why}"
         elif result.limit is None and beyond:
             yield f"all limits hold up to {printed(result.highest)}; above it a link buckles"
         elif result.limit is None:
@@ -272,10 +278,14 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
             yield f"all limits hold up to {printed(result.highest)} ({limit_words(result.limit, scene)}){near}"
     else:
         yield "no limits are set: with [limits], the highest speed at which they hold is reported"
-    safety = result.figures.get(STRENGTH.figure)
-    if safety and len(yielding := np.flatnonzero(safety[1] < STRENGTH.bound)):
-        first = printed(result.speed[yielding[0]])
-        yield f"a link yields at {len(yielding)} of {len(result.speed)} speeds, from {first} on: no limit can be judged"
+    yielding = result.figures[STRENGTH.figure][1] < STRENGTH.bound if result.yielding else np.zeros(0, bool)
+    if result.yielding and yielding.any():
+        first, link = printed(result.yielding[0]), scene.member_names[result.yielding[1]]
+        counts = Counter(verdict for verdict, yields in zip(result.verdicts, yielding, strict=False) if yields)
+        rows = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+        on = yielding[yielding.argmax() :].all()
+        where = f"from {first} ({link}) on" if on else f"first at {first} ({link})"
+        yield f"a link yields at {yielding.sum()} of {len(yielding)} speeds, {where}" + (f": {rows}" if rows else "")
     for low, high in result.unstable:
         yield f"no steady state from {printed(low)} to {printed(high)}: the links' vibration grows"
     yield from _error_words(result, scene, printed)
