@@ -210,7 +210,7 @@ class TestVerdicts:
     @pytest.mark.slow
     @pytest.mark.parametrize("count", [2, 10])
     def test_the_limit_speed_is_that_of_yield_if_a_link_yields_first(self, count, answered):
-        """The peak of the 6th harmonic is at 380 rad/s; the row at 379.06 rad/s has a safety of 1.08, 379.44 of 0.92."""
+        """The peak of the 6th harmonic is at 380 rad/s; the safety is 1.08 at 379.06 rad/s and 0.92 at 379.44."""
         _, said, _ = answered("limit_speed", "--speeds", f"200:660:{count}")
         [found] = re.findall(r"all limits hold up to ([\d.]+) rad/s \(rocker yields: 6th harmonic", said)
         [first] = re.findall(r"a link yields at .*, first at ([\d.]+) rad/s \(rocker\): \d+ cannot be judged", said)

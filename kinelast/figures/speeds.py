@@ -19,6 +19,7 @@ from kinelast.figures.errors import (
     HEADLINE,
     HIGHER_ORDERS,
     LARGE,
+    LITTLE,
     TIME,
     Estimate,
     figure_errors,
@@ -150,13 +151,25 @@ class Speeds:
 
     @property
     def error(self) -> Reals:
-        """Largest relative error of deflection, stress and output, shape (speeds,)."""
+        """Largest relative error of deflection, stress and output, shape (speeds,).
+
+        The reference value is at least `LITTLE` times the largest field with the unit.
+        """
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
         read = [each for each in read if not np.isnan(each[1]).all()]  # no stress if the section depth is unknown
         if not read:
             return np.full(self.speed.shape, np.nan)
-        shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
+        bases = [np.maximum(value, LITTLE * self._largest(measure.unit)) for measure, value, _ in read]
+        shares = [
+            np.divide(error, base, out=0.0 * error, where=~(base <= 0.0))
+            for (_, _, error), base in zip(read, bases, strict=True)
+        ]
         return reduce(np.maximum, shares)
+
+    def _largest(self, unit: str) -> Reals:
+        """Return the largest field of beams with a unit at each speed."""
+        sizes = [value for measure, value, _ in self.figures.values() if measure.figure.fields and measure.unit == unit]
+        return reduce(np.fmax, sizes)
 
 
 @one_thread()
