@@ -632,6 +632,13 @@ def test_the_curves_against_the_speed_end_at_the_last_speed(driver, study_of_spe
     assert errors(page) == []
 
 
+def test_the_picture_of_speeds_has_a_line_at_the_limit(study_of_speeds):
+    """A link yields before the deflection reaches its limit; the deflection is drawn too, because it has a limit."""
+    words = re.findall(r"<!-- (.*) -->", (study_of_speeds / "speeds.svg").read_text())
+    assert words.count("limit") == 2  # of the deflection and of yield, which decides
+    assert {"largest deflection [mm]", "limits hold up to here"} < {*words}
+
+
 def test_the_limit_speed_is_among_the_first_answers(driver, study_of_speeds):
     page = Page(driver, study_of_speeds / "report.html")
     speeds = json.loads((study_of_speeds / "summary.json").read_text())["speeds"]

@@ -18,6 +18,7 @@ from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import measures_of
+from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
 from kinelast.figures.speeds import FIELDS, SpeedLimit, SpeedPeak, Speeds, _Looking, speeds
@@ -232,6 +233,9 @@ def test_a_limit_that_cannot_be_judged_has_its_reason():
     [bound] = limits_of(scene)
     limit = SpeedLimit(0.0, 10.0, 10.0, bound, 2, None, "its error is unknown")
     assert limit_words(limit, scene) == "rocker, deflection cannot be judged: its error is unknown"
+    strength = replace(limit, limit=STRENGTH)
+    assert limit_words(strength, scene) == "rocker, safety against yield cannot be judged: its error is unknown"
+    assert limit_words(replace(strength, problem=""), scene) == "rocker yields"
     assert limit_words(replace(limit, limit=None, item=-1), scene) == "no steady state exists: vibration grows"
 
 

@@ -238,10 +238,10 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
     names = {figure.key: figure.name for figure in figures_of(output_of(scene))}
     kind = kinds.get(limit.limit.kind) or names[limit.limit.figure]
     words = ", ".join(filter(None, (_item_of(limit, scene), kind)))
-    if limit.limit == STRENGTH:
-        words = f"{scene.member_names[limit.item]} yields"
-    elif limit.problem:
+    if limit.problem:
         words += f" cannot be judged: {limit.problem}"
+    elif limit.limit == STRENGTH:
+        words = f"{scene.member_names[limit.item]} yields"
     return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
 
