@@ -87,6 +87,30 @@ positions = 36
 gravity = [0.0, -9.81]
 """
 
+# The crank yields at a lower speed than that at which the rocker reaches its limit.
+CRANK_ROCKER = """
+materials.steel = {E = 210e9, poisson = 0.3, density = 7850.0, yield = 235e6}
+sections.bar = {shape = "rectangle", depth = 0.02, width = 0.01}
+[points]
+O = [0.0, 0.0]
+A = [0.0, 0.06]
+B = [0.16, 0.12]
+C = [0.2, 0.0]
+[links]
+ground = {points = ["O", "C"]}
+crank = {points = ["O", "A"], length = 0.06, section = "bar", material = "steel"}
+coupler = {points = ["A", "B"], length = 0.18, section = "bar", material = "steel"}
+rocker = {points = ["C", "B"], length = 0.12, section = "bar", material = "steel", masses = {B = 15.0}}
+[[drives]]
+link = "crank"
+speed = "200 rpm"
+[run]
+positions = 360
+gravity = [0.0, -9.81]
+[limits]
+deflection = 0.2e-3
+"""
+
 # The cranks are parallel; the positions at 0 and 180 degrees are flat and singular.
 PARALLELOGRAM = edited(
     FOUR_BAR,

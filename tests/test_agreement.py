@@ -28,7 +28,7 @@ from kinelast.figures.entry import magnitudes
 from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
-from kinelast.figures.ranges import needed_by_limits
+from kinelast.figures.ranges import STRENGTH, needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
@@ -385,7 +385,7 @@ def test_a_limit_by_the_name_of_a_figure_is_judged_at_a_speed_as_by_its_report(s
 
 
 def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold():
-    """The limit speed is that of the given limits; a sentence says where links yield."""
+    """The limit speed is that at which a link yields, and sentences say so."""
     tables = slow_four_bar()
     tables["run"] |= {"positions": 360, "theory": "elastodynamic"}
     tables["materials"]["steel"]["yield"] = allowed(summary_of(tables)["figures"]["stress"], 0.8)
@@ -394,8 +394,12 @@ def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold
     assert found.verdicts[-1] == reported["acceptance"]["verdict"] == "cannot be judged"
     assert reported["yields"] in reported["acceptance"]["problem"]
     assert found.verdicts[0] == "acceptable"
-    assert found.limit is None
-    assert any("a link yields at" in words for words in speed_figures(found, scene_from_dict(tables))["words"])
+    assert found.limit.limit is STRENGTH
+    assert 10.0 < found.highest < found.limit.above == found.yielding[0] < 20.0
+    limits, yields = speed_figures(found, scene_from_dict(tables))["words"][:2]
+    assert limits.endswith(" yields)")
+    assert yields.startswith("a link yields at")
+    assert yields.endswith(" cannot be judged")
 
 
 @pytest.mark.parametrize("paths", [[], ["sections.bar.depth"]])

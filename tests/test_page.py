@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from browser import Page, accessibility_faults
 from scene_texts import ARM as TURNING_ARM
-from scene_texts import PUSHED, edited
+from scene_texts import CRANK_ROCKER, PUSHED, edited
 from tiers import in_tiers
 
 from elastic import FIELDS, Field, FieldKind, coefficients, displacement_of, sample
@@ -582,16 +582,21 @@ def test_gears_and_springs_are_drawn(driver, tmp_path):
     assert errors(page) == []
 
 
+def saved(page, name):
+    """Return the text that a button saves."""
+    script = """
+        const done = arguments[1], make = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };
+        document.querySelector(`button[aria-label="${arguments[0]}"]`).click();"""
+    return page.driver.execute_async_script(script, name).strip()
+
+
 @pytest.mark.slow
 def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
     arguments = ["--theory", "quasi-static", "--positions", "72", "--speeds", "20 rad/s : 60 rad/s : 4", "--quiet"]
     assert main(["steel_four_bar", *arguments, "-o", str(tmp_path)]) == 0
     page = Page(driver, tmp_path / "steel_four_bar" / "report.html")
-    script = """
-        const done = arguments[0], make = URL.createObjectURL;
-        URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };
-        document.querySelector('button[aria-label="Largest chord deflection against the speed as CSV"]').click();"""
-    shown = list(csv.reader(driver.execute_async_script(script).strip().splitlines()))
+    shown = list(csv.reader(saved(page, "Largest chord deflection against the speed as CSV").splitlines()))
     written = [row.split(",") for row in (tmp_path / "steel_four_bar" / "speeds.csv").read_text().splitlines()]
     ours = [written[0].index(f"{label}.chord [m]") for label in ("crank", "coupler", "rocker")]
     theirs = [shown[0].index(f"{label} [m]") for label in ("crank", "coupler", "rocker")]
@@ -601,6 +606,78 @@ def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
         np.testing.assert_allclose(drawn[round(float(row[0]), 6)], [float(row[k]) for k in ours], rtol=1e-5)
     assert "No limits are set, so there is no limit speed." in page.run("return document.body.innerText")
     assert errors(page) == []
+
+
+@pytest.fixture(scope="module")
+def study_of_speeds(tmp_path_factory):
+    """Return the folder of a study up to 1000 rpm, which in rad/s is below its first eight digits."""
+    folder = tmp_path_factory.mktemp("speeds")
+    (folder / "one.toml").write_text(CRANK_ROCKER)
+    options = ["--theory", "quasi-static", "--positions", "72", "--speeds", "100 rpm : 1000 rpm : 5", "--quiet"]
+    assert main([str(folder / "one.toml"), *options, "-o", str(folder)]) == 0
+    return folder / "one"
+
+
+def test_the_curves_against_the_speed_end_at_the_last_speed(driver, study_of_speeds):
+    page = Page(driver, study_of_speeds / "report.html")
+    shown = list(csv.DictReader(saved(page, "Largest deflection against the speed as CSV").splitlines()))
+    written = list(csv.DictReader((study_of_speeds / "speeds.csv").read_text().splitlines()))
+    for label in ("crank", "coupler", "rocker"):
+        for ours, theirs in (("w [m]", f"{label} [m]"), ("w without vibration [m]", f"{label}, quasi-static [m]")):
+            assert float(shown[-1][theirs]) == pytest.approx(float(written[-1][f"{label}.{ours}"]), rel=1e-5)
+    rpm = [float(row["speed of the drive [rpm]"]) for row in shown]
+    largest = json.loads((study_of_speeds / "summary.json").read_text())["figures"]["deflection"]["value"]
+    drawn = np.interp(200, rpm, [float(row["rocker, quasi-static [m]"]) for row in shown])
+    assert drawn == pytest.approx(abs(largest), rel=0.15), "between 100 and 325 rpm it grows with a power of the speed"
+    assert errors(page) == []
+
+
+def test_the_picture_of_speeds_has_a_line_at_the_limit(study_of_speeds):
+    """A link yields before the deflection reaches its limit; the deflection is drawn too, because it has a limit."""
+    words = re.findall(r"<!-- (.*) -->", (study_of_speeds / "speeds.svg").read_text())
+    assert words.count("limit") == 2  # of the deflection and of yield, which decides
+    assert {"largest deflection [mm]", "limits hold up to here"} < {*words}
+
+
+def test_the_limit_speed_is_among_the_first_answers(driver, study_of_speeds):
+    page = Page(driver, study_of_speeds / "report.html")
+    speeds = json.loads((study_of_speeds / "summary.json").read_text())["speeds"]
+    tiles = page.run("return [...document.querySelectorAll('.deciding .tile')].map((each) => each.innerText)")
+    [tile] = [text for text in tiles if text.startswith("Limit speed")]
+    words = speeds["words"][0]
+    assert words.startswith("all limits hold up to ")
+    assert words.endswith(" (crank yields)")
+    assert words in tile
+    reported = page.run("return document.getElementById('speeds').innerText")
+    for each in speeds["words"]:
+        assert f"{each[0].upper()}{each[1:]}." in reported
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_lines_at_limits_have_whole_words(width, driver, study_of_speeds):
+    """The deflection has a line at its limit, and each chart has a line at the limit speed."""
+    page = Page(driver, study_of_speeds / "report.html", width=width)
+    drawn = page.driver.execute_async_script("""
+        const done = arguments[0], drawn = [], draw = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (words, x, y) {
+          const chart = this.canvas.closest('figure')?.getAttribute('aria-label') ?? '',
+            wide = this.measureText(words).width, low = this.textAlign === 'right' ? x - wide : x;
+          drawn.push([chart, words, low, low + wide, this.canvas.width]);
+          return draw.call(this, words, x, y);
+        };
+        document.getElementById('theme').click();
+        requestAnimationFrame(() => requestAnimationFrame(() => done(drawn)));""")
+    charts = {chart for chart, words, *_ in drawn if "against the speed" in chart}
+    assert len(charts) == 3
+    for chart in charts:
+        rows = [row[1:] for row in drawn if row[0] == chart]
+        first = next(k for k, (words, *_) in enumerate(rows) if words.startswith("limits"))
+        last = next(k for k, (words, *_) in enumerate(rows) if re.search(r"45\d(\.\d)?$", words))
+        assert re.fullmatch(r"limits hold up to 45[\d.]+", " ".join(words for words, *_ in rows[first : last + 1]))
+        bounds = [row for row in rows if row[0] == "limit"]
+        assert bool(bounds) == chart.startswith("Largest deflection")
+        for words, low, high, wide in [*rows[first : last + 1], *bounds]:
+            assert 58 <= low < high <= wide - 88, words
 
 
 def test_every_registered_figure_stands_on_the_page(driver, reports):

@@ -2,11 +2,12 @@
 
 import dataclasses
 import math
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_texts import FOUR_BAR
+from scene_texts import ARM, CRANK_ROCKER, FOUR_BAR, edited
 from tiers import in_tiers
 
 from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch, prominences
@@ -16,9 +17,12 @@ from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes,
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.entry import measures_of
+from kinelast.figures.ranges import STRENGTH
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _Looking, speeds
-from kinelast.outputs.speeds import _words, speed_figures
+from kinelast.figures.speeds import FIELDS, SpeedLimit, SpeedPeak, Speeds, _Looking, speeds
+from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import Progress
@@ -61,7 +65,14 @@ link = "second"
 speed = {}
 """
 )  # fmt: skip
+MOTOR = 'motor = "servo"\n[motors]\nservo = {top_speed = "5000 rpm", rated_speed = "5000 rpm", gear_ratio = 15}\n'
+RPM = math.pi / 30  # [rad/s]
 CHORD = '[limits]\nchord = "29.1775 mm"\n'
+
+
+def rpm(speed):
+    """Return the words for a speed [rad/s]."""
+    return f"{speed / RPM:.4g} rpm"
 
 
 def answers_of(scene):
@@ -139,6 +150,95 @@ class TestLimitSpeed:
         assert found.limit.resonance is None
 
 
+class TestYield:
+    """The deflection of the rocker reaches its limit near 530 rpm; before, the crank yields."""
+
+    @pytest.mark.parametrize("requested", [(100.0, 950.0, 5), (300.0, 500.0, 2)])
+    def test_limits_hold_up_to_the_speed_at_which_a_link_yields(self, requested):
+        """Without vibration, the crank yields at 460 rpm."""
+        scene = scene_from_text(CRANK_ROCKER)
+        found = speeds(scene, (requested[0] * RPM, requested[1] * RPM, requested[2]))
+        assert found.highest / RPM == pytest.approx(453, rel=2e-3)
+        assert found.yielding == (found.limit.above, 0)
+        beside = np.searchsorted(found.speed, [found.highest, found.limit.above])
+        safety = found.figures["safety"][1]
+        assert 1.0 < safety[beside[0]] < 1.005
+        assert 0.995 < safety[beside[1]] < 1.0
+        assert [found.verdicts[at] for at in beside] == ["acceptable", "cannot be judged"]
+        limits, yields = _words(found, scene)
+        assert limits == f"all limits hold up to {rpm(found.highest)} (crank yields)"
+        rows = Counter(verdict for verdict, least in zip(found.verdicts, safety, strict=True) if least < 1.0)
+        assert yields == (
+            f"a link yields at {rows.total()} of {len(found.speed)} speeds, from {rpm(found.limit.above)} (crank) on: "
+            f"{', '.join(f'{count} {verdict}' for verdict, count in rows.items())}"
+        )
+
+    def test_the_report_at_this_speed_has_a_safety_of_one(self):
+        speed = speeds(scene_from_text(CRANK_ROCKER), (300 * RPM, 500 * RPM, 2)).yielding[0]
+        edits = ("[run]", '[run]\ntheory = "elastodynamic"'), ('"200 rpm"', str(speed))
+        peaks = results_in_full(scene_from_text(edited(CRANK_ROCKER, *edits))).figures.peaks["safety"]
+        assert peaks[0].value == pytest.approx(1.0, rel=0.01)
+
+    @pytest.mark.parametrize("requested", [(500.0, 900.0), (470.0, 480.0)])
+    def test_a_link_that_yields_at_all_speeds(self, requested):
+        """At 500 rpm, the deflection is below its limit."""
+        scene = scene_from_text(CRANK_ROCKER)
+        found = speeds(scene, (requested[0] * RPM, requested[1] * RPM, 2))
+        assert found.highest == 0.0
+        lowest, yields = _words(found, scene)
+        first = rpm(found.speed[0])
+        assert lowest == f"limits cannot be judged at the lowest speed, {first} (crank yields)"
+        assert f"from {first} (crank) on" in yields
+
+    def test_where_a_link_yields_is_found_without_limits_too(self):
+        scene = scene_from_text(edited(CRANK_ROCKER, ("[limits]\ndeflection = 0.2e-3", "")))
+        found = speeds(scene, (300 * RPM, 900 * RPM, 2))
+        assert found.yielding[0] / RPM == pytest.approx(453, rel=2e-3)
+        assert [*_words(found, scene)][1:] == [
+            f"a link yields at 2 of {len(found.speed)} speeds, from {rpm(found.yielding[0])} (crank) on"
+        ]
+
+    def test_a_limit_below_the_speed_of_yield_sets_the_limit_speed(self):
+        scene = scene_from_text(edited(CRANK_ROCKER, ("0.2e-3", "0.1e-3")))
+        found = speeds(scene, (100 * RPM, 950 * RPM, 3))
+        assert found.limit.limit.figure == "deflection"
+        assert found.limit.above < found.limit.broken < found.yielding[0]
+        assert found.yielding[0] / RPM == pytest.approx(453, rel=2e-3)
+
+
+class TestRigidMotion:
+    def test_limits_on_figures_of_the_rigid_motion_are_judged(self):
+        """The motor turns 15 times as fast as the crank."""
+        scene = scene_from_text(edited(CRANK_ROCKER, ('"200 rpm"', f'"200 rpm"\n{MOTOR}')))
+        found = speeds(scene, (100 * RPM, 950 * RPM, 3))
+        for name in ("motor_speed", "motor_mean_speed", "inertia_ratio", "transmission_angle", "condition"):
+            _, values, errors = found.figures[name]
+            assert np.all(errors[np.isfinite(values)] <= 2e-3 * values[np.isfinite(values)]), name
+        assert 0.997 * 5000 / 15 < found.highest / RPM <= 5000 / 15
+        assert found.limit.limit.figure in ("motor_speed", "motor_mean_speed")
+        assert found.verdicts[0] == "acceptable"
+
+    def test_the_error_is_that_of_the_positions_of_the_map(self):
+        scene = scene_from_text(CRANK_ROCKER)
+        found = speeds(scene, (100 * RPM, 950 * RPM, 3))
+        for name in ("transmission_angle", "load_inertia", "condition"):
+            (exact,), (_, values, errors) = results_in_full(scene).figures.peaks[name], found.figures[name]
+            assert np.all(np.abs(values - exact.value) <= errors + exact.error_size), name
+            assert np.all(errors > 0.0), name
+
+
+def test_a_limit_that_cannot_be_judged_has_its_reason():
+    """The error of the figure is unknown."""
+    scene = scene_from_text(CRANK_ROCKER)
+    [bound] = limits_of(scene)
+    limit = SpeedLimit(0.0, 10.0, 10.0, bound, 2, None, "its error is unknown")
+    assert limit_words(limit, scene) == "rocker, deflection cannot be judged: its error is unknown"
+    strength = replace(limit, limit=STRENGTH)
+    assert limit_words(strength, scene) == "rocker, safety against yield cannot be judged: its error is unknown"
+    assert limit_words(replace(strength, problem=""), scene) == "rocker yields"
+    assert limit_words(replace(limit, limit=None, item=-1), scene) == "no steady state exists: vibration grows"
+
+
 def test_errors_of_speeds_in_words():
     """Errors above a quarter are called unreliable, with the reason."""
     scene = scene_from_text(FOUR_BAR)
@@ -148,7 +248,7 @@ def test_errors_of_speeds_in_words():
     given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,), "buckles": ()})
 
     def reported(*error):
-        rows = {"stress": (None, np.ones(4), np.array(error))}
+        rows = {"stress": (measures_of(scene, figures_of(None))["stress"], np.ones(4), np.array(error))}
         limits, sentence = _words(replace(given, figures=rows), scene)
         assert limits.startswith("no limits are set")
         return sentence
@@ -161,6 +261,15 @@ def test_errors_of_speeds_in_words():
         "damping decides at resonance, for example at 121 rad/s, where 5th harmonic meets the 1st mode (mostly crank)"
     )
     assert reported(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")
+
+
+def test_the_error_of_a_figure_that_is_nearly_zero_does_not_count():
+    """The arm is symmetric and turns steadily: it does not bend, except for round-off."""
+    found = speeds(scene_from_text(edited(ARM, ("[run]", "[run]\ntheory = 'elastodynamic'"))), (40.0, 60.0, 3))
+    _, deflection, error = found.figures["deflection"]
+    assert np.all(deflection < 1e-9 * found.figures["u"][1])
+    assert np.any(error > 0.05 * deflection)
+    assert np.all(found.error < 0.05)
 
 
 class TestScaledQuantities:

@@ -158,7 +158,7 @@ def figure_errors(
     figures = [figure for figure in figures if keys is None or figure.key in keys]
     moving = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
     (off.closer or answer).search(moving)
-    errors = {figure.key: _of_motion(answer, figure, off.closer) for figure in moving}
+    errors = {figure.key: motion_errors(answer, figure, off.closer) for figure in moving}
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     corrected = [replace(each, follows=None) if _near(answer.scene, each, values) else each for each in others]
@@ -228,7 +228,7 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
     return sizes
 
 
-def _of_motion(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
+def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
     """Return the errors of all items of a rigid figure due to the spacing of the positions and to round-off.
 
     For a largest or smallest value, the error is the gain of a parabola at the peak. For an average, it is the change

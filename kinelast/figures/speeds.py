@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,19 @@ from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, S
 from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.errors import HEADLINE, HIGHER_ORDERS, LARGE, TIME, Estimate, figure_errors, stiffness_error
+from kinelast.figures.errors import (
+    HEADLINE,
+    HIGHER_ORDERS,
+    LARGE,
+    LITTLE,
+    TIME,
+    Estimate,
+    figure_errors,
+    motion_errors,
+    stiffness_error,
+)
 from kinelast.figures.leading_drive import nominal_speed
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS, ends, severities
+from kinelast.figures.limits import BROKEN, KEPT, SEVERITY, UNKNOWN, VERDICTS, ends, severities, severity
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
@@ -66,16 +76,18 @@ class SpeedLimit:
     Attributes
     ----------
     speed, above
-        Highest speed at which all limits are met with their errors (0.0 if there is none), and lowest speed at which
-        one is not.
+        Highest speed at which all limits are met and no link yields, also with the errors (0.0 if there is none), and
+        lowest speed at which this is not so.
     broken
-        Lowest speed at which a limit is violated by more than the error, infinite if not reached. From `above` to this
-        speed, limits are too close to decide.
+        Lowest speed at which a limit is violated by more than the error or a link yields, infinite if not reached. From
+        `above` to this speed, limits are too close to decide.
     limit, item
-        First limit that fails, and the number of its item. None if there is no steady state above, or if the figure is
-        unknown.
+        First limit that fails, and the number of its item; `STRENGTH` if a link yields. None if there is no steady
+        state above.
     resonance
         Mode with the strongest vibration at this speed; None if vibration adds little.
+    problem
+        Reason why the limit cannot be judged; empty if it is violated or too close to decide, or if a link yields.
     """
 
     speed: float
@@ -84,6 +96,7 @@ class SpeedLimit:
     limit: Limit | None
     item: int
     resonance: Resonance | None
+    problem: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,10 +115,12 @@ class Speeds:
     verdicts
         Verdict at each speed; empty if there are no limits.
     highest
-        Highest speed at which all limits are met with their errors, to within 0.2 %. 0.0 if they fail at the first
-        speed, None if there are no limits.
+        Highest speed at which all limits are met and no link yields, also with the errors, to within 0.2 %. 0.0 if this
+        fails at the first speed, None if there are no limits.
     limit
         First failure above `highest`; None if all limits are met at all speeds, or if there are none.
+    yielding
+        Lowest speed at which a link yields, and the number of its beam; None if none yields.
     between
         Speeds [rad/s or m/s], shape (n,), and values of `FIELDS`, shape (3, beams, n): a fine scan in reduced
         coordinates, corrected by the map.
@@ -127,6 +142,7 @@ class Speeds:
     verdicts: Sequence[str]
     highest: float | None
     limit: SpeedLimit | None
+    yielding: tuple[float, int] | None
     between: tuple[Reals, Reals]
     peaks: tuple[SpeedPeak, ...]
     unstable: tuple[tuple[float, float], ...]
@@ -135,13 +151,25 @@ class Speeds:
 
     @property
     def error(self) -> Reals:
-        """Largest relative error of deflection, stress and output, shape (speeds,)."""
+        """Largest relative error of deflection, stress and output, shape (speeds,).
+
+        The reference value is at least `LITTLE` times the largest field with the unit.
+        """
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
         read = [each for each in read if not np.isnan(each[1]).all()]  # no stress if the section depth is unknown
         if not read:
             return np.full(self.speed.shape, np.nan)
-        shares = [np.divide(error, value, out=0.0 * error, where=~(value <= 0.0)) for _, value, error in read]
+        bases = [np.maximum(value, LITTLE * self._largest(measure.unit)) for measure, value, _ in read]
+        shares = [
+            np.divide(error, base, out=0.0 * error, where=~(base <= 0.0))
+            for (_, _, error), base in zip(read, bases, strict=True)
+        ]
         return reduce(np.maximum, shares)
+
+    def _largest(self, unit: str) -> Reals:
+        """Return the largest field of beams with a unit at each speed."""
+        sizes = [value for measure, value, _ in self.figures.values() if measure.figure.fields and measure.unit == unit]
+        return reduce(np.fmax, sizes)
 
 
 @one_thread()
@@ -179,7 +207,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             scene.joints,
             damping_of(scene),
             still=partial(_largest, scene, still),
-            errors=partial(_errors, scene, figures),
+            errors=partial(_errors, scene, figures, cache(partial(_motion_shares, scene, figures))),
             on_speed=answering,
             resolved=resolved(scene.theory.accuracy or ACCURACY, judged=True),
         )
@@ -189,6 +217,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         search.find_peaks()
         unstable = search.find_borders()
         limit = _limit(scene, figures, still, search, nominal) if limits else None
+        yielding = _yielding(scene, figures, search, nominal)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
@@ -204,7 +233,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         name: (measure, *_with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
         for name, measure in measures_of(scene, figures).items()
     }
-    worst = [np.broadcast_to(each, steady.ratio.shape) for each in severities(scene, values, errors)]
+    worst = [np.broadcast_to(each, steady.ratio.shape) for each in _severities(scene, values, errors)]
     verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
     if gone.any():
         before = verdicts or [""] * len(gone)
@@ -225,6 +254,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         verdicts,
         highest,
         limit,
+        yielding,
         (drawn * nominal, curves),
         tuple(_peaks(mapped, search, nominal)),
         tuple((low * nominal, high * nominal) for low, high in unstable),
@@ -284,6 +314,7 @@ def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: C
 def _errors(
     scene: Scene,
     figures: Sequence[Figure],
+    of_motion: Callable[[int], Mapping[str, Reals]],
     bent: Deflection,
     finer: Deflection | None,
     displaced: Deflection | None,
@@ -291,7 +322,10 @@ def _errors(
     forces: float,
     left: float,
 ) -> Reals:
-    """Return the errors of all items of figures, as in a report, shape (rows,)."""
+    """Return the errors of all items of figures, as in a report, shape (rows,).
+
+    `of_motion` returns the relative errors of figures of the rigid motion for a number of positions.
+    """
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
     corrected = {TIME: finer, LARGE: displaced}
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
@@ -301,13 +335,30 @@ def _errors(
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
     stiff = stiffness_error(sizes["deflection"], by_key["deflection"])
-    rows = [
-        stiff * (1.0 + sizes[figure.key])
-        if figure.asked and not figure.rigid
-        else [error.size for error in by_key[figure.key]]
-        for figure in figures
-    ]
-    return np.concatenate(rows)
+    rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in figures if figure.asked and not figure.rigid}
+    shares_of_motion = of_motion(len(bent.motion.time) - 1)
+    rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
+    return np.concatenate([rows.get(figure.key, [error.size for error in by_key[figure.key]]) for figure in figures])
+
+
+def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
+    """Return the relative errors of figures of the rigid motion at `count` even positions, by key, shape (items,).
+
+    They are the same at all speeds, because the motion is.
+    """
+    moving = [figure for figure in figures if figure.of_motion(scene) and items_of(scene, figure.of)]
+    times = float(scene.run.cycle) * np.arange(count) / count
+    given = Cycle(scene, scene.course.at(times))
+    closer = Cycle(scene, scene.course.at(scene.course.closer(times)), between=True)
+    values, larger = magnitudes(given, moving), magnitudes(closer, moving)
+    shares = {}
+    for figure in moving:
+        value, other = values[figure.key], larger[figure.key]
+        errors = np.array([error.size for error in motion_errors(given, figure, closer)])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            errors = errors + np.where(figure.exact | (value == other), 0.0, np.abs(other - value))
+            shares[figure.key] = np.where(errors, errors / np.abs(value), 0.0)
+    return shares
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
@@ -331,22 +382,35 @@ def _curves(values: Mapping[str, Any]) -> Reals:
     return np.array([values[key] for key in FIELDS.values()])
 
 
+def _severities(scene: Scene, values: Mapping[str, Any], errors: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield the outcome of each limit at every speed, as indices into `SEVERITY`, and whether a link yields."""
+    yield from severities(scene, values, errors)
+    beams = _yieldable(scene)
+    if limits_of(scene) and beams:
+        safety = values[STRENGTH.figure][beams]
+        outcome = np.maximum(severity(STRENGTH, safety, errors[STRENGTH.figure][beams]), SEVERITY.index(UNKNOWN))
+        yield np.where(np.isnan(safety), SEVERITY.index(KEPT), outcome).min(axis=0)
+
+
 def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
     """Return the limit speed and the first limit that fails above it, or None if all limits are met.
 
-    Yielding is ignored here: the report on the speeds states it separately.
+    Yield counts as a limit, because no other limit can be judged if a link yields.
     """
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
+    rows += [(STRENGTH, beam) for beam in _yieldable(scene)]
 
     def used(answers: SpeedMap, side: float = 1.0) -> Reals:
         values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
-        without = {key: each for key, each in values.items() if key != STRENGTH.figure}
         shares = []
         for limit, item in rows:
+            if limit is STRENGTH:
+                shares.append(_near_yield(values, item, errors if side > 0.0 else {}))
+                continue
             share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
-            for _, refused in refusals(scene, limit.figure, [item], without):
+            for _, refused in _refusals(scene, limit, item, values):
                 share = np.where(refused, np.nan, share)
             shares.append(share)
         return np.array(np.broadcast_arrays(*shares))
@@ -357,17 +421,55 @@ def _limit(
     if bracket is None:
         return None
     low, above = bracket
-    shares = used(search.answers.map([above]))[:, 0]
-    if np.isnan(shares).any():
-        return SpeedLimit(low * nominal, above * nominal, above * nominal, None, -1, None)
+    answers = search.answers.map([above])
+    found = partial(SpeedLimit, low * nominal, above * nominal)
+    if not answers.stable.all():
+        return found(above * nominal, None, -1, None)
+    shares = used(answers)[:, 0]
+    parts = _by_figure(scene, figures, answers.values), _by_figure(scene, still, answers.quasi_static)
+    if not np.any(shares > 1.0):
+        limit, item = rows[int(np.isnan(shares).argmax())]
+        known = limit.figure in parts[0] and np.isfinite(parts[0][limit.figure][item]).all()
+        reasons = [words for words, refused in _refusals(scene, limit, item, parts[0]) if refused.any()]
+        reasons = reasons or ["its error is unknown" if known else "the figure is unknown"]
+        return found(above * nominal, limit, item, None, "; ".join(reasons))
     passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
     broken = math.inf if passed is None else passed[1] * nominal
-    limit, item = rows[int(shares.argmax())]
-    answers = search.answers.map([above])
-    parts = _by_figure(scene, figures, answers.values), _by_figure(scene, still, answers.quasi_static)
+    limit, item = rows[int(np.nan_to_num(shares, nan=0.0).argmax())]
     one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
     met = search.model.resonance(above) if one > AMPLIFIED * other else None
-    return SpeedLimit(low * nominal, above * nominal, broken, limit, item, met)
+    return found(broken, limit, item, met)
+
+
+def _yielding(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float) -> tuple[float, int] | None:
+    """Return the lowest speed at which a link yields, and the number of its beam; None if none yields."""
+    beams = _yieldable(scene)
+
+    def used(answers: SpeedMap) -> Reals:
+        values = _by_figure(scene, figures, answers.values)
+        return np.array([_near_yield(values, beam, {}) for beam in beams])
+
+    bracket = search.find_limit(Bounded(used, [SCANNED[STRENGTH.figure]] * len(beams), beams)) if beams else None
+    if bracket is None:
+        return None
+    return bracket[1] * nominal, beams[int(used(search.answers.map(bracket[1:])).argmax())]
+
+
+def _yieldable(scene: Scene) -> list[int]:
+    """Return the numbers of the beams with a known yield stress."""
+    return [beam for beam, section in enumerate(scene.sections) if np.isfinite(section.yield_stress).any()]
+
+
+def _near_yield(values: Mapping[str, Any], beam: int, errors: Mapping[str, Any]) -> Reals:
+    """Return the stress of a beam with its error over its yield stress, shape (speeds,); 0 if it is unknown."""
+    safety = values[STRENGTH.figure]
+    return np.where(np.isnan(safety[beam]), 0.0, _used(STRENGTH, safety, errors.get(STRENGTH.figure), beam, 1.0))
+
+
+def _refusals(scene: Scene, limit: Limit, item: int, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the reasons other than yield why a limit cannot be judged, each with flags of shape (speeds,)."""
+    without = {key: each for key, each in values.items() if key != STRENGTH.figure}
+    return refusals(scene, limit.figure, [item], without)
 
 
 def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:

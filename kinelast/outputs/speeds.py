@@ -1,6 +1,7 @@
 """Answer as a function of the drive speed: table, curves, plain data and words."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from kinelast.figures.leading_drive import leading_drive, speed_unit
 from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH
-from kinelast.figures.registry import figures_of
+from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
@@ -78,8 +79,8 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
     from matplotlib.figure import Figure
 
     mpl.rcParams["svg.hashsalt"] = "kinelast"
-    decides = _deciding_figure(result)
-    fields = [field for field in FIELDS if field != "w" or decides == FIELDS["w"]]
+    decides, limits = _deciding_figure(result), limits_of(scene)
+    fields = [field for field in FIELDS if field != "w" or any(limit.figure == FIELDS["w"] for limit in limits)]
     extra = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
     figure = Figure(figsize=(9, 3 * len([*fields, *extra])), layout="constrained")
     panels = figure.subplots(len([*fields, *extra]), 1, sharex=True)
@@ -93,6 +94,9 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
         for beam, name in enumerate(scene.beam_names):
             (line,) = axes.plot(between, scale * result.between[1][[*FIELDS].index(field), beam], label=name)
             axes.plot(speed, without[:, beam], ":", color=line.get_color(), lw=1)
+        for limit in limits:
+            if limit.figure == FIELDS[field]:
+                axes.axhline(scale * float(limit.bound), color="black", ls="-.", lw=1, label="limit")
         axes.set_ylabel(f"largest {words}")
         if np.nanmax(with_, initial=0.0) > 0.0:
             axes.set_yscale("log")
@@ -149,6 +153,7 @@ def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
     }
     return {
         "words": list(_words(result, scene)),
+        "outcome": _outcome(result, scene),
         "unit": speed_unit(scene),
         "speed": result.speed.tolist(),
         "asked": result.asked.tolist(),
@@ -226,13 +231,17 @@ def resonance_words(resonance: Resonance, scene: Scene) -> str:
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Describe the limit that fails above the limit speed, with its beam and resonance."""
+    """Describe the limit that fails above the limit speed, or the link that yields, and the resonance or reason."""
     if limit.limit is None:
-        return "above it no steady state exists: vibration grows"
+        return "no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
     names = {figure.key: figure.name for figure in figures_of(output_of(scene))}
     kind = kinds.get(limit.limit.kind) or names[limit.limit.figure]
     words = ", ".join(filter(None, (scene.shown_items(limit.limit.of)[limit.item], kind)))
+    if limit.problem:
+        words += f" cannot be judged: {limit.problem}"
+    elif limit.limit == STRENGTH:
+        words = f"{scene.beam_names[limit.item]} yields"
     return f"{words}: {resonance_words(limit.resonance, scene)}" if limit.resonance else words
 
 
@@ -243,11 +252,7 @@ def _item_of(limit: SpeedLimit, scene: Scene) -> str:
 
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     """Yield sentences on the limit speed, on speeds without a steady state, and on errors."""
-    unit = speed_unit(scene)
-
-    def printed(speed: Any) -> str:
-        return quantity(float(speed), unit, shown_in=scene.shown_in)
-
+    printed = _printed(scene)
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
@@ -255,30 +260,43 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     if beyond:
         first, last = printed(result.speed[beyond[0]]), printed(result.speed[beyond[-1]])
         yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
-    if result.highest is not None:
-        if not result.highest:
-            words = {TOO_NEAR: "are too close to decide", UNKNOWN: "cannot be judged"}
-            outcome = words.get(result.verdicts[0], "do not hold")
-            yield f"limits {outcome} at the lowest speed, {printed(result.speed[0])}"
-        elif result.limit is None and beyond:
-            yield f"all limits hold up to {printed(result.highest)}; above it a link buckles"
-        elif result.limit is None:
-            yield f"all limits hold up to {printed(result.highest)}, the highest requested speed"
-        else:
-            broken, near = result.limit.broken, ""
-            if broken > (1 + NEAR) * result.limit.above:
-                known = math.isfinite(broken)
-                near = f"; too close to decide up to {printed(broken)}" if known else "; above it too close to decide"
-            yield f"all limits hold up to {printed(result.highest)} ({limit_words(result.limit, scene)}){near}"
-    else:
-        yield "no limits are set: with [limits], the highest speed at which they hold is reported"
-    safety = result.figures.get(STRENGTH.figure)
-    if safety and len(yielding := np.flatnonzero(safety[1] < STRENGTH.bound)):
-        first = printed(result.speed[yielding[0]])
-        yield f"a link yields at {len(yielding)} of {len(result.speed)} speeds, from {first} on: no limit can be judged"
+    yield _outcome(result, scene)
+    yielding = result.figures[STRENGTH.figure][1] < STRENGTH.bound if result.yielding else np.zeros(0, bool)
+    if result.yielding and yielding.any():
+        first, link = printed(result.yielding[0]), scene.member_names[result.yielding[1]]
+        counts = Counter(verdict for verdict, yields in zip(result.verdicts, yielding, strict=False) if yields)
+        rows = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+        on = yielding[yielding.argmax() :].all()
+        where = f"from {first} ({link}) on" if on else f"first at {first} ({link})"
+        yield f"a link yields at {yielding.sum()} of {len(yielding)} speeds, {where}" + (f": {rows}" if rows else "")
     for low, high in result.unstable:
         yield f"no steady state from {printed(low)} to {printed(high)}: the links' vibration grows"
     yield from _error_words(result, scene, printed)
+
+
+def _printed(scene: Scene) -> Callable[[Any], str]:
+    """Return the function that prints a speed."""
+    return lambda speed: quantity(float(speed), speed_unit(scene), shown_in=scene.shown_in)
+
+
+def _outcome(result: Speeds, scene: Scene) -> str:
+    """Return the sentence on the limit speed."""
+    printed, limit = _printed(scene), result.limit
+    if result.highest is None:
+        return "no limits are set, so there is no limit speed"
+    if not result.highest:
+        words = {TOO_NEAR: "are too close to decide", UNKNOWN: "cannot be judged"}
+        outcome = words.get(result.verdicts[0], "do not hold")
+        why = f" ({limit_words(limit, scene)})" if limit else ""
+        return f"limits {outcome} at the lowest speed, {printed(result.speed[0])}{why}"
+    hold = f"all limits hold up to {printed(result.highest)}"
+    if limit is None:
+        return f"{hold}; above it a link buckles" if any(result.buckles) else f"{hold}, the highest requested speed"
+    near = ""
+    if limit.broken > (1 + NEAR) * limit.above:
+        known = math.isfinite(limit.broken)
+        near = f"; too close to decide up to {printed(limit.broken)}" if known else "; above it too close to decide"
+    return f"{hold} ({limit_words(limit, scene)}){near}"
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:

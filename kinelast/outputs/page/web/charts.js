@@ -148,9 +148,10 @@ function chart(holder, heading, unit, asked, options = {}) {
     at.style.transform = `translateX(${x}px)`;
     at.hidden = !(x >= -1 && x <= made.plot.over.clientWidth + 1);
   }
-  // Words over curves: shaded ranges of x, dashed lines with names, names of peaks; none over another.
+  // Words over curves: shaded ranges of x, dashed lines at x and dotted ones at y with names, names of peaks; none over
+  // another.
   function annotate(plot) {
-    const { ranges = [], lines = [], peaks = [] } = options.notes ?? {},
+    const { ranges = [], lines = [], bounds = [], peaks = [] } = options.notes ?? {},
       pen = plot.ctx,
       { left, top, width, height } = plot.bbox,
       one = devicePixelRatio || 1;
@@ -173,9 +174,22 @@ function chart(holder, heading, unit, asked, options = {}) {
       pen.moveTo(at(x), top);
       pen.lineTo(at(x), top + height);
       pen.stroke();
-      const right = at(x) + 4 * one + pen.measureText(words).width < left + width;
+      const [before, after] = [at(x) - left - 4 * one, left + width - at(x) - 4 * one];
+      const right = pen.measureText(words).width < after || after > before;
       pen.textAlign = right ? "left" : "right";
-      pen.fillText(words, at(x) + (right ? 4 : -4) * one, top + 12 * one);
+      wrapped(words, right ? after : before, pen).forEach((part, k) =>
+        pen.fillText(part, at(x) + (right ? 4 : -4) * one, top + 12 * one * (k + 1))
+      );
+    }
+    pen.setLineDash([2 * one, 3 * one]);
+    pen.textAlign = "left";
+    for (const [value, words] of bounds) {
+      const y = plot.valToPos(value * made.factor, "y", true);
+      pen.beginPath();
+      pen.moveTo(left, y);
+      pen.lineTo(left + width, y);
+      pen.stroke();
+      pen.fillText(words, left + 4 * one, y - 4 * one);
     }
     pen.textAlign = "center";
     const taken = [],
@@ -308,6 +322,17 @@ function chart(holder, heading, unit, asked, options = {}) {
 
 follow((i) => charts.forEach((made) => made.follow(i)));
 const restyle = () => charts.forEach((made) => made.build());
+
+// Words in lines that are no longer than the room, if each word fits.
+function wrapped(words, room, pen) {
+  const lines = [];
+  for (const word of words.split(" ")) {
+    const longer = lines.length ? `${lines[lines.length - 1]} ${word}` : "";
+    if (longer && pen.measureText(longer).width < room) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
+}
 
 // Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the
 // first.

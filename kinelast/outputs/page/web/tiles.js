@@ -8,7 +8,7 @@ function tiles() {
   const where = (figure) =>
     [memberOf(figure.label), placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
   const driven = Object.entries(drives).map(([name, drive]) => driveTile(name, drive));
-  const shown = [decidingTile(), stressTile(where)];
+  const shown = [decidingTile(), limitSpeedTile(), stressTile(where)];
   if (output && suited) {
     const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
     const place = [`${kind} ${output.name}`, atWords(output)].filter(Boolean).join(", ");
@@ -159,6 +159,17 @@ function decidingTile() {
       means,
     },
   );
+}
+
+// Limit speed of a study of speeds.
+function limitSpeedTile() {
+  const { highest_within_limits: highest = null, outcome, unit } = summary.speeds ?? {};
+  if (highest === null) return null;
+  const means = "highest speed of the drive up to which all limits hold and no link yields";
+  return tile("Limit speed", highest ? quantity(highest, unit) : "none", outcome, {
+    level: highest ? "" : "poor",
+    means,
+  });
 }
 
 function stressTile(where) {
