@@ -628,7 +628,7 @@ class TestLargeDisplacement:
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)
         off = abs(abs(summary["largest_deflection"]["value"]) / 0.0596 - 1)
         assert off < 0.012
-        assert off < summary["theory"]["error"] < 0.3
+        assert off < summary["theory"]["error"] < 0.2
 
     @pytest.mark.exhaustive
     @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])

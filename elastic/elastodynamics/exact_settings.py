@@ -36,6 +36,9 @@ class ExactSettings:
         remainder.
     newton_fastest
         Frequency limit for inertia beyond the coordinates, relative to the limit of the other steps, which mix more.
+    max_rough
+        Remainder / tolerance above which Newton's method starts again, with the interpolated residual of a coarser
+        answer.
     balance, max_balances
         Tolerance of the section forces of rotated beams, relative to the largest force, and maximum number of
         iterations.
@@ -69,6 +72,7 @@ class ExactSettings:
     filtered_change: float = 0.3
     max_in_vain: int = 2
     newton_fastest: float = 0.5
+    max_rough: float = 3.0
     balance: float = 1e-3
     max_balances: int = 4
     first_load_share: float = 0.5

@@ -19,7 +19,7 @@ import numpy as np
 from elastic.elastodynamics.displaced_links import Displaced, ExactLoads, exact_loads
 from elastic.elastodynamics.exact_residual import Response, begin, mixed, stepped, unbalanced
 from elastic.elastodynamics.exact_settings import SETTINGS
-from elastic.elastodynamics.newton import settled_by_newton
+from elastic.elastodynamics.newton import settled_by_newton, without_residual
 from elastic.elastodynamics.point_effects import sliding_rows
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled, Sliding, places_of
@@ -73,9 +73,15 @@ def settled_links(
         Initial links on the same grid; by default, the linear answer.
     """
     if begun is not None and begun.shortened is not None:
-        settled = settled_by_newton(linear, tolerance, fastest, begun)
-        if settled is not None:
-            return settled
+        starts = without_residual(begun), begun  # an interpolated residual is rough
+        found: list[Settled] = []
+        for start in starts:
+            settled = settled_by_newton(linear, tolerance, fastest, start)
+            found += [settled] if settled else []
+            if settled and settled.open <= SETTINGS.max_rough * tolerance:
+                break
+        if found:
+            return min(found, key=lambda each: each.open)
         begun = None
     best = _by_linear_steps(linear, tolerance, fastest, loads_of, sliding, begun)
     if best.open <= tolerance or loads_of is not exact_loads or has_dry_friction(linear.motion.mechanism):

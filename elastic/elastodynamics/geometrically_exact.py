@@ -10,7 +10,7 @@ from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_residual import carried_over
 from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, next_step, settled_links
-from elastic.elastodynamics.newton import newly_shortened, settled_by_newton, without_residual
+from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
@@ -218,7 +218,7 @@ def _carried(known: Displaced, vibration: Vibration, before: Discretization, now
     if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
         return None
     there = carried_over(known, vibration, now.per_coordinate_of(before))
-    return there if known.shortened is None else newly_shortened(without_residual(there))
+    return there if known.shortened is None else newly_shortened(there)
 
 
 def _off(found: Elastodynamic) -> float:

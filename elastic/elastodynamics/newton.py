@@ -55,14 +55,12 @@ def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near:
 
 def _with_foreshortening(now: Displaced) -> Displaced:
     """Separate the foreshortening from the residual response."""
-    if now.shortened is not None:
-        return now
-    return newly_shortened(without_residual(now))
+    return now if now.shortened is not None else without_residual(now)
 
 
 def without_residual(now: Displaced) -> Displaced:
-    """Set the residual response to zero."""
-    return replace(now, residual=_scaled_residual(now, 0.0))
+    """Set the residual response to zero, and compute the foreshortening anew."""
+    return newly_shortened(replace(now, residual=_scaled_residual(now, 0.0)))
 
 
 def _scaled(now: Displaced, share: float) -> Displaced:
@@ -126,7 +124,7 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         high, residual = SETTINGS.min_fall * residual, settled.residual_share
         filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
         in_vain = in_vain + 1 if filtered and residual > high else 0
-        # the first step only adds the residual response, so the second may be larger
+        # the first step mostly adds the residual response, so the second may be larger
         growing = count > 2 and size > SETTINGS.max_newton_ratio * last
         if done <= tolerance or in_vain == SETTINGS.max_in_vain or growing or not np.isfinite(size):
             break
