@@ -18,6 +18,7 @@ BEAMS = 10.0  # tolerance of a single beam's deflection, relative to the overall
 FORCES = 10.0  # same of the section forces
 FURTHER = 0.4  # tolerance of a finer answer, relative to that of the answer it is compared with
 STATIONS = 21
+BENT = 1e-6  # smallest reference of a beam's deflection, relative to the largest displacement; less is round-off
 TINY = float(np.finfo(float).tiny)
 
 
@@ -75,8 +76,9 @@ class Settled:
             return 0.0
         parts = (self.displaced.moved.beams[1:, ..., 0], self.change, self.residual)
         chord, *off = (np.abs(chord_of(linear, part, stations)).max(axis=(1, 2), initial=0.0) for part in parts)
-        base = reference_deflection(members_of(linear.motion.mechanism).greatest(chord))
-        return float((np.maximum(*off) / np.maximum(base, TINY)).max(initial=0.0))
+        least = BENT * np.abs(places_of(self.displaced.moved)).max(initial=TINY)
+        base = np.maximum(reference_deflection(members_of(linear.motion.mechanism).greatest(chord)), least)
+        return float((np.maximum(*off) / base).max(initial=0.0))
 
     @property
     def open(self) -> float:
