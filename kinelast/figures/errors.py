@@ -153,7 +153,7 @@ def figure_errors(
     """
     none: dict[str, list[FigureError]] = {figure.key: [] for figure in figures if not items_of(answer.scene, figure.of)}
     figures = [figure for figure in figures if figure.key not in none]
-    values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
+    values = magnitudes(answer, [figure for figure in figures if not figure.rigid and figure.follows is None])
     scales = _scales(answer.scene, {figure.key: figure for figure in figures}, values)
     figures = [figure for figure in figures if keys is None or figure.key in keys]
     moving = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
@@ -357,9 +357,14 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     """Return the main figures: the headline figures, the output, and figures with limits."""
     by_key = {figure.key: figure for figure in figures}
     figures = [figure for figure in figures if items_of(scene, figure.of)]
-    values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
+    limited = limited_figures(scene, figures)
+    values = magnitudes(
+        answer, [each for each in figures if not each.rigid and (each.follows is None or each in limited)]
+    )
     motion = [figure for figure in figures if figure.of_motion(scene)]
-    values |= magnitudes(off.closer or answer, motion if not scene.labels else limited_figures(scene, motion))
+    values |= magnitudes(
+        off.closer or answer, motion if not scene.labels else [each for each in motion if each in limited]
+    )
     scales = _scales(scene, by_key, values)
     chosen = dict.fromkeys(_read(scene, by_key, values))
     errors = figure_errors(answer, figures, off, {key for key, _ in chosen})
