@@ -98,9 +98,24 @@ class Displaced:
 
     @cached_property
     def viscous(self) -> Reals:
-        """Damping parts of the forces of all strains, times the weights of their points, shape (points, rows)."""
+        """Damping parts of the forces of all strains, times the weights of their points, shape (points, rows).
+
+        Sections are not rotated; see `damped`.
+        """
         problem = self.vibration.problem
         return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
+
+    @property
+    def damped(self) -> Reals:
+        """`viscous` with the axial force of the rotated sections, whose strain is that of N instead of Re P."""
+        terms = self.vibration.problem.terms
+        structure, grid = terms.kinematics.structure, terms.grid
+        turned = ((np.exp(-1j * self.moved.phi[..., 0]) - 1.0) * self.force).real * structure.weights
+        rates = grid.derivative(turned[1:].reshape(len(turned) - 1, -1), 1)
+        size = structure.weights.size
+        parts = self.viscous.copy()
+        parts[:, :size] += self.vibration.problem.speed * terms.damping.per_row(structure)[:size] * rates
+        return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +141,7 @@ def exact_loads(now: Displaced) -> ExactLoads:
     structure, grid = kinds.structure, problem.terms.grid
     shape, size = structure.weights.shape, structure.weights.size
     directions, series = beam_directions(motion).T[1:], to_powers(shape[-1]).T
-    accelerations, viscous = now.accelerations, now.viscous
+    accelerations, viscous = now.accelerations, now.damped
     inertia = -masses(structure) * accelerations
     damped_N, damped_M, damped_Q = (
         viscous[:, k * size : (k + 1) * size].reshape(-1, *shape) / structure.weights for k in range(3)
