@@ -16,6 +16,7 @@ from kinelast.cli.command import main
 from kinelast.figures.checks import nearer
 from kinelast.figures.errors import LARGE, FigureError, GradedFigure
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
+from kinelast.figures.ranges import yield_words
 from kinelast.figures.report import Verdict, report_from
 from kinelast.figures.summary import report_of
 from kinelast.outputs.print_page import MARGIN, Paragraph
@@ -245,3 +246,17 @@ def test_lines_of_the_print_fill_its_width(size, weight):
     paper = 8.27 - 2 * MARGIN
     assert len(widths) > 2
     assert all(0.85 * paper < width <= paper for width in widths)
+
+
+@pytest.mark.parametrize(
+    ("safeties", "others"),
+    [
+        ([0.5, 2.0, 2.0], ""),
+        ([0.5, 0.9, 2.0], "; coupler yields too"),
+        ([0.5, 0.9, 0.8], "; rocker and coupler yield too"),
+    ],
+)
+def test_all_links_that_yield_are_named(safeties, others):
+    scene = kinelast.load("steel_four_bar")
+    assert scene.member_names == ("crank", "coupler", "rocker")
+    assert yield_words(scene, safeties) == f"stress is 2 times the yield strength of crank{others}"
