@@ -21,11 +21,12 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Marks of a scene except points, corners of its extent, and arrays to position marks, (items, positions).
+    """Marks of a scene except points and masses, corners of its extent, and arrays, (items, positions).
 
     The arrays are complex: `origin` and `direction` of the links, and `spin` of bodies that are not links.
     """
-    marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in symbols.POINTS]
+    on_points = (*symbols.POINTS, symbols.MASS)  # the tables draw these
+    marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in on_points]
     corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
     spins = [mark.direction(motion) for mark in marks if mark.spin]
     rows = {"origin": motion.origin, "direction": motion.direction, "spin": spins}
@@ -90,7 +91,7 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
         "title": str(tables.get("title", "")),
         "units": str(tables.get("units", "m")),
     }
-    return content | {"pins": point_marks(content), "discs": mass_marks(content)}
+    return content | {"pins": point_marks(content), "discs": mass_marks(tables)}
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
@@ -100,9 +101,12 @@ def point_marks(sheet: Tables) -> list[dict[str, Any]]:
     return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]
 
 
-def mass_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Discs at point masses, which a mechanism no longer stores separately."""
-    return [symbols.mass(Spot("", name)).plain() for name in sheet["masses"]]
+def mass_marks(tables: Tables) -> list[dict[str, Any]]:
+    """Discs at point masses, those of links included."""
+    links = tables.get("links")
+    owners = [tables, *(links.values() if isinstance(links, dict) else ())]
+    given = [owner["masses"] for owner in owners if isinstance(owner, dict) and isinstance(owner.get("masses"), dict)]
+    return [symbols.mass(Spot("", name)).plain() for name in dict.fromkeys(name for masses in given for name in masses)]
 
 
 def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:

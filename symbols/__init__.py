@@ -17,13 +17,13 @@ from symbols.joints import (
 )
 from symbols.marks import INK, LEVELS, LINK, NONE, SHADE, SOFT, UNDER, Line, Mark, Spot, anchor
 from symbols.mechanism import extent_of, marks_of, plain_marks
-from symbols.parts import DRIVE, arrow, cylinder, mass, spring, torsion_spring, turn_arrow, wheels_of_pair
+from symbols.parts import DRIVE, MASS, arrow, cylinder, mass, spring, torsion_spring, turn_arrow, wheels_of_pair
 
 __all__ = [
-    "BLOCK", "BLOCK_CORNERS", "DRIVE", "INK", "JOINTS", "LEVELS", "LINK", "NONE", "PEDESTAL", "PIN_RADIUS", "POINTS",
-    "SHADE", "SOFT", "UNDER", "Line", "Mark", "Spot", "anchor", "arrow", "cylinder", "extent_of", "hull", "marks_of",
-    "mass", "pin", "plain_marks", "rails", "spot", "spring", "support", "torsion_spring", "travel", "turn_arrow",
-    "weld", "wheels_of_pair",
+    "BLOCK", "BLOCK_CORNERS", "DRIVE", "INK", "JOINTS", "LEVELS", "LINK", "MASS", "NONE", "PEDESTAL", "PIN_RADIUS",
+    "POINTS", "SHADE", "SOFT", "UNDER", "Line", "Mark", "Spot", "anchor", "arrow", "cylinder", "extent_of", "hull",
+    "marks_of", "mass", "pin", "plain_marks", "rails", "spot", "spring", "support", "torsion_spring", "travel",
+    "turn_arrow", "weld", "wheels_of_pair",
 ]  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from rigid import GROUND, Mechanism, PinDrive, PointLoad, SliderDrive, Spring, T
 from rigid.joints import Placed
 from symbols.joints import pin, slider_marks, spot, support, travel, weld
 from symbols.marks import LEVELS, Mark, Spot, anchor
-from symbols.parts import arrow, belt, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
+from symbols.parts import arrow, belt, mass, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
 
 SYMBOLS = 45  # size of a drawing / usual size of a symbol
 ROUND = 1e-6  # largest variation of the distance of two wheels, relative to it
@@ -18,7 +18,7 @@ Drive = PinDrive | SliderDrive
 
 
 def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
-    """Return the marks of all joints, supports, gears, springs, loads, drives and other parts, from back to front.
+    """Return the marks of joints, supports, gears, springs, loads, point masses, drives and parts, from back to front.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
     mechanism, parts = placed.mechanism, [*parts]
     size = mechanism.size / SYMBOLS
     replaced = {mark.replaces for mark in parts}
-    marks = [*_gears(placed), *parts, *_loads(mechanism)]
+    marks = [*_gears(placed), *parts, *_masses(mechanism), *_loads(mechanism)]
     for slider in mechanism.sliders:
         if slider.name not in replaced:
             marks += slider_marks(placed, slider, travel(placed, slider), size)
@@ -59,6 +59,14 @@ def _points(mechanism: Mechanism) -> Iterator[Mark]:
         if GROUND in links:
             yield from support(Spot(GROUND, point))
         yield weld(at) if point in mechanism.welded_points else pin(at)
+
+
+def _masses(mechanism: Mechanism) -> Iterator[Mark]:
+    """Discs at point masses. The last lump of a link without beams is its own mass."""
+    for link in mechanism.links:
+        for lump in link.lumps if link.beams else link.lumps[:-1]:
+            if np.any(lump.mass) and not np.any(lump.inertia) and not np.any(lump.offset):
+                yield mass(Spot(link.name, lump.point))
 
 
 def _loads(mechanism: Mechanism) -> Iterator[Mark]:

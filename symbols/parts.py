@@ -6,10 +6,12 @@ import numpy as np
 
 from rigid import GROUND
 from rigid.teeth import pitch_reach
-from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, SHADE, SOFT, UNDER, Line, Mark, Spot
+from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, SOFT, UNDER, Line, Mark, Spot
 
 DRIVE = "drive"
 """Kind of the arrows of drives."""
+MASS = "mass"
+"""Kind of the discs at point masses."""
 TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angle of the arrow around a driven pin
 TURN_RADIUS = 2.2
 HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # arrow head that points to the right
@@ -85,7 +87,7 @@ def belt(at: Spot, to: Spot) -> Mark:
 
 def mass(at: Spot) -> Mark:
     """A disc behind the pin."""
-    return Mark("mass", at, radius=(1.1, 0.0), stroke=NONE, fill=SHADE, level=GROUND_LEVEL)
+    return Mark(MASS, at, radius=(1.35, 0.0), stroke=NONE, fill=SOFT, level=GROUND_LEVEL)
 
 
 def cylinder(at: Spot, to: Spot, length: float, slider: str) -> list[Mark]:

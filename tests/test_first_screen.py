@@ -121,7 +121,7 @@ def test_page_and_print_file_are_one_sheet(name, driver, out):
     from pypdf import PdfReader
 
     page = Page(driver, out / name / "report.html", folded=True)
-    printed = page.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]
+    printed, figures = page.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"], []
     for file in (io.BytesIO(base64.b64decode(printed)), out / name / "report.pdf"):
         pages = PdfReader(file).pages
         assert len(pages) == 1
@@ -129,9 +129,15 @@ def test_page_and_print_file_are_one_sheet(name, driver, out):
         for heading in ("Assumptions", "Checked", "mm" if name == "buckled" else "displacements drawn"):
             assert heading in words
         assert "Why?" not in words  # a link is useless on paper
+        assert re.search(r"\b(2|\d\d/\d\d/2)\d\d\d\b", words)  # the date
+        if name == "steel_four_bar":
+            assert re.search(r"All (fi|ﬁ)gures are reliable\.", words), words
+            assert "coupler" in words  # one text; a halo would be a second one
+            figures.append(re.findall(r"[\d.]+(?:°| kN·m| N·m| mN·m) ± \S+ %", words)[:2])
         if name == MANY_LIMITS:
             assert "transmission angle" in words
             assert re.search(r"8[89]\.?\d* %", words)
+    assert len(set(map(tuple, figures))) == (name == "steel_four_bar"), figures
 
 
 def test_a_chart_draws_six_distinguishable_curves(driver, out):

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 from browser import Page
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 from msgspec.structs import replace
 
 import kinelast.scene
@@ -14,8 +16,10 @@ from kinelast.cli.command import main
 from kinelast.figures.checks import nearer
 from kinelast.figures.errors import LARGE, FigureError, GradedFigure
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
+from kinelast.figures.ranges import yield_words
 from kinelast.figures.report import Verdict, report_from
 from kinelast.figures.summary import report_of
+from kinelast.outputs.print_page import MARGIN, Paragraph
 from kinelast.outputs.words import MAX_NAMED, assumptions, error_words, verdict_words
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
@@ -244,6 +248,7 @@ def test_the_print_states_loads_sections_and_motor_ratings():
     scene = kinelast.scene_from_text(text.replace('speed = "300 rpm"', 'speed = "300 rpm"\nmotor = "servo"'))
     said = " ".join(assumptions(report_of(computed(scene, Request()))))
     assert "point load 2 kN on ram" in said
+    assert "Masses in addition to beams: 1.2 kg on ram at B." in said
     assert "Sections: bar A 96 mm², I 1152 mm⁴." in said
     assert "Motors: crank: rated torque 2.4 N·m." in said
 
@@ -303,3 +308,28 @@ def test_a_large_reserve_fits_its_tile(driver, out):
     assert page.run("return document.querySelector('.tile .value').textContent") == "reserve > 1000"
     wide = "return Array.from(document.querySelectorAll('.tile'), (each) => each.scrollWidth - each.clientWidth)"
     assert max(page.run(wide)) <= 0
+
+
+@pytest.mark.parametrize(("size", "weight"), [(8.5, "normal"), (11, "bold")])
+def test_lines_of_the_print_fill_its_width(size, weight):
+    words = "Acceptable: motor speed (crank) 3000 rpm ± < 0.01 % (limit 5000 rpm), tightest of 6 limits. " * 4
+    *full, _ = (Paragraph(words, size, weight=weight)).lines
+    font = FontProperties(size=size, weight=weight)
+    widths = [text_to_path.get_text_width_height_descent(line, font, False)[0] / 72 for line in full]
+    paper = 8.27 - 2 * MARGIN
+    assert len(widths) > 2
+    assert all(0.85 * paper < width <= paper for width in widths)
+
+
+@pytest.mark.parametrize(
+    ("safeties", "others"),
+    [
+        ([0.5, 2.0, 2.0], ""),
+        ([0.5, 0.9, 2.0], "; coupler yields too"),
+        ([0.5, 0.9, 0.8], "; rocker and coupler yield too"),
+    ],
+)
+def test_all_links_that_yield_are_named(safeties, others):
+    scene = kinelast.load("steel_four_bar")
+    assert scene.member_names == ("crank", "coupler", "rocker")
+    assert yield_words(scene, safeties) == f"stress is 2 times the yield strength of crank{others}"

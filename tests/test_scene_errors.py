@@ -79,6 +79,7 @@ MISTAKES = [
     ("a text without quotes", FOUR_BAR, [('"rectangle"', "rectangle  # of steel")], "", "", 'as in "rectangle"$'),
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
+    ("key with a shorter part", FOUR_BAR, [("E =", 'yield_stress = "235 MPa"\nE =')], "materials.steel", "yield_stress", 'did you mean "yield"'),
     ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),
     ("unknown key, few choices", FOUR_BAR, [("positions", "count")], "run", "count", 'there is "positions", "duration"'),
     ("missing key", FOUR_BAR, [("density = 7850", "")], "materials.steel", "density", "the key is missing"),

@@ -1,5 +1,6 @@
 """Claims about the display list: marks lie on their links, and their plain data say the same."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ from test_stops import FOUR_BAR, SLIDER_CRANK, stop
 from kinelast import load, scene_from_text
 from kinelast.scene.data import scene_motion
 from kinelast.scene.parts import symbols_of
+from live.marks import scene_marks, sheet
 from rigid import position_of
-from symbols import anchor, extent_of, marks_of
+from symbols import PIN_RADIUS, anchor, extent_of, marks_of
 
 SIZE = 0.01
 GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
@@ -93,3 +95,18 @@ def test_cylinders_replace_the_sliders_that_they_push():
     kinds = [mark.kind for mark in marks_of(scene_motion(scene, 12), symbols_of(scene))]
     assert (kinds.count("barrel"), kinds.count("rod")) == (3, 3)
     assert not {"block", "rail"} & {*kinds}
+
+
+ON_ROCKER = FOUR_BAR.replace("links.rocker = {", "links.rocker = {masses = {C = 15.0}, ")
+
+
+@pytest.mark.parametrize("text", [FOUR_BAR + "[masses]\nC = 15.0\n", ON_ROCKER])
+def test_a_point_mass_is_drawn_at_its_point(text):
+    moved, marks = listed(text)
+    (disc,) = (mark for mark in marks if mark.kind == "mass")
+    assert anchor(moved, disc.at) == pytest.approx(position_of(moved, "rocker", "C"))
+    assert disc.radius[0] > PIN_RADIUS
+    content = sheet(tomllib.loads(text))
+    assert [mark["at"]["point"] for mark in content["discs"]] == ["C"]
+    moving, _ = scene_marks(scene_from_text(text), moved)
+    assert "mass" not in {mark["kind"] for mark in moving["marks"]}, "the editor draws one disc"

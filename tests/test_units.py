@@ -12,6 +12,7 @@ from elastic import PRIMARY, deflection
 from kinelast import scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.data import scene_motion
+from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import RAISED, beside, coordinate, quantity
 from kinelast.scene.units import Quantity
@@ -148,6 +149,11 @@ class TestUnitsOfTheScene:
         scene = scene_from_text(WRITTEN.replace('speed = "900 rpm"', 'speed = "15 rev/s"\nstart = "1 rad"'))
         assert scene.shown_in["rad/s"] == (pytest.approx(1 / (2 * np.pi)), "rev/s")
         assert scene.shown_in["m"] == (1e3, "mm")
+
+    def test_a_changed_speed_is_shown_in_the_unit_of_the_scene(self):
+        document = document_from_text(WRITTEN).with_changes("drives.crank.speed=334 rpm")
+        assert quantity(100.0, "rad/s", 3, document.scene.shown_in) == "955 rpm"
+        assert document.value("drives.crank.speed", "334 rpm") == document.scene.laws[0].speed
 
     @pytest.mark.parametrize("unit", ["m^2", "m^4", "m^3/s", "kg/m^3", "1/K", "m/s^2", "W/m^2", "N/m", "N m", "Pa"])
     def test_printed_quantities_are_read_back(self, unit):

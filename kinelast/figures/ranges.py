@@ -14,6 +14,7 @@ from machine import Range
 from rigid.arrays import Flags
 
 CHECKS = [check for part in PARTS for check in part.checks]
+MAX_NAMED = 3  # maximum number of yielding links in addition to the worst
 STRENGTH = Limit("safety", 1.0, least=True)  # beyond yield, the links do not stay elastic
 
 
@@ -31,12 +32,14 @@ def can_yield(scene: Scene) -> bool:
 
 
 def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
-    """Return a sentence with the largest stress as a multiple of the yield strength; empty if no link yields."""
+    """Return the largest stress as a multiple of the yield strength, and the other links that yield; empty if none."""
     known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
     if not known:
         return ""
-    beam = min(known, key=lambda each: known[each])
-    return f"stress is {number(1.0 / known[beam], 3)} times the yield strength of {scene.member_names[beam]}"
+    worst, *others = dict.fromkeys(scene.member_names[each] for each in sorted(known, key=lambda each: known[each]))
+    named = others if len(others) <= MAX_NAMED else [*others[: MAX_NAMED - 1], f"{len(others) - MAX_NAMED + 1} more"]
+    more = f"; {' and '.join(named)} yield{'s' * (len(others) == 1)} too" if others else ""
+    return f"stress is {number(1.0 / min(known.values()), 3)} times the yield strength of {worst}{more}"
 
 
 def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import date
+from functools import cached_property
 from pathlib import Path
-from textwrap import wrap
 from typing import Any
 
 from kinelast.figures.limits import BROKEN, KEPT
@@ -12,22 +13,25 @@ from kinelast.figures.results import Results
 from kinelast.outputs.charts import INK, SOFT, STYLE
 from kinelast.outputs.pictures import draw_mechanism
 from kinelast.outputs.words import (
-    LEVELS,
     assumptions,
     checked,
     error_words,
     least_safety,
     limit_rows,
     magnitude,
+    output_words,
     size,
+    to_read,
+    trust_words,
     verdict_words,
 )
 from kinelast.scene.numbers import number
 from kinelast.scene.reading import GOOD, Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
+WIDTH = PAPER.real - 2 * MARGIN  # [in]
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
-LETTER, LINE = 0.55, 1.35  # width of a letter and height of a line, relative to the font size
+LINE = 1.35  # height of a line, relative to the font size
 MOST_LIMITS = 12
 MOST_LINES = 3  # font sizes of the title and the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
@@ -44,11 +48,25 @@ class Paragraph:
     above: float = 0.0
     most: int = 100
 
-    @property
+    @cached_property
     def lines(self) -> list[str]:
         """The words as lines that fit the paper."""
-        fitting = int((PAPER.real - 2 * MARGIN) * 72 / (LETTER * self.size))
-        return wrap(self.words, fitting, max_lines=self.most, placeholder=" …")
+        lines: list[str] = []
+        for word in self.words.split():
+            longer = f"{lines[-1]} {word}" if lines else ""
+            if longer and self._width(longer) <= WIDTH:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+        return lines if len(lines) <= self.most else [*lines[: self.most - 1], f"{lines[self.most - 1]} …"]
+
+    def _width(self, words: str) -> float:
+        """Return the width of words in one line [in]."""
+        from matplotlib.font_manager import FontProperties
+        from matplotlib.textpath import text_to_path
+
+        font = FontProperties(size=self.size, weight=self.weight)
+        return float(text_to_path.get_text_width_height_descent(words, font, ismath=False)[0]) / 72
 
     @property
     def height(self) -> float:
@@ -62,6 +80,7 @@ def write_page(path: Path, results: Results, report: Report) -> None:
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
 
+    report = to_read(report)
     head, foot = list(_head(report)), list(_foot(report))
     room = PAPER.imag - 2 * MARGIN - sum(each.height for each in (*head, *foot)) - 2 * GAP
     tall = min(max(room, LEAST_PICTURE), MOST_PICTURE)
@@ -69,9 +88,8 @@ def write_page(path: Path, results: Results, report: Report) -> None:
         figure = Figure(figsize=(PAPER.real, PAPER.imag))
         FigureCanvasPdf(figure)
         below = _write(figure, head, PAPER.imag - MARGIN) - GAP - tall
-        wide = PAPER.real - 2 * MARGIN
-        box = (MARGIN / PAPER.real, below / PAPER.imag, wide / PAPER.real, tall / PAPER.imag)
-        draw_mechanism(results, figure.add_axes(box, frameon=False), complex(wide, tall))
+        box = (MARGIN / PAPER.real, below / PAPER.imag, WIDTH / PAPER.real, tall / PAPER.imag)
+        draw_mechanism(results, figure.add_axes(box, frameon=False), complex(WIDTH, tall))
         _write(figure, foot, below - GAP)
         figure.savefig(path, format="pdf", metadata=dict.fromkeys(("CreationDate", "Producer", "Creator")))
 
@@ -90,16 +108,18 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
 
 def _head(report: Report) -> Iterator[Paragraph]:
     """Yield title and verdict."""
-    scene, accepted, trust = report.scene, report.acceptance, report.reliability
+    scene, accepted = report.scene, report.acceptance
     yield Paragraph(scene.title, 15, weight="bold", most=MOST_LINES)
     yield Paragraph(scene.source, 7.5, SOFT, most=MOST_LINES)
     colour = AMBER if accepted.verdict else INK
     if accepted.passed is not None:
         colour = GREEN if accepted.passed else RED
-    words = verdict_words(report)
-    yield Paragraph(f"{words[:1].upper()}{words[1:]}.", 11, colour, "bold", GAP)
-    if trust.level != GOOD:
-        yield Paragraph(f"{LEVELS[trust.level].capitalize()}: {', '.join(trust.reasons)}.", 9, AMBER)
+    verdict, yields = verdict_words(report), report.yields or ""
+    said = [verdict, yields] if accepted.verdict or not yields else [yields]
+    words = " ".join(f"{_capital(each)}." for each in said if each and (each is verdict or each not in verdict))
+    yield Paragraph(words, 11, RED if yields else colour, "bold", GAP)
+    words, level = trust_words(report)
+    yield Paragraph(f"{_capital(words)}.", 9, INK if level == GOOD else AMBER)
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
@@ -116,10 +136,15 @@ def _foot(report: Report) -> Iterator[Paragraph]:
     yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
     yield from (Paragraph(each, most=MOST_LINES) for each in assumptions(report))
     yield Paragraph("Checked", 10, weight="bold", above=GAP)
-    words = checked(report)
-    yield Paragraph(f"{words[:1].upper()}{words[1:]}", most=MOST_LINES)
+    yield Paragraph(_capital(checked(report)), most=MOST_LINES)
     made = report.made_from.sha256 if report.made_from else ""
-    yield Paragraph(f"kinelast {report.kinelast}; scene {report.scene.name}, SHA-256 {made}", 7, SOFT, above=GAP)
+    words = f"kinelast {report.kinelast}; {date.today().isoformat()}; scene {report.scene.name}, SHA-256 {made}"
+    yield Paragraph(words, 7, SOFT, above=GAP)
+
+
+def _capital(words: str) -> str:
+    """Return words with a capital letter at the start."""
+    return f"{words[:1].upper()}{words[1:]}"
 
 
 def _figures(report: Report) -> Iterator[str]:
@@ -135,7 +160,7 @@ def _figures(report: Report) -> Iterator[str]:
     if moved := report.largest_deflection:
         yield f"Largest deflection {words(magnitude(moved))} of {moved.member}."
     if (output := report.output) and output.value is not None:
-        yield f"Error of the output, {output.kind} {output.name}: {words(output)}."
+        yield f"Error of the output, {output_words(output)}: {words(output)}."
     for name, drive in report.drives.items():
         if drive["effort"].value is not None:
             yield f"Drive of {name}: at most {words(magnitude(drive['effort']))}."

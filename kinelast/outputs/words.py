@@ -9,7 +9,15 @@ from msgspec.structs import replace
 from kinelast.figures.cycle import WELL
 from kinelast.figures.inputs import INPUTS
 from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
-from kinelast.figures.report import CheckReport, FurtherCheck, JudgedLimit, Report, RunReport, TheoryReport
+from kinelast.figures.report import (
+    CheckReport,
+    FurtherCheck,
+    JudgedLimit,
+    OutputReading,
+    Report,
+    RunReport,
+    TheoryReport,
+)
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.numbers import (
@@ -26,6 +34,9 @@ from kinelast.scene.numbers import (
 from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
+DEGREES = 180 / math.pi, "deg"
+MAX_DOUBTED = 2  # maximum number of doubtful figures that the line on reliability names
+MAX_ITEMS = 3  # maximum number of items of each that it names
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
 MAX_NAMED = 3  # maximum number of limits that a verdict names; the others are counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
@@ -170,6 +181,61 @@ def verdict_words(report: Report) -> str:
     return "; ".join([words, *(f"{_limit_words(row, report)} {UNKNOWN}: {why}" for why, row in unjudged.items())])
 
 
+def to_read(report: Report) -> Report:
+    """Return a report with angles in degrees, for the page and the prints."""
+    return replace(report, shown_in={**report.shown_in, "rad": DEGREES})
+
+
+def trust_words(report: Report) -> tuple[str, str]:
+    """Return the reliability of the figures in words, and its level. Figures of yielding links are not "reliable"."""
+    trust, doubted = report.reliability, ", ".join(_doubted(report))
+    more = f"; unreliable: {doubted}" if doubted else ""
+    if report.buckles:
+        return "only figures of the rigid motion are shown", CAUTION
+    if trust.level != GOOD:
+        return f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}{more}", trust.level
+    if report.yields:
+        return f"the figures assume elastic links{more}", CAUTION
+    if report.run.one_position:
+        return f"the figures hold at one position only{more}", CAUTION
+    return ("all figures are reliable" + (f" except {doubted}" if doubted else "")), CAUTION if doubted else GOOD
+
+
+def _doubted(report: Report) -> list[str]:
+    """Return the limits that cannot be judged and the figures with large errors; beyond a few they are counted."""
+    can_judge, verdict = not report.run.one_position and not report.yields, verdict_words(report)
+    names = [
+        f"{LIMIT_NAMES.get(row.kind, row.name)}{_of(member(report, str(row.found.label or '')) or row.on)} "
+        + (f"({UNKNOWN})" if row.problem in verdict else f"({UNKNOWN}: {row.problem})")
+        for row in report.acceptance.limits or ()
+        if can_judge and row.outcome == UNKNOWN
+    ]
+    large: dict[str, list[Any]] = {}
+    for each in report.reliability.unreliable:
+        large.setdefault(each.name, []).append(each)
+    for name, rows in large.items():
+        items, most = _few([each.on for each in rows if each.on], MAX_ITEMS), rows[0].share
+        error = f"{'up to ' if len(rows) > 1 else ''}± {percent(most or 0.0)}"
+        error = "error larger than the value" if most is None or most > 1.0 else error
+        names.append(f"{name}{_of(', '.join(items))} ({error})")
+    return _few(names, MAX_DOUBTED)
+
+
+def _few(names: list[str], most: int) -> list[str]:
+    """Return some names, and the number of the others."""
+    return names if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
+
+
+def _of(item: str | None) -> str:
+    """Return "of" and an item, or nothing."""
+    return f" of {item}" if item else ""
+
+
+def output_words(output: OutputReading) -> str:
+    """Return the output in words."""
+    return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}"
+
+
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
     """Return figure and limit in words, utilisation and outcome of each limit, most utilised first."""
     limits = report.acceptance.limits or ()
@@ -301,6 +367,9 @@ def assumptions(report: Report) -> list[str]:
         sizes = " and ".join(dict.fromkeys(words(each) for each in load.sizes if each.value is not None))
         loads.append(f"{load.kind} {sizes}".rstrip() + (f" on {load.link}" if load.link else ""))
     said.append(f"Loads: inertia; gravity {', '.join(pull) or 'none'}; others: {', '.join(loads) or 'none'}.")
+    masses = [f"{words(row['mass'])} on {row['link']} {_place_words(row, words)}" for row in inputs.point_masses]
+    if masses:
+        said.append(f"Masses in addition to beams: {', '.join(masses)}.")
     stuffs = [
         f"{name} E {words(row.E)}" + (f", yield {words(row.yield_stress)}" if row.yield_stress.value else "")
         for name, row in inputs.materials.items()
@@ -314,10 +383,16 @@ def assumptions(report: Report) -> list[str]:
     if ratings:
         said.append(f"Motors: {'; '.join(ratings)}.")
     if output and output.guessed:
-        said.append(f"The output was chosen automatically: {output.kind} {output.name}.")
+        said.append(f"The output was chosen automatically: {output_words(output)}.")
     if report.not_computed:
         said.append(f"Not computed: {', '.join(report.not_computed)}.")
     return said
+
+
+def _place_words(mass: Mapping[str, Any], words: Callable[[Reading], str]) -> str:
+    """Return the place of a mass on its link."""
+    offset = f"({', '.join(map(words, mass['offset']))}) from" if "offset" in mass else "at"
+    return f"{offset} {mass['point']}"
 
 
 RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", "top_speed": "rad/s"}

@@ -136,6 +136,8 @@ class Document:
             tables = variables.put(tables, ("title",), f"{self.table.title}, {note}")
         parts = dict.fromkeys(["title", *(place.names[0] for place in places.values())])
         table = parsing.parse_parts(self.table, tables, (part for part in parts if part in tables))
+        for path, place in places.items():
+            variables.keep_unit(place, variables.place_of(table, path))
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
     def with_changes(self, changes: str | Sequence[str]) -> Document:

@@ -84,11 +84,16 @@ def plain(text: str, longest: int) -> str:
     )
 
 
+MIN_PART = 4  # letters of a choice that a word contains
+
+
 def likely(word: str, choices: Iterable[str]) -> str:
     """Return the end of a message about an unknown name: the most similar choice, or a short list of all."""
     names = list(choices)
     lower = {name.lower(): name for name in names if len(name) <= MAX_WORD}
+    within = (name for name in lower if len(name) >= MIN_PART and name in word.lower())  # "yield" in "yield_stress"
     near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6) if len(word) <= MAX_WORD else []
+    near = near or sorted(within, key=len)[-1:]
     if near:
         return f'; did you mean "{lower[near[0]]}"?'
     if names and len(names) <= 12:

@@ -104,6 +104,12 @@ def in_file(place: Place, value: float) -> Any:
     return float(value) if unit == "1" else f"{float(value)!r} {unit}"
 
 
+def keep_unit(before: Place, after: Place) -> None:
+    """Keep the unit of the file, in which the report shows figures, for a changed number."""
+    if isinstance(before.leaf, Quantity) and isinstance(after.leaf, Quantity):
+        after.leaf.written = before.leaf.written
+
+
 def put(node: Any, names: Sequence[Any], value: Any) -> Any:
     """Return a copy of the tables with another value at the location of some names."""
     if not names:

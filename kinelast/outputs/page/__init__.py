@@ -19,7 +19,7 @@ from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
-from kinelast.outputs.words import assumptions, checked, headline, verdict_words
+from kinelast.outputs.words import assumptions, checked, headline, to_read, trust_words, verdict_words
 from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, DisplayUnits
 from kinelast.scene.parts import PARTS
@@ -39,9 +39,11 @@ def report_page(results: Results, report: Report) -> bytes:
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}
+    read = to_read(report)
     said = {
-        "verdict": verdict_words(report),
-        "handout": {"assumptions": assumptions(report), "checked": checked(report)},
+        "verdict": verdict_words(read),
+        "trusted": trust_words(read),
+        "handout": {"assumptions": assumptions(read), "checked": checked(read)},
     }
     scene = {"summary": data_of(report), "model": model, **said, "text": results.scene.text}
     parts = {

@@ -5,7 +5,6 @@ const LIMIT_WORDS = {
   safety: "safety against yield",
   output: "error of the output",
 };
-const TRUST_WORDS = { good: "All figures are reliable", caution: "Use with caution", poor: "Not reliable" };
 
 function agreement({ largest, momentum }) {
   const kept = Object.values(momentum).filter((balance) => balance.compared).map((balance) => balance.largest);
@@ -121,49 +120,15 @@ const figureAngle = (
   ? `${number((figure.value * 180) / Math.PI, digits)}°`
   : figureWords(figure, digits));
 
-// Reliability of the figures. "Reliable" never stands above a doubtful figure or a link that yields.
+// Reliability of the figures.
 function trustLine() {
-  const { level, reasons } = summary.reliability,
-    { one_position: single } = summary.run,
-    doubted = doubtedFigures().join(", ");
-  const [words, shown] = summary.buckles
-    ? ["Only figures of the rigid motion are shown", "caution"]
-    : level !== "good"
-    ? [`${TRUST_WORDS[level]}: ${reasons.join(", ")}${doubted && `; unreliable: ${doubted}`}`, level]
-    : summary.yields
-    ? [`The figures assume elastic links${doubted && `; unreliable: ${doubted}`}`, "caution"]
-    : single
-    ? [`The figures hold at one position only${doubted && `; unreliable: ${doubted}`}`, "caution"]
-    : doubted
-    ? [`All figures are reliable except ${doubted}`, "caution"]
-    : [TRUST_WORDS.good, level];
+  const [words, level] = trusted;
   return h(
     "div",
-    { class: `verdict ${shown}`, id: "trusted" },
-    h("p", {}, h("b", {}, `${words}.`), " ", h("a", { href: "#trust" }, "Why?")),
+    { class: `verdict ${level}`, id: "trusted" },
+    h("p", {}, h("b", {}, sentence(words)), " ", h("a", { href: "#trust" }, "Why?")),
   );
 }
-
-const FEW_DOUBTED = 2, FEW_ITEMS = 3; // figures that the line names, and items of each
-const fewOf = (all, most) => (all.length > most ? [...all.slice(0, most), `${all.length - most} more`] : all);
-function doubtedFigures() {
-  const of = (on) => (on ? ` of ${on}` : ""), large = new Map();
-  const unjudged = summary.acceptance.limits.filter((limit) =>
-    limit.outcome === "cannot be judged" && !summary.run.one_position && !summary.yields
-  ).map((limit) => `${limitName(limit)}${of(memberOf(limit.found.label) || limit.on)} (${notJudged(limit)})`);
-  for (const each of summary.reliability.unreliable) large.set(each.name, [...(large.get(each.name) ?? []), each]);
-  const words = [...large].map(([name, rows]) => {
-    const items = fewOf(rows.flatMap(({ on }) => on ?? []), FEW_ITEMS).join(", "), [{ share: most }] = rows;
-    const error = most > 1 || most === null
-      ? "error larger than the value"
-      : `${rows.length > 1 ? "up to " : ""}± ${share(most)}`;
-    return `${name}${of(items)} (${error})`;
-  });
-  return fewOf([...unjudged, ...words], FEW_DOUBTED);
-}
-
-// Outcome and reason, unless the verdict states the reason.
-const notJudged = ({ outcome, problem }) => (verdict.includes(problem) ? outcome : `${outcome}: ${problem}`);
 
 // Error as a suffix of its figure, relative, or absolute if it exceeds the figure. As kinelast/outputs/words.py does
 // it.
@@ -183,10 +148,13 @@ function errorWords(figure) {
 const share = (part) => `${number(100 * part, 2)} %`;
 const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part)); // LEAST_TOLD of kinelast/scene/numbers.py
 
+const PAPER_LETTERS = 125; // letters in a line of the print
 // Assumptions and checks, shown only in print.
 function handoutOnPaper() {
   if (!handout) return;
-  const { assumptions, checked } = handout;
+  const { assumptions, checked } = handout, lines = assumptions.map((words) => Math.ceil(words.length / PAPER_LETTERS));
+  const rows = lines.reduce((all, one) => all + one, (summary.acceptance.limits ?? []).length);
+  document.documentElement.style.setProperty("--paper-rows", String(rows)); // the picture takes the remaining height
   const list = h("ul", {}, assumptions.map((words) => h("li", {}, words)));
   $("main").append(
     h("div", { class: "paper handout" }, h("h2", {}, "Assumptions"), list, h("h2", {}, "Checked"), h("p", {}, checked)),

@@ -1,7 +1,7 @@
 // What the page holds: the figures as JSON, the polynomials as numbers, and their values anywhere.
 const read = (id) => JSON.parse($(id).textContent);
 
-const { summary, model, verdict, handout, text: sceneText } = read("scene");
+const { summary, model, verdict, trusted, handout, text: sceneText } = read("scene");
 const N = model.positions;
 Object.assign(chosenUnits, model.units);
 const arrays = await unpacked(model, N);

@@ -199,7 +199,8 @@ function driveTile(name, { effort, rms, power }) {
     rms && `rms ${figureWords(rms)}${unreliableMark(rms)}`,
     power && `peak power ${figureWords(power)}${unreliableMark(power)}${power.value ? ` at ${atWords(power)}` : ""}`,
   ];
-  return tile(`Drive of ${name}`, figureWords(effort) + errorWords(effort), words.filter(Boolean).join("; "), {
+  const size = { ...effort, value: effort.value === null ? null : Math.abs(effort.value) };
+  return tile(`Drive of ${name}`, figureWords(size) + errorWords(size), words.filter(Boolean).join("; "), {
     at: effort,
   });
 }
