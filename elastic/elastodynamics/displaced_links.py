@@ -107,7 +107,7 @@ class Displaced:
 
     @property
     def damped(self) -> Reals:
-        """`viscous` with the axial force of the rotated sections, whose strain is that of N instead of Re P."""
+        """Damping parts of the forces in rotated sections: the axial force is N instead of Re P, see `viscous`."""
         terms = self.vibration.problem.terms
         structure, grid = terms.kinematics.structure, terms.grid
         turned = ((np.exp(-1j * self.moved.phi[..., 0]) - 1.0) * self.force).real * structure.weights

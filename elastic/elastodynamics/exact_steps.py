@@ -73,15 +73,14 @@ def settled_links(
         Initial links on the same grid; by default, the linear answer.
     """
     if begun is not None and begun.shortened is not None:
-        starts = without_residual(begun), begun  # an interpolated residual is rough
-        found: list[Settled] = []
-        for start in starts:
+        answers: list[Settled] = []
+        for start in (without_residual(begun), begun):  # the interpolated residual is rough
             settled = settled_by_newton(linear, tolerance, fastest, start)
-            found += [settled] if settled else []
+            answers += [settled] if settled else []
             if settled and settled.open <= SETTINGS.max_rough * tolerance:
                 break
-        if found:
-            return min(found, key=lambda each: each.open)
+        if answers:
+            return min(answers, key=lambda each: each.open)
         begun = None
     best = _by_linear_steps(linear, tolerance, fastest, loads_of, sliding, begun)
     if best.open <= tolerance or loads_of is not exact_loads or has_dry_friction(linear.motion.mechanism):

@@ -422,9 +422,9 @@ def _limit(
         return None
     low, above = bracket
     answers = search.answers.map([above])
-    found = partial(SpeedLimit, low * nominal, above * nominal)
+    limit_at = partial(SpeedLimit, low * nominal, above * nominal)
     if not answers.stable.all():
-        return found(above * nominal, None, -1, None)
+        return limit_at(above * nominal, None, -1, None)
     shares = used(answers)[:, 0]
     parts = _by_figure(scene, figures, answers.values), _by_figure(scene, still, answers.quasi_static)
     if not np.any(shares > 1.0):
@@ -432,13 +432,13 @@ def _limit(
         known = limit.figure in parts[0] and np.isfinite(parts[0][limit.figure][item]).all()
         reasons = [words for words, refused in _refusals(scene, limit, item, parts[0]) if refused.any()]
         reasons = reasons or ["its error is unknown" if known else "the figure is unknown"]
-        return found(above * nominal, limit, item, None, "; ".join(reasons))
+        return limit_at(above * nominal, limit, item, None, "; ".join(reasons))
     passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
     broken = math.inf if passed is None else passed[1] * nominal
     limit, item = rows[int(np.nan_to_num(shares, nan=0.0).argmax())]
     one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
     met = search.model.resonance(above) if one > AMPLIFIED * other else None
-    return found(broken, limit, item, met)
+    return limit_at(broken, limit, item, met)
 
 
 def _yielding(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float) -> tuple[float, int] | None:
