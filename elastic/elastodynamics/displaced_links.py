@@ -37,7 +37,9 @@ from elastic.links.added_loads import AddedLoads
 from rigid.arrays import Complexes, Reals
 from rigid.kinetostatics import beam_directions
 
-OF_MOTION = "moved", "accelerations", "viscous"  # cached values that do not depend on section and joint forces
+OF_MOTION = "moved", "accelerations", "viscous", "damped"  # cached values that `Displaced.under` keeps
+FASTEST = 2.0  # largest frequency of changes by rotation in damping forces, times the largest damping time beta
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,16 +107,17 @@ class Displaced:
         problem = self.vibration.problem
         return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
 
-    @property
+    @cached_property
     def damped(self) -> Reals:
         """Damping parts of the forces in rotated sections: the axial force is N instead of Re P, see `viscous`."""
         terms = self.vibration.problem.terms
         structure, grid = terms.kinematics.structure, terms.grid
         turned = ((np.exp(-1j * self.moved.phi[..., 0]) - 1.0) * self.force).real * structure.weights
-        rates = grid.derivative(turned[1:].reshape(len(turned) - 1, -1), 1)
         size = structure.weights.size
+        beta = self.vibration.problem.speed * terms.damping.per_row(structure)[:size]
+        slow = grid.smoothed(turned[1:].reshape(len(turned) - 1, -1), FASTEST / max(float(beta.max(initial=0.0)), TINY))
         parts = self.viscous.copy()
-        parts[:, :size] += self.vibration.problem.speed * terms.damping.per_row(structure)[:size] * rates
+        parts[:, :size] += beta * grid.derivative(slow, 1)
         return parts
 
 
