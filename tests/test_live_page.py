@@ -1,6 +1,7 @@
 """The live editor in a browser: a dragged mechanism moves, bends, is answered and saved, and no text is lost."""
 
 import json
+import re
 import threading
 import time
 import tomllib
@@ -65,6 +66,15 @@ def test_sizes_lie_on_no_link_and_all_figures_are_in_sight(driver, scene):
         assert verdict < tiles < 900
 
 
+def test_new_links_have_the_section_and_material_of_the_last_link(driver, scene):
+    scene.write_text(scene.read_text().replace('section = "bar"', 'section = "flat 20x10"'))
+    with live_page.editing(scene) as live:
+        hand = live_page.Hand(driver, live.address)
+        hand.until("return document.body.dataset.ready")
+        found = hand.run("return ['section', 'material'].map((name) => document.getElementById(name).value)")
+        assert found == ["flat 20x10", "steel"]
+
+
 def test_joints_and_blocks_are_drawn_at_the_ends_of_bent_links(driver, scene):
     scene.write_text(shipped_scenes()["offset_slider_crank"].read_text())
     with live_page.editing(scene) as live:
@@ -127,7 +137,8 @@ def test_a_joint_is_dragged_bends_is_answered_and_saved(driver, scene):
         hand = live_page.Hand(driver, live.address)
         hand.until("return live.state.whole > 0")
         whole, deflection = hand.run("return live.state.whole"), hand.figure("deflection")
-        assert "±" in hand.run("return document.querySelector('[data-figure=deflection]').textContent")
+        shown = hand.run("return document.querySelector('[data-figure=deflection]').textContent")
+        assert re.search(r"± [\d.]+ %", shown)
         start, *way = [hand.at(0.28 - 0.005 * k, 0.24 - 0.003 * k) for k in range(11)]
         hand.press(start)
         hand.move(way)

@@ -10,6 +10,7 @@ import pytest
 from browser import Page, accessibility_faults
 from scene_texts import ARM as TURNING_ARM
 from scene_texts import CRANK_ROCKER, PUSHED, edited
+from test_machine_drives import PUSHED as MOTORED
 from tiers import in_tiers
 
 from elastic import FIELDS, Field, FieldKind, coefficients, displacement_of, sample
@@ -728,3 +729,12 @@ def test_units_of_the_report_are_chosen(system, length, stress, unit, driver, tm
     found = summary["largest_stress"]["value"] * stress
     assert f"{number(found)} {unit}" in page.run("return document.querySelector('.front').innerText")
     assert errors(page) == []
+
+
+def test_the_table_of_motors_fits_a_small_screen_and_the_chart_one_sense_of_rotation(driver, tmp_path):
+    folder = page_of(driver, tmp_path, MOTORED)
+    page = Page(driver, tmp_path / "out" / "one" / "report.html", 1366)
+    assert errors(folder) == []
+    wide = "const [box] = [...document.querySelectorAll('.wide')].filter((box) => box.ariaLabel === 'Motors');"
+    assert page.run(wide + "return box.scrollWidth - box.clientWidth") <= 0
+    assert page.run("return window.kinelast.charts.find(({ heading }) => heading === 'crank').plot.scales.x.min") >= 0

@@ -36,10 +36,11 @@ def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
     known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
     if not known:
         return ""
-    worst, *others = dict.fromkeys(scene.member_names[each] for each in sorted(known, key=lambda each: known[each]))
+    worst, *_ = beams = sorted(known, key=lambda each: known[each])
+    _, *others = dict.fromkeys(scene.mechanism.links[scene.mechanism.beams[beam][0]].name for beam in beams)
     named = others if len(others) <= MAX_NAMED else [*others[: MAX_NAMED - 1], f"{len(others) - MAX_NAMED + 1} more"]
     more = f"; {' and '.join(named)} yield{'s' * (len(others) == 1)} too" if others else ""
-    return f"stress is {number(1.0 / min(known.values()), 3)} times the yield strength of {worst}{more}"
+    return f"stress is {number(1.0 / known[worst], 3)} times the yield strength of {scene.member_names[worst]}{more}"
 
 
 def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -67,6 +67,9 @@ async function start() {
     kept = localStorage.getItem(KEY());
   } catch { /* a browser that keeps nothing */ }
   await ask({ text: reply.text, numbers: true });
+  const last = view.sheet?.links.findLast(({ section }) => section);
+  if (last) $("section").value = last.section; // new links are like the last one
+  if (last?.material) $("material").value = last.material;
   if (view.sheet?.empty) tools.take("link");
   fit();
   show();

@@ -59,14 +59,20 @@ export function tile(kind, name, value, more) {
   return box;
 }
 export const NO_ERROR = 1e-6; // smallest relative error that is shown
+const LEAST_SHARE = 1e-4; // smaller relative errors are below the printed digits
+/** Error in per cent, or with a unit if it exceeds the figure, as in the report. */
+export function errorWords(value, error, unit) {
+  const share = error / Math.abs(value);
+  if (error === null || error <= NO_ERROR * Math.abs(value)) return "";
+  if (share > 1) return `± ${quantity(error, unit, 2)}`;
+  return share < LEAST_SHARE ? "± < 0.01 %" : `± ${Number((100 * share).toPrecision(2))} %`;
+}
 export const figureTile = ({ key, name, value, unit, on, error }) => {
   const box = tile(
     "",
     name,
     quantity(value, unit),
-    [error === null || error <= NO_ERROR * Math.abs(value) ? "" : `± ${quantity(error, unit, 2)}`, on ?? ""].filter(
-      Boolean,
-    ).join(", "),
+    [errorWords(value, error, unit), on ?? ""].filter(Boolean).join(", "),
   );
   box.dataset.figure = key;
   box.dataset.value = value;

@@ -38,7 +38,7 @@ export function quantity(value, unit, digits = 3) {
   const shown = view.picture?.units[unit]; // the unit of the scene
   if (shown) return `${Number((value * shown[0]).toPrecision(digits))} ${shown[1]}`;
   const prefixes = unit === "m"
-    ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"]]
+    ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"]]
     : unit === "s"
     ? [[3600, "h"], [1, "s"], [1e-3, "ms"]]
     : /^(N|Pa|W|N m)$/.test(unit)

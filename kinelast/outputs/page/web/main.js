@@ -82,6 +82,7 @@ window.kinelast = {
   vector,
   showPosition,
   instant,
+  charts,
 };
 start().catch((error) => {
   $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));

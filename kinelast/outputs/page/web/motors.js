@@ -5,10 +5,12 @@ function motorTable(motored) {
   const rows = motored.map(({ name, drive }) => ({ name, drive: drive.motor }));
   const beside = (name, key, bound, words = figureWords) => ({
     name,
+    wraps: true,
     text: ({ drive }) => {
-      const allowed = drive.given[bound];
-      return words(drive[key]) + errorWords(drive[key]) +
-        (allowed === null || allowed === undefined ? "" : ` of ${words({ value: allowed, unit: drive[key].unit })}`);
+      const limit = drive.given[bound] ?? null;
+      const parts = [words(drive[key]), errorWords(drive[key]).trim()];
+      if (limit !== null) parts.push(`of ${words({ value: limit, unit: drive[key].unit })}`);
+      return parts.filter(Boolean).map(unbroken).join(" ");
     },
   });
   const ratio = (name, key, means) => ({ name, means, text: ({ drive }) => `${figureWords(drive[key])}` });
@@ -46,7 +48,10 @@ function cloud(grid, name, given, speeds, torques) {
   ) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
     ? given.rated_torque
     : NaN);
-  const lines = Array.from({ length: 201 }, (_, k) => ({ x: ((k - 100) / 100) * widest, line: true }));
+  const [least, largest] = [-1, 1].map((way) =>
+    known.some((i) => way * speeds[i] > 0) || !known.length ? way * widest : 0
+  );
+  const lines = Array.from({ length: 201 }, (_, k) => ({ x: least + (k / 200) * (largest - least), line: true }));
   /** @type {{ x: number, y?: number, line?: boolean }[]} */
   const all = [...lines, ...known.map((i) => ({ x: speeds[i], y: torques[i] }))].sort((one, other) => one.x - other.x);
   const only = (of) =>
