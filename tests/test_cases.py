@@ -624,11 +624,11 @@ class TestLargeDisplacement:
     @pytest.mark.slow
     @pytest.mark.parametrize("accuracy", ["5 %", "0.5 %"])
     def test_a_finer_accuracy_is_no_worse(self, accuracy, answered):
-        """exudyn gives 59.6 mm."""
+        """Nonlinear finite elements give 58.9 mm; at the quarter points exudyn is 0.3 % below them."""
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)
-        off = abs(abs(summary["largest_deflection"]["value"]) / 0.0596 - 1)
+        off = abs(abs(summary["largest_deflection"]["value"]) / 0.0589 - 1)
         assert off < 0.012
-        assert off < summary["theory"]["error"] < 0.2
+        assert off < summary["theory"]["error"] < 0.3
 
     @pytest.mark.exhaustive
     @pytest.mark.parametrize(("accuracy", "stated"), [("5 %", 0.5), ("0.5 %", 0.15)])

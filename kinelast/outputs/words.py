@@ -259,7 +259,7 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
-    within = ", kept within five times this error" if figure.unreliable and row.outcome == KEPT else ""
+    within = ", kept within twice this error" if figure.unreliable and row.outcome == KEPT else ""
     error = error_words(figure, shown_in)
     error = error.removesuffix(" (unreliable)") if within else error
     return f"{name} {value}{error} ({'minimum' if row.least else 'limit'} {allowed}{within})"
