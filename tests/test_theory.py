@@ -353,7 +353,7 @@ def test_the_theory_by_name():
     found = computed(scene_at("100 rad/s"), Request(theory=GEOMETRICALLY_EXACT))
     assert found.answer.theory == GEOMETRICALLY_EXACT
     assert found.answer.vibrating.exact.steps > 1
-    assert any("Displacements may be large" in finding.text for finding in findings(found))
+    assert any("Large displacements are included" in finding.text for finding in findings(found))
     geared = read_scene(shipped_scenes()["flapping_wing"])
     assert computed(geared, Request(theory=GEOMETRICALLY_EXACT, positions=12)).answer.by_motion < 0.01
     slotted = scene_from_text(SLOTTED)

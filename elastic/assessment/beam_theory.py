@@ -28,7 +28,7 @@ STATIONS = 33  # stations along a beam at which deflections are compared
 PIN_SHIFT = 0.28  # shift of a pin due to a moment M introduced at an end, relative to M/kGA; measured on plane bodies
 # rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, measured on plane bodies
 CORNER_FACTOR, CORNER_EXPONENT = 0.275, 2.15
-MAX_CORNER = 2 * np.pi / 3  # largest measured turn of a corner
+MAX_CORNER = 2 * np.pi / 3  # [rad] largest corner angle of the fit; larger angles count as this one
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:

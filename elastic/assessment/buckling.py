@@ -31,10 +31,10 @@ from elastic.solution import Deflection
 from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers, distinct
 
-INNER_POLYNOMIALS = 4  # number of polynomials along a beam
-MAX_IMAGINARY = 1e-9  # largest imaginary part of a real root, relative to the largest root
+INNER_POLYNOMIALS = 4  # number of shape functions for the displacement along a beam
+MAX_IMAGINARY = 1e-9  # roots with a smaller imaginary part count as real; relative to the largest root
 ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
-RESOLVED = 0.2  # above this load ratio, the largest value of all positions is found
+RESOLVED = 0.2  # if the load ratio exceeds this, all positions are searched
 EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
 BATCH_POSITIONS = 8  # number of positions computed at once
 UNKNOWN = -1.0  # ratio of a position that is not computed yet
@@ -47,13 +47,13 @@ class Buckling:
     Attributes
     ----------
     ratio
-        Largest ratio over the positions for each link, shape (links,). The ratio of a mode is multiplied by the work of
-        the link's forces / work of the link with the most work. It is 0 if there is no such mode, nan if unknown.
+        Largest ratio over the positions for each link, shape (links,): ratio of a mode * (work of the link's forces /
+        largest work of any link). It is 0 if there is no such mode, nan if unknown.
     position
         Position of the largest ratio, shape (links,).
     beside
-        Bound on the increase between this position and its neighbours, shape (links,): the larger drop to a neighbour.
-        It also covers a kink at which another link begins to do the most work.
+        Upper bound on the rise of the ratio between this position and its neighbours, shape (links,): the larger of the
+        differences to them. It also holds if another link begins to do the most work there.
     """
 
     ratio: Reals
@@ -74,16 +74,16 @@ class Buckling:
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
     """Largest load / critical load of one design over the positions.
 
-    An upper bound at all positions selects the positions at which to solve an eigenvalue problem, until no other
-    position can exceed `resolved`. Smaller ratios are computed at `EVEN_POSITIONS` positions and at the positions with
-    the largest bounds, and then followed to the local maximum for each link.
+    The eigenvalue problem is solved at the positions with the largest upper bounds, until no other position can exceed
+    `resolved`. If all ratios are smaller, it is solved at `EVEN_POSITIONS` positions and at those with the largest
+    bounds, followed by a local search for the maximum of each link.
 
     Parameters
     ----------
     counted
         Positions to include, shape (positions,).
     resolved
-        Ratio above which the largest of all positions is found.
+        Ratio above which the maximum over all positions is guaranteed.
     """
     of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
     bound = of_links.max(axis=0)
@@ -137,8 +137,8 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
 def _pressed_shapes(structure: ElasticStructure) -> Reals:
     """Shapes with unit strain energy on which axial forces do work, shape (n, r).
 
-    Inner shapes of stretch, and of the section's rotation in a beam with shear, neither turn the axis nor move a point.
-    They follow the other coordinates so that the energy is a minimum (static condensation, which is exact here).
+    Inner shapes of stretch, and of the section's rotation in a beam with shear, neither rotate the axis nor move a
+    point, so axial forces do no work on them. Static condensation eliminates them, which is exact here.
     """
     stiffness = structure.stiffness
     felt = at_joints(structure) | structure.fields["slope"].any(axis=(0, 1))
@@ -184,7 +184,7 @@ class BucklingModes:
         return ratio
 
     def _moved(self, some: Integers) -> Displacements:
-        """Displacements per unit of the coordinates with unit stiffness, at some positions."""
+        """Displacements per unit of each shape in `basis`, at some positions."""
         if trees_of(self.motion.mechanism).rails:  # block positions are computed for all positions
             return self._everywhere[some]
         carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
@@ -195,7 +195,7 @@ class BucklingModes:
 
     @cached_property
     def _everywhere(self) -> Displacements:
-        """Displacements per unit of the coordinates with unit stiffness, at all positions."""
+        """Displacements per unit of each shape in `basis`, at all positions."""
         basis = own_basis(self.structure, self.carried, self.basis)
         return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)
 

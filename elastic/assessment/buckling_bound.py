@@ -7,13 +7,13 @@ to the chord. Since w is zero at both ends of the chord,
 
 where P_E is the Euler load of the pinned span and U twice its strain energy. The strain energies add up to that of the
 mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
-This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces on points that turn with
-their links add rows. The Frobenius norm bounds the eigenvalue.
+This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces that turn
+with their links add rows. The Frobenius norm bounds the eigenvalue.
 
-The forces of a link do at most the work W of its largest P/P_E + P/kGA and its own rows. The ratio of a link is that of
-the mode times the link's work / the largest work of any link. The ratio of the mode is the sum of the work of all
-links, so it is at most the number of links with W > 0 times the largest work. The ratio of a link is therefore at most
-this number times its W. Equations: docs/theory.md.
+The work of a link's forces is at most W: its largest P/P_E + P/kGA plus the diagonal elements of its rows. The ratio of
+a link is that of the mode times the link's work / the largest work of any link. The ratio of the mode is the sum of the
+work of all links, so it is at most the number of links with W > 0 times the largest work. The ratio of a link is
+therefore at most this number times its W. Equations: docs/theory.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -102,8 +102,8 @@ def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentR
 def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_ComponentRow], Reals]:
     """Rows of the forces on displaced points, and a bound on forces due to one displacement along another.
 
-    Such a form 2 f c is at most |f| |c| + f c, with products taken by the mechanism's flexibility. It is added to the
-    `work` of the links of both.
+    The second kind does the work 2 f c, which is at most |f| |c| + f c; products are measured with the flexibility
+    matrix. The bound is added to the `work` of both links.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -195,5 +195,5 @@ def _displaced(
 
 
 def _number(load: PointLoad) -> int:
-    """Index of the joint of the block above a load."""
+    """Index of the slider joint with the block that applies a load."""
     return int(load[1].removeprefix(UNDER))

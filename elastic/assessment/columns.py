@@ -14,7 +14,7 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16  # number of polynomials for the moment of a tapered column; more change its load only by round-off
+TERMS = 16  # number of polynomials for the moment of a tapered column; more terms add only round-off
 POINTS = 64  # number of Gauss points, and of points at which tapers are evaluated
 
 
@@ -28,7 +28,7 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 
 
 def euler_loads(deflection: Deflection) -> PerBeam:
-    """Euler load of each beam's span between two joints of its member, pinned there [N], (beams, ..., 1).
+    """Euler load of the span that contains each beam, pinned at both ends [N], shape (beams, ..., 1).
 
     It is pi^2 EI/l^2. For a tapered beam, Ritz's method is accurate to round-off, and to about 0.1 % for stepped
     sections.

@@ -7,7 +7,7 @@ from elastic.largest import Largest, largest
 from rigid import Motion, Reals
 from rigid.arrays import ArrayLike
 
-STEP_TOLERANCE = 1e-9  # largest relative difference of equal steps, and of a constant speed
+STEP_TOLERANCE = 1e-9  # relative difference below which steps, or speeds, count as equal
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:

@@ -10,7 +10,7 @@ from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 from rigid.arrays import Complexes, Flags
 
-REST_SPEED = 1e-12  # relative to its largest speed, a slower point is at rest
+REST_SPEED = 1e-12  # a point slower than this is at rest; relative to its largest speed
 REST_RATE = 1e-9  # smaller drive rates are round-off, relative to the largest
 
 

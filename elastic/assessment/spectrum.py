@@ -11,7 +11,7 @@ from rigid import Reals
 from rigid.arrays import Integers
 
 POINTS = 6  # number of Gauss points along a beam; exact for the squared bending moment of a linear load
-MIN_HARMONIC = 0.05  # smallest share of a strong harmonic in the root of the strain energy
+MIN_HARMONIC = 0.05  # harmonics with a larger `share` count as strong
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Harmonics:
     share
         Root of each harmonic's share in the strain energy of the cycle; the squares add up to 1.
     crest
-        Root of the largest strain energy / the mean strain energy.
+        Square root of (largest / mean strain energy over the cycle).
     """
 
     omega: Reals

@@ -21,7 +21,7 @@ from elastic.solution import Deflection
 SAFETY = 1.25  # largest change of a figure / change of the strain energy's root, on random mechanisms
 LARGEST = 0.1  # above this, softening by axial forces is no longer small and the bound is untested
 EVEN = 1e-6  # largest deviation from even spacing of positions, relative to the spacing
-FREE = 4.0  # critical load of a pinned beam / beam with a free end; used if no beam is compressed
+FREE = 4.0  # critical load of a pinned beam / that of a cantilever; used if no beam is compressed
 STATIONS = 9
 
 

@@ -23,19 +23,19 @@ VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
 BETWEEN = "between the positions"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
-NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that no theory of motion changes
+NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that are the same in all theories of motion
 BY_MOTION = (VIBRATION, LARGE)  # successive corrections, added with their signs
 SEARCHED = LARGEST, LEAST, MOST  # reductions that have a position in the cycle
-QUARTER = 4.0  # ratio of the errors of an average at full and half steps
+QUARTER = 4.0  # error of an average with doubled steps / error with the given steps
 ONE_POSITION = "there is no instant beside it to compare with"
-RIGID_HEADLINE = "drive_effort", "joint_force"  # graded figures of rigid links
+RIGID_HEADLINE = "drive_effort", "joint_force"  # main figures of a mechanism of rigid links
 RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
-LITTLE = 0.01  # smallest reference value of relative errors, relative to the largest figure with the unit
-WATCHED = LIMITS["axial force"].watch  # larger load ratios are computed with each correction of the answer
-LITTLE_PRESSED = 0.2  # smaller load ratios, relative to the largest one, are known to `KNOWN_TO`
+LITTLE = 0.01  # relative errors refer to at least this fraction of the largest figure with the unit
+WATCHED = LIMITS["axial force"].watch  # load / critical load above this is computed for every correction, else scaled
+LITTLE_PRESSED = 0.2  # load ratios below this fraction of the largest one have the error `KNOWN_TO`
 KNOWN_TO = 0.02  # error of small load ratios, relative to the largest one
-MAX_CHANGE_RATIO = 3.0  # change of a load ratio between positions, relative to that of the axial force
+MAX_CHANGE_RATIO = 3.0  # assumed relative change of a load ratio / relative change of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure with the unit
 EPS = float(np.finfo(float).eps)
@@ -124,9 +124,9 @@ class Estimate:
         Discretization error of forces, relative to the largest force, if no finer answer measures it. It differs from
         the error of displacements because forces depend on accelerations.
     closer
-        Answer that includes instants between the positions, so that its peaks have a gain. None for a single position.
+        Answer with instants between the positions, which show how much peaks are missed. None for a single position.
     moving
-        Vibrating answer at these instants, if `closer` is quasi-static: ringing may peak between the positions.
+        Vibrating answer at the instants of `closer`, if that is quasi-static and free vibration may peak between them.
     unknown
         Reason why the total is unknown; empty if it is known.
     """
@@ -147,9 +147,9 @@ def figure_errors(
     """Return the error of every item of an answer's figures, by key; `keys` selects some figures.
 
     A part of the error is the difference between the figures of the answer and of a corrected answer. A part that is
-    known as a share refers to the largest item of the figure or, for displacements, to the largest displacement. The
-    residual vibration after a stop has an error relative to the largest displacement, because time elements may damp
-    it.
+    given as a relative error refers to the largest item of the figure or, for displacements, the largest displacement.
+    The residual vibration after a stop has an error relative to the largest displacement, because time elements may
+    damp it.
     """
     none: dict[str, list[FigureError]] = {figure.key: [] for figure in figures if not items_of(answer.scene, figure.of)}
     figures = [figure for figure in figures if figure.key not in none]
@@ -182,7 +182,7 @@ def figure_errors(
 
 
 def _near(scene: Scene, figure: Figure, values: Mapping[str, Any]) -> bool:
-    """Return True if a figure has a limit in the scene, or exceeds the value beyond which it is reported."""
+    """Return True if a figure has a limit in the scene, or a load ratio exceeds `WATCHED`."""
     return bool(limited_figures(scene, [figure])) or np.max(values[figure.key], initial=0.0) > WATCHED
 
 
@@ -232,8 +232,8 @@ def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[F
     """Return the errors of all items of a rigid figure due to the spacing of the positions and to round-off.
 
     For a largest or smallest value, the error is the gain of a parabola at the peak. For an average, it is the change
-    from using only every second instant, plus a quarter of the change from using every fourth, because the first change
-    may be small by chance.
+    if only every second instant is used, plus a quarter of the further change if only every fourth is used, because the
+    first change may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
@@ -274,7 +274,7 @@ def _of_items(
     base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
     units = figure.units(answer.scene)
     scale = np.array([scales.get(unit, 0.0) for unit in units])
-    if figure.key in RECIPROCAL:  # the same share of the largest stress applies
+    if figure.key in RECIPROCAL:  # relative errors refer to the largest stress of all items
         finite = np.where(np.isfinite(here), here, 0.0)
         wide = np.square(finite) / np.min(finite, where=finite > 0.0, initial=np.inf)
     elif figure.over == LEAST:  # a quotient
@@ -418,7 +418,7 @@ def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
     """Return the largest known magnitude by unit, among figures that grow with displacements or forces.
 
-    Ratios have no common magnitude.
+    Dimensionless figures are omitted, because they have no common magnitude.
     """
     scales: dict[str, float] = {}
     for key, sizes in values.items():

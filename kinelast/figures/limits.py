@@ -35,7 +35,7 @@ ONE_POSITION = "only one position of the cycle is computed: give more --position
 WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are right within this factor
 SPARE = 1e-4  # margin in addition to the error, relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""Field with the location of each figure of beams."""
+"""Field with the location of the extreme value, for each figure along beams."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
@@ -150,7 +150,7 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """End of the figure's error range that is nearest to the bound or farthest beyond it."""
+        """The figure with its error added in the unfavourable direction."""
         return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
@@ -223,7 +223,7 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 
 def elastic_limits(scene: Scene) -> list[Limit]:
-    """Return the limits within which single links stay elastic; none if the scene limits the safety factor."""
+    """Return a yield limit for each link with a known yield stress; empty if the scene limits the safety factor."""
     if not can_yield(scene) or any(limit.figure == STRENGTH.figure for limit in limits_of(scene)):
         return []
     known = [np.isfinite(section.yield_stress).any() for section in scene.sections]
@@ -313,8 +313,7 @@ def room(judged: Judgement, value: float, before: tuple[float, float] | None = N
     value
         Quasi-static figure of the judged design.
     before
-        Quasi-static figure of another design, and the worst end of its full answer including the error, see
-        `Judgement.worst`.
+        Quasi-static figure and `Judgement.worst` of another design.
     spare
         Margin in addition to the error, relative to the limit.
     """

@@ -121,7 +121,7 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """Return the figures merged with those of other instants, which are not counted as positions."""
+        """Return the figures merged with those of additional instants; the number of positions stays."""
         between = {key: [replace(peak, refined=True) for peak in peaks] for key, peaks in further.peaks.items()}
         both = joined(self, replace(further, peaks=between))
         keys = "positions", "singular", "locked", "ill", "span"
@@ -284,7 +284,7 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
 
 
 POINTS = 9  # instants per bracket and round
-ROUNDS = 9  # each round narrows brackets to a quarter; smooth peaks reach round-off
+ROUNDS = 9  # each shrinks the bracket to a quarter, so that smooth peaks are exact to round-off
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:

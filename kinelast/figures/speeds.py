@@ -40,7 +40,7 @@ from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
-SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan for limited figures
+SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of the scan for each limited figure
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
 LONG = 60.0  # [s] remaining time above which it is announced
 AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reported
@@ -48,7 +48,7 @@ AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reporte
 
 @dataclass(frozen=True)
 class SpeedPeak:
-    """Peak of a largest value over the cycle as a function of speed.
+    """Local maximum, over the speed, of a largest value of the cycle.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ IN_THE_ERROR = {  # effects that the answer or its error includes; they raise no
     "axial force": "the answer or its error includes its effect on bending",
 }
 ADVICE = {
-    "slenderness": "Run with --check solid to see how far the link is from a beam",
+    "slenderness": "Run with --check solid to measure the error of beam theory",
     "axial force": "Make it thicker or shorter",
     "yield": "Make it thicker, or of a stronger material",
 }
@@ -119,7 +119,7 @@ def _positions(results: Results) -> Finding:
     worst = results.figures.peaks["condition"][0].value
     digits = digits_left(worst)
     near = "Round-off grows near a dead point: " if worst > WELL else "No position is near a dead point: "
-    text = f"{near}largest condition number {number(worst, 3)}, about {digits} certain digits there."
+    text = f"{near}largest condition number {number(worst, 3)}, about {digits} reliable digits there."
     if singular:
         text += (
             f" {singular} of {count} positions are singular (dead or change points):"
@@ -209,7 +209,7 @@ def _theory(results: Results) -> Iterator[Finding]:
     if results.vibrates:
         motion = "Axial forces of the motion act on bending."
         if answer.theory == GEOMETRICALLY_EXACT:
-            motion = "Displacements may be large. N, V, M and stresses include damping."
+            motion = "Large displacements are included. N, V, M and stresses include damping."
         how = f"{answer.theory.capitalize()}: the links vibrate{damping}. {motion} Vibration and large displacement"
         how += f" change the figures by up to {percent(answer.missed)}."
     worst, wanted, brief = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy, ""
@@ -361,7 +361,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """Return inputs that the safety factor lacks, with is or are."""
+    """Return the missing inputs of the safety factor, followed by is or are."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])

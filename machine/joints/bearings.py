@@ -126,7 +126,7 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing relative to that which moves each rolling element to its neighbour's place, shape (...).
+        """Return the swing / critical swing, at which each rolling element reaches its neighbour's place, shape (...).
 
         Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
         number of elements is unknown.
@@ -223,7 +223,7 @@ class Pin:
     yield_stress: Real = np.nan
 
     def shear(self, course: JointCourse) -> Reals:
-        """Largest shear stress, at the axis [Pa], shape (..., positions): 4/3 of the mean stress."""
+        """Largest shear stress, at the neutral axis of the pin [Pa], shape (..., positions): 4/3 of the mean stress."""
         area = np.pi * np.square(self.diameter) / 4.0
         return np.asarray(SHEAR_FACTOR * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
 

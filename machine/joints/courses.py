@@ -13,7 +13,7 @@ from rigid.closures import displacements
 from rigid.plane import ZERO
 
 CUBE = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # net turns in a run; a joint with fewer only swings
+MIN_TURNS = 0.5  # a joint with fewer net turns in a run only swings
 MIN_FORCE = 0.01  # contact is lost below this force, relative to the largest
 DIRECTIONS = 180  # number of directions searched for the worst displacement of a point
 
