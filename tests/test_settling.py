@@ -84,7 +84,9 @@ def test_an_amplitude_above_the_tolerance_is_not_settled():
 @pytest.mark.slow
 def test_the_page_reports_that_the_output_has_not_settled(driver, tmp_path):
     scene = tmp_path / "arm.toml"
-    scene.write_text(edited(ARM, ("[run]", '[run]\nsettled = "1 nm"')) + '[limits]\nsettling = "1 s"\n')
+    scene.write_text(
+        edited(ARM, ("E = 210e9", "E = 230e9"), ("[run]", '[run]\nsettled = "1 nm"')) + '[limits]\nsettling = "1 s"\n'
+    )
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 1
     page = Page(driver, tmp_path / "out" / "arm" / "report.html")
     text = page.run("return document.body.innerText")
