@@ -117,8 +117,8 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
     """Estimated deflection due to moments introduced at beam ends, relative to the largest of each member.
 
     In beam theory the moment of a drive or slider acts at a point. In a body it enters through a pin and develops into
-    a beam moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment between two
-    beams of a link counts fully at a corner of 90 degrees or more, less at smaller angles, and not if they are in line.
+    a beam moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment between two beams of
+    a link counts fully at a corner of 90 degrees or more, less at smaller angles, and not if they are in line.
 
     Returns
     -------

@@ -35,7 +35,8 @@ INNER_POLYNOMIALS = 4  # number of shape functions for the displacement along a 
 MAX_IMAGINARY = 1e-9  # roots with a smaller imaginary part count as real; relative to the largest root
 ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
 RESOLVED = 0.2  # if the load ratio exceeds this, all positions are searched
-EVEN_POSITIONS = 13  # default number of evenly spaced positions that are always computed
+EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
+VIBRATING_POSITIONS = 61  # same with loads from vibration, which change faster
 BATCH_POSITIONS = 8  # number of positions computed at once
 UNKNOWN = -1.0  # ratio of a position that is not computed yet
 
@@ -71,14 +72,12 @@ class Buckling:
         return float(self.ratio.max())
 
 
-def buckling_ratio(
-    deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED, even: int = EVEN_POSITIONS
-) -> Buckling:
+def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
     """Largest load / critical load of one design over the positions.
 
     The eigenvalue problem is solved at the positions with the largest upper bounds, until no other position can exceed
-    `resolved`. If all ratios are smaller, it is solved at `even` positions and at those with the largest
-    bounds, followed by a local search for the maximum of each link.
+    `resolved`. If all ratios are smaller, it is solved at evenly spaced positions and at those with the largest bounds,
+    followed by a local search for the maximum of each link.
 
     Parameters
     ----------
@@ -86,8 +85,6 @@ def buckling_ratio(
         Positions to include, shape (positions,).
     resolved
         Ratio above which the maximum over all positions is guaranteed.
-    even
-        Number of evenly spaced positions that are always computed.
     """
     of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
     bound = of_links.max(axis=0)
@@ -97,8 +94,9 @@ def buckling_ratio(
     ratios = np.full((links, len(pressed)), UNKNOWN)
     if not len(pressed):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
-    spaced = np.linspace(0, len(pressed) - 1, even).round().astype(int)
-    some = distinct([*spaced, bound.argmax(), *of_links.argmax(axis=-1)])
+    count = EVEN_POSITIONS if deflection.added is None else VIBRATING_POSITIONS
+    even = np.linspace(0, len(pressed) - 1, count).round().astype(int)
+    some = distinct([*even, bound.argmax(), *of_links.argmax(axis=-1)])
     try:
         roots = BucklingModes(deflection)
         while len(some):

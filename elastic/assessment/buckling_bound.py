@@ -7,8 +7,8 @@ to the chord. Since w is zero at both ends of the chord,
 
 where P_E is the Euler load of the pinned span and U twice its strain energy. The strain energies add up to that of the
 mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
-This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces that turn
-with their links add rows. The Frobenius norm bounds the eigenvalue.
+This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces that turn with their
+links add rows. The Frobenius norm bounds the eigenvalue.
 
 The work of a link's forces is at most W: its largest P/P_E + P/kGA plus the diagonal elements of its rows. The ratio of
 a link is that of the mode times the link's work / the largest work of any link. The ratio of the mode is the sum of the

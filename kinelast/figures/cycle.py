@@ -29,7 +29,6 @@ EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each
 WELL = 1e6  # largest condition number of a position that is included in largest values
 STATIONS = 15  # number of stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-VIBRATING_POSITIONS = 61  # evenly spaced positions with critical loads under vibrating forces, which change faster
 INSTANTS = 12  # number of positions with natural frequencies, which change slowly over the cycle
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
@@ -332,8 +331,7 @@ def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     bent = cycle.deflection.unmarked or cycle.deflection
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
-        more = {} if bent.added is None else {"even": VIBRATING_POSITIONS}
-        ratio = buckling_ratio(bent, cycle.counted, **more)
+        ratio = buckling_ratio(bent, cycle.counted)
         return Largest(ratio.ratio[owners], ratio.position[owners]), ratio.beside[owners]
     bound = buckling_bound(bent)[owners]
     bound = np.where(cycle.counted & ~np.isnan(bound), bound, 0.0)
