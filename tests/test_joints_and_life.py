@@ -11,12 +11,13 @@ from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.parts import breaks_first
-from kinelast.figures.ranges import outside_ranges
+from kinelast.figures.ranges import CHECKS, outside_ranges
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
+from kinelast.scene.parts import PARTS as PARTS_OF_MACHINES
 from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.fatigue import FATIGUE as LIFE
 from kinelast.scene.parts.fatigue import beam_fatigue
@@ -171,6 +172,13 @@ def test_rollers_need_twice_the_minimum_load_of_balls(kind, outside):
     scene = scene_from_text(f'{ARM}\n[bearings.O.rolling]\nC = "20 kN"\ntype = "{kind}"\n')
     found = dict(outside_ranges(scene, {"bearing_load_share": [0.015]}))
     assert found == ({SLIP_RANGE: {"O": pytest.approx(0.75)}} if outside else {})
+
+
+def test_every_range_of_a_formula_refuses_limits_on_the_figures_of_the_formula():
+    by_key = {figure.key: figure for part in PARTS_OF_MACHINES for figure in part.figures}
+    for check in CHECKS:
+        assert check.refuses, check.range.condition
+        assert all(by_key[key].of == check.of for key in check.refuses)
 
 
 def test_a_scene_without_these_parts_has_no_such_figures():

@@ -160,7 +160,7 @@ class RangeCheck:
     by
         Key of the checked figure, which has the same items.
     refuses
-        Keys of figures with the same items; their limits cannot be judged outside the range.
+        Keys of the formula's figures, with the same items; their limits cannot be judged outside the range.
     quantity
         Function from the scene and values of the figure, shape (items, ...), to the checked quantity.
     """
@@ -168,7 +168,7 @@ class RangeCheck:
     range: Range
     of: Kind
     by: str
-    refuses: tuple[str, ...] = ()
+    refuses: tuple[str, ...]
     quantity: Callable[[Scene, Any], Any] = lambda _, values: values
 
 

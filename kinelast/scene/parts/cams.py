@@ -349,7 +349,7 @@ CAMS: Part[Cam] = Part(
     faults=courses.cam_faults,
     needs=courses.CAM_NEEDS,
     columns=courses.cam_columns,
-    checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", quantity=_over_yield),),
+    checks=(RangeCheck(HERTZ_RANGE, PRESSED, "cam_pressure", ("cam_pressure",), _over_yield),),
     loads=_loads,
     symbols=_symbols,
     on_axis=True,

@@ -81,7 +81,7 @@ CYLINDERS: Part[Cylinder] = Part(
                limit="buckling_safety"),
     ),
     symbols=_symbols,
-    checks=(RangeCheck(ROD_RANGE, CYLINDER, "rod_slenderness"),),
+    checks=(RangeCheck(ROD_RANGE, CYLINDER, "rod_slenderness", ("rod_buckling",)),),
     owned=named_tables(KEY, "cylinder"),
     drive_row="cylinder",
     on_axis=True,

@@ -217,8 +217,8 @@ FATIGUE: Part[FatigueTask] = Part(
     section="life",
     formulas="the life formula and its strengths",
     checks=(
-        RangeCheck(formulas.YIELD_RANGE, FATIGUED, "safety"),
-        RangeCheck(formulas.CYCLES_RANGE, FATIGUED, "life_cycles"),
+        RangeCheck(formulas.YIELD_RANGE, FATIGUED, "safety", ("endurance", "life", "life_cycles")),
+        RangeCheck(formulas.CYCLES_RANGE, FATIGUED, "life_cycles", ("life", "life_cycles")),
     ),
     alone=True,
 )  # fmt: skip

@@ -70,5 +70,5 @@ FLYWHEELS: Part[Real] = Part(
         Figure("flywheel_added", "flywheel inertia for the allowed speed fluctuation of a drive", "kg m^2", UNEVEN,
                averaged(of_drives(KEY, _added)), AVERAGE),
     ),
-    checks=(RangeCheck(UNEVENNESS_RANGE, UNEVEN, "flywheel", quantity=_uneven),),
+    checks=(RangeCheck(UNEVENNESS_RANGE, UNEVEN, "flywheel", ("flywheel", "flywheel_added"), _uneven),),
 )  # fmt: skip
