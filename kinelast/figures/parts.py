@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,14 +10,16 @@ import numpy as np
 from elastic.assessment import harmonics
 from kinelast.figures import report
 from kinelast.figures.entry import bounded_items
+from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
-from kinelast.scene.figure import BEAM, DRIVE, Limit, items_of
+from kinelast.scene.figure import BEAM, DRIVE, OUTPUT_ERROR, SCENE, Limit, items_of
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
+from kinelast.scene.parts.fatigue import FATIGUED
+from kinelast.scene.reading import Reader, Reading, known, reading
 from machine.cams import CamPush
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
@@ -279,21 +281,27 @@ RESERVES = {  # figure of each failure mode, and its exponent in the reserve
     "endurance": ("endurance", 1.0),
     "buckling": ("buckling", -1.0),
 }
+LIMIT_MODES = {"safety": "safety limit", "endurance": "endurance limit", "buckling": "buckling limit"}
+"""Name of the limit on the figure of a failure mode; the limit on another figure has the key of the figure."""
+OUTPUT_LIMIT = "output"  # name of the limit on the error of the output
 
 
 def breaks_first(results: Results) -> list[report.LinkReserves]:
-    """Return the reserves of each link: load factors until it fails, the link with the smallest reserve first.
+    """Return the reserves of each link and of the output, the smallest one first.
 
-    The modes are yield, endurance and buckling, if known, and the limits on beam figures. If a finite life is required,
-    the stress factor from the slope of the S-N line replaces endurance. `kinelast.runs` adds the limit speed on
-    request.
+    A reserve is the load factor until a link fails or exceeds a limit. The modes are yield, endurance and buckling, if
+    known, and the limits on figures of beams and on the output. If a finite life is required, the stress factor from
+    the slope of the S-N line replaces endurance. `kinelast.runs` adds the limit speed on request.
     """
     reader, limits = Reader(results), [(limit, bounded_items(results.scene, limit)) for limit in results.limits]
     rows = []
     for number, link in enumerate(results.mechanism.links):
         beams = [beam for beam, (owner, _) in enumerate(results.mechanism.beams) if owner == number]
-        if reserves := dict(_reserves(reader, limits, beams)) if beams else {}:
+        if reserves := _smallest(_reserves(reader, limits, beams)) if beams else {}:
             rows.append(reserves_of(link.name, reserves))
+    output = results.figures.output
+    if output and (reserves := _smallest(_output_reserves(reader))):
+        rows.append(reserves_of(f"output {output.point or output.link}", reserves))
     return sorted(rows, key=reserve_of)
 
 
@@ -312,10 +320,19 @@ def _size(found: Reading) -> float:
     return math.inf if found.value is None else found.value
 
 
+def _smallest(reserves: Iterable[tuple[str, Reading]]) -> dict[str, Reading]:
+    """Return the smallest reserve of each mode."""
+    smallest: dict[str, Reading] = {}
+    for mode, reserve in reserves:
+        if mode not in smallest or _size(reserve) < _size(smallest[mode]):
+            smallest[mode] = reserve
+    return smallest
+
+
 def _reserves(
     reader: Reader, limits: Sequence[tuple[Limit, list[int]]], beams: Sequence[int]
 ) -> Iterator[tuple[str, Reading]]:
-    """Yield the known failure modes of a link, with the smallest reserve of its beams."""
+    """Yield the known failure modes and the limits of a link, with the smallest reserve of its beams."""
     scene, peaks = reader.scene, reader.results.figures.peaks
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip
@@ -326,23 +343,40 @@ def _reserves(
             yield from _reserve(reader, "life", "life", 1.0 / slope, beams, asked)
         else:
             yield from _reserve(reader, mode, key, power, beams, 1.0)
-    of_modes = {key for key, _ in RESERVES.values()}
     for limit, items in limits:
-        if limit.of == BEAM and limit.figure not in of_modes and not limit.least and limit.bound > 0:
+        if limit.of in (BEAM, FATIGUED) and limit.figure != "life":
             own = [beam for beam in beams if beam in items]
-            yield from _reserve(reader, limit.figure, limit.figure, -1.0, own, float(limit.bound))
+            yield from _limit_reserve(reader, LIMIT_MODES.get(limit.figure, limit.figure), limit, own)
+
+
+def _output_reserves(reader: Reader) -> Iterator[tuple[str, Reading]]:
+    """Yield the reserves of the output against the limits on its error."""
+    for limit in reader.results.limits:
+        if limit.figure == OUTPUT_ERROR:
+            yield from _limit_reserve(reader, OUTPUT_LIMIT, limit, [0])
+
+
+def _limit_reserve(reader: Reader, mode: str, limit: Limit, items: Sequence[int]) -> Iterator[tuple[str, Reading]]:
+    """Yield the smallest reserve of some items against a limit that larger loads approach."""
+    if limit.bound > 0 and limit.least == (limit.figure in RECIPROCAL):
+        yield from _reserve(reader, mode, limit.figure, 1.0 if limit.least else -1.0, items, float(limit.bound))
 
 
 def _reserve(
-    reader: Reader, mode: str, key: str, power: float, beams: Sequence[int], bound: float
+    reader: Reader, mode: str, key: str, power: float, items: Sequence[int], bound: float
 ) -> Iterator[tuple[str, Reading]]:
-    peaks = reader.results.figures.peaks.get(key) or []
-    finite = [(beam, peaks[beam]) for beam in beams if peaks and math.isfinite(peaks[beam].value) and peaks[beam].value]
+    figures, scene = reader.results.figures, reader.scene
+    peaks = figures.peaks.get(key) or []
+    finite = [(item, peaks[item]) for item in items if peaks and math.isfinite(peaks[item].value) and peaks[item].value]
     if finite:
-        beam, peak = min(finite, key=lambda each: abs(each[1].value) ** power)
+        item, peak = min(finite, key=lambda each: abs(each[1].value) ** power)
         value = (abs(peak.value) / bound) ** power
-        error = error_entries(value, peak.error_size * abs(power) * value / abs(peak.value))
-        yield mode, reading(value, "1", **error, label=reader.scene.labels[beam], **reader.at_peak(peak))
+        figure = figures.by_key[key]
+        error = reader.error_of(peak, figure.units(scene)[item])  # a reserve is as reliable as its figure
+        if error["error"] is not None:
+            error["error"] *= abs(power) * value / abs(peak.value)
+        label = {} if figure.of == SCENE else {"label": scene.labels[item]}
+        yield mode, reading(value, "1", **error, **label, **reader.at_peak(peak))
 
 
 def with_limit_speed(

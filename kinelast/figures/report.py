@@ -128,9 +128,10 @@ class OutputReading(Reading, frozen=True, kw_only=True):
 
 
 class LinkReserves(Record, frozen=True):
-    """Load factors at which a link fails, by failure mode.
+    """Load factors at which a link fails or exceeds a limit, by failure mode.
 
-    `governs` is the failure mode with the smallest factor; `reserve` is that factor.
+    `link` is the name of the link, or "output" and the name of the output. `governs` is the failure mode with the
+    smallest factor; `reserve` is that factor.
     """
 
     link: str

@@ -134,15 +134,19 @@ function trustLine() {
 // it.
 /** @param {any} figure */
 function errorWords(figure) {
-  const { value, unit, error, error_unknown: unknown, error_measured: measured, unreliable } = figure ?? {};
+  return errorSize(figure) + unreliableMark(figure);
+}
+
+/** @param {any} figure */
+function errorSize(figure) {
+  const { value, unit, error, error_unknown: unknown, error_measured: measured } = figure ?? {};
   if (error === null && unknown && value !== null) return " (error unknown)";
   if (value === null || value === undefined) return "";
-  const size = error
+  return error
     ? ` ± ${error <= Math.abs(value) ? errorShare(error / Math.abs(value)) : figureAngle({ value: error, unit }, 2)}${
       measured ? " measured" : ""
     }`
     : "";
-  return size + unreliableMark({ value, error, unreliable });
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;

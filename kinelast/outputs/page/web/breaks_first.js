@@ -3,24 +3,35 @@ const MODES = {
   yield: "yield",
   endurance: "endurance",
   buckling: "buckling",
+  "safety limit": "limit on safety",
+  "endurance limit": "limit on endurance",
+  "buckling limit": "limit on buckling",
   deflection: "deflection",
   chord: "deflection from chord",
+  output: "output error",
   life: "life",
   "limit speed": "limit speed",
 };
+const modeName = (mode) => MODES[mode] ?? summary.figures[mode]?.name ?? mode;
 const MOST = 1000; // largest printed reserve
-const reserveWords = (
-  reserve,
-) => (reserve ? (reserve.value > MOST ? `more than ${MOST}` : number(reserve.value, 3) + errorWords(reserve)) : "");
+
+// Reserve with its error, which is marked as unreliable if the figure of the reserve is.
+function reserveWords(reserve) {
+  if (!reserve) return "";
+  if (reserve.value > MOST) return `more than ${MOST}`;
+  return number(reserve.value, 3) + errorSize(reserve) + (reserve.unreliable ? " (unreliable)" : "");
+}
 
 // Place of a failure: label of the beam, position along it (missing for a whole beam), and instant.
 function spotOf(mode, reserve) {
   const { label } = reserve,
     known = {
       yield: () => summary.strength[label]?.safety_factor,
+      "safety limit": () => summary.strength[label]?.safety_factor,
       deflection: () => summary.peaks[label]?.w,
       chord: () => summary.peaks[label]?.chord,
       endurance: () => summary.life?.links[label],
+      "endurance limit": () => summary.life?.links[label],
       life: () => summary.life?.links[label],
     };
   return { label, along: known[mode]?.()?.along ?? null, at: reserve };
@@ -34,33 +45,34 @@ function firstSpot() {
   return beam < 0 ? null : {
     beam,
     part: spot.along.value / summary.links[beam].length.value,
-    words: `breaks first: ${row.link} by ${MODES[row.governs]}, reserve ${reserveWords(row.reserve)}`,
+    words: `breaks first: ${row.link} by ${modeName(row.governs)}, reserve ${reserveWords(row.reserve)}`,
   };
 }
 
 function breaksFirst() {
   const rows = summary.breaks_first;
   if (!rows.length) return;
-  const modes = Object.keys(MODES).filter((mode) => rows.some((row) => row.reserves[mode]));
+  const found = rows.flatMap((row) => Object.keys(row.reserves)),
+    modes = [...new Set([...Object.keys(MODES), ...found])].filter((mode) => found.includes(mode));
   section(
     "breaks-first",
     "Reserves",
     "What breaks first",
     soft(
-      "Reserve: load factor until a link yields, breaks, buckles or exceeds its limit. Below 1 it has " +
-        `failed.${firstSpot() ? " The red ring on the mechanism marks the first failure." : ""}`,
+      "Reserve: load factor until a link yields, breaks or buckles, or a limit is exceeded. Below 1 this has " +
+        `happened.${firstSpot() ? " The red ring on the mechanism marks the first failure." : ""}`,
     ),
     longTable(rows, [
-      { name: "Link", text: (row) => row.link },
-      { name: "governs", text: (row) => MODES[row.governs] },
+      { name: "Link or output", text: (row) => row.link },
+      { name: "governs", text: (row) => modeName(row.governs) },
       { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
       { name: "where", text: (row) => whereWords(spotOf(row.governs, row.reserve)) },
       ...modes.map((mode) => ({
-        name: MODES[mode],
+        name: modeName(mode),
         of: (row) => row.reserves[mode]?.value ?? NaN,
         words: (row) => reserveWords(row.reserves[mode]),
       })),
-    ], "Reserves of the links"),
+    ], "Reserves"),
   );
 }
 

@@ -153,7 +153,7 @@ function decidingTile() {
   return tile(
     `Breaks first: ${link}`,
     `reserve ${reserveWords(reserve).replace("more than", ">")}`,
-    `${MODES[governs]}, ${where}`,
+    [modeName(governs), where].filter(Boolean).join(", "),
     {
       level,
       means,
