@@ -1,7 +1,7 @@
-"""Closed-form section forces and displacements of the links of moving mechanisms.
+"""Closed-form section forces and displacements of the elastic links of a moving mechanism.
 
-Needs only numpy and `rigid`. See also `elastic.assessment` (stress, stability, validity), `elastic.vibration` (natural
-frequencies) and `elastic.elastodynamics` (vibrating links).
+This package depends only on numpy and `rigid`. See also `elastic.assessment` (stress, stability, validity of beam
+theory), `elastic.vibration` (natural frequencies) and `elastic.elastodynamics` (vibrating links).
 """
 
 from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, tube

@@ -1,18 +1,22 @@
-"""Array types for values on beams, named by their axes; `...` is the axis of designs, if there are several."""
+"""Array types for quantities on beams.
+
+The names describe the axes. In shapes, `...` stands for the axis of designs, which is present only if there are
+several designs.
+"""
 
 from rigid.arrays import Complexes, Reals
 
 VectorCoefficients = Complexes
-"""Polynomials with vector coefficients, same shape as `Coefficients`."""
+"""Polynomials with vector coefficients (complex numbers), with the shape of `Coefficients`."""
 
 Coefficients = Reals
-"""Polynomials in powers of xi, shape (n, beams, ..., positions), or (n, pieces, ..., positions)."""
+"""Polynomials in ascending powers of xi, shape (n, beams, ..., positions) or (n, pieces, ..., positions)."""
 
 PerBeam = Reals
-"""One number per beam, shape (beams, ..., positions), or (beams, ..., 1) if equal at all positions."""
+"""One number per beam, shape (beams, ..., positions), or (beams, ..., 1) if it is the same at all positions."""
 
 VectorPerBeam = Complexes
-"""One vector per beam, same shape as `PerBeam`."""
+"""One vector (complex number) per beam, with the shape of `PerBeam`."""
 
 AtStations = Reals
 """Values along the beams, shape (beams, ..., positions, stations)."""

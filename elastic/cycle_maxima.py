@@ -1,8 +1,9 @@
-"""Exact largest magnitudes of fields over all positions, with a close search at only a few positions.
+"""Exact largest magnitudes of fields over all positions, from a detailed search at only a few of them.
 
-Between stations h apart a polynomial p deviates from its chord by at most h^2/8 max |p''|. |p''| is at most its largest
-Bernstein coefficient. A position is dropped if this upper bound is below the value at a station of another position.
-The remaining positions are bounded again with closer stations, and then searched as in `extremes`.
+Between two stations at a distance h, a polynomial p deviates from its chord by at most h^2/8 max |p''|, and |p''| is at
+most its largest Bernstein coefficient. This gives an upper bound at each position. A position is dropped if its upper
+bound is below a value that another position reaches at a station. The bounds of the remaining positions are refined
+with closer stations, and the positions that are left are searched as in `extremes`.
 """
 
 from __future__ import annotations
@@ -23,31 +24,32 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Flags, Integers
 
-COARSE, FINE = 4, 16  # numbers of intervals between stations on a piece
-SLACK = 1.0 + 1e-9  # factor on bounds that covers their round-off
+COARSE, FINE = 4, 16  # number of intervals per piece for the first and the refined bounds
+SLACK = 1.0 + 1e-9  # safety factor on the bounds for round-off
 
 
 def cycle_maxima(
     deflection: Deflection, fields: Sequence[str], counted: Flags | None = None, period: Reals | None = None
 ) -> dict[str, Largest]:
-    """Largest magnitudes over beams and positions; nan and position -1 if no value is known.
+    """Find the largest magnitude of each field on each beam over all positions.
 
-    The result equals the largest value of `extremes` over the positions to round-off, at a fraction of the cost.
+    The result equals the largest value of `extremes` over the positions to round-off, at a fraction of the cost. If no
+    value is known, the value is nan and the position is -1.
 
     Parameters
     ----------
     fields
         Keys of `FIELDS`.
     counted
-        Positions to include, shape (..., positions); all by default. nan values are always ignored.
+        Mask of the positions to include, shape (..., positions); by default all. nan values are always ignored.
     period
-        Duration of the cycle that the positions form [s], shape (...). If given, maxima between positions are estimated
-        by the parabola through the largest value and its two neighbours in time.
+        Duration of the cycle [s], shape (...). If given, the maximum between the positions is estimated from the
+        parabola through the largest value and its two neighbours in time.
 
     Raises
     ------
     ValueError
-        If there is no such field.
+        If a field does not exist.
 
     Examples
     --------
@@ -100,7 +102,7 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
 
 
 def _neighbours(parts: Sequence[_BoundedField], owner: Integers, place: Integers, source: Integers) -> Coefficients:
-    """Magnitudes before and after the position of each maximum, shape (2, beams, ...)."""
+    """Return the magnitudes at the positions before and after each maximum, shape (2, beams, ...)."""
     greatest = np.full((2, *place.shape), -1.0)
     for number, part in enumerate(parts):
         where = np.nonzero((source == number)[owner])
@@ -112,7 +114,7 @@ def _neighbours(parts: Sequence[_BoundedField], owner: Integers, place: Integers
 
 
 def _parabola_tops(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
-    """Vertices of the parabolas through the maxima and their neighbours in time."""
+    """Return the vertices of the parabolas through the maxima and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
         np.take_along_axis(at[None], ((place + step) % at.shape[-1])[..., None], -1)[..., 0] for step in (-1, 0, 1)
@@ -126,7 +128,7 @@ def _parabola_tops(best: Coefficients, neighbours: Coefficients, time: Reals, pl
 
 
 def _enter_largest(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
-    """Enter the largest value of each row (the first if several are equal); return the indices of changed rows."""
+    """Update the largest value of each row (the first of equal values) and return the indices of the updated rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
     row, size, position = row[order], size[order], position[order]
@@ -143,7 +145,7 @@ def _enter_largest(best: Reals, place: Integers, row: Integers, size: Reals, pos
 
 @dataclass(frozen=True, eq=False)
 class _BoundedField:
-    """Polynomials, or squares of the field, with bounds on their largest magnitudes."""
+    """Polynomials of a field, or of its square, with bounds on the largest magnitude of the field."""
 
     values: Coefficients
     square: bool
@@ -151,19 +153,19 @@ class _BoundedField:
     high: Reals
 
     def greatest(self, values: Coefficients) -> Reals:
-        """Largest magnitudes of some of the polynomials, shape (n, ...)."""
+        """Return the largest magnitude of each of the given polynomials, coefficients of shape (n, ...)."""
         size = np.abs(greatest_at(*at_marks(values, turning_points(values)))[0])
         return np.sqrt(size) if self.square else size
 
 
 def _parts_of(key: str) -> list[str]:
-    """Resolve `greatest_of` recursively into polynomials and roots of polynomials."""
+    """Resolve `greatest_of` recursively into fields that are polynomials or roots of polynomials."""
     parts = field_named(key).greatest_of
     return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
 def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Reals]:
-    """Bounds on the magnitude on [0, 1] of polynomials, or of their roots, from stations 1/steps apart."""
+    """Bound the magnitude of polynomials (or of their roots) on [0, 1], using stations at a distance of 1/steps."""
     seen = _station_matrix(len(values), steps) @ values.reshape(len(values), -1)
     np.abs(seen, out=seen)
     low = seen[: steps + 1].max(axis=0)
@@ -174,26 +176,26 @@ def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Real
 
 @lru_cache(maxsize=64)
 def _station_matrix(count: int, steps: int) -> Reals:
-    """Matrix from power coefficients to values at stations and Bernstein coefficients of the second derivative."""
+    """Return the matrix that maps power coefficients to station values and second-derivative Bernstein coefficients."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
     return np.vstack([values, in_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
 def _upper_bound(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
-    """Upper bound on the root of a sum of squares over all positions, shape (pieces, ...)."""
+    """Return an upper bound on the root of a sum of squares over all positions, shape (pieces, ...)."""
     total = sum(weight * np.square(_largest_coefficient(coefficients(deflection, key))) for weight, key in roots)
     return SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
 
 
 def _largest_coefficient(values: Coefficients) -> Reals:
-    """Largest Bernstein coefficient of polynomials given in powers, an upper bound on their values."""
+    """Return the largest Bernstein coefficient of polynomials in powers of xi, which bounds their magnitude."""
     found = in_bernstein(len(values)) @ values.reshape(len(values), -1)
     return np.abs(found).max(axis=0).reshape(values.shape[1:])
 
 
 def _largest_of_beams(values: Reals, owner: Integers, beams: int) -> Reals:
-    """Largest value over each beam's pieces; -1 if unknown."""
+    """Return the largest value over the pieces of each beam (-1 if unknown)."""
     result = np.full((beams, *values.shape[1:]), -1.0)
     known = np.where(np.isnan(values), -1.0, values)
     if len(owner) == beams:

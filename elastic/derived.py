@@ -1,7 +1,7 @@
-"""Every field as polynomials on the pieces of the beams, either from the solution or derived from its fields.
+"""Fields as polynomials on the pieces of the beams: those of the solution, and those derived from them.
 
-Bending stress is -M y/I for a symmetric section. The left fibre is on the side of +y' and the right one on the side of
--y'.
+The bending stress of a symmetric section is -M y/I. The left fibre is on the +y' side of the beam and the right fibre
+on the -y' side.
 """
 
 from collections.abc import Callable, Iterable
@@ -26,11 +26,11 @@ STRESSES: dict[str, tuple[tuple[float, str, str, str, str], ...]] = {
     "right": ((1.0, "M", "fibre", "inertia", "EI"), _AXIAL),
     "shear": ((1.0, "V", "peak_shear", "area", "EA"),),
 }
-"""Parts of each stress: sign, section force, two section properties that multiply and divide it, and their taper."""
+"""Terms of each stress: sign, section force, the section properties that multiply and divide it, and their taper."""
 
 
 def coefficients(deflection: Deflection, field: str) -> Coefficients:
-    """Coefficients of a field in powers of t from 0 to 1 on each piece.
+    """Return the coefficients of a field in powers of t, which runs from 0 to 1 on each piece.
 
     Parameters
     ----------
@@ -40,19 +40,19 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     Raises
     ------
     ValueError
-        If there is no such field, or it is not a polynomial.
+        If the field does not exist or is not a polynomial.
 
     Returns
     -------
-    Shape (coefficients, pieces, ..., positions), units of the field; see `Deflection.division` for the pieces. Stresses
-    are nan if the section's dimensions are unknown.
+    Array of shape (coefficients, pieces, ..., positions) in the unit of the field; the pieces are described in
+    `Deflection.division`. Stresses are nan if the dimensions of the section are unknown.
     """
     entry = field_named(field)
     if entry.integral_of:
         return getattr(deflection, entry.key)
     if entry.key not in _MADE:
         polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
-        raise ValueError(f'the field "{field}" is no polynomial: choose from {polynomials}')
+        raise ValueError(f'the field "{field}" is not a polynomial: choose from {polynomials}')
     values = _MADE[entry.key](deflection)
     return values
 
@@ -63,7 +63,7 @@ def _load(deflection: Deflection, part: Callable[[VectorCoefficients], Coefficie
 
 
 def _chord(deflection: Deflection) -> Coefficients:
-    """Deflection from the line through the displaced ends of each member."""
+    """Return the deflection from the line through the displaced ends of each member."""
     division, w = deflection.division, deflection.w
     chord: Coefficients = w.copy()
     first = np.searchsorted(division.beam, np.arange(len(deflection.sections)))
@@ -81,7 +81,7 @@ def _chord(deflection: Deflection) -> Coefficients:
 
 
 def _stress(deflection: Deflection, key: str) -> Coefficients:
-    """Stress as the sum of section forces times their factors."""
+    """Return a stress: the sum of the section forces times their factors."""
     parts = (
         _lowered(deflection, multiplied(getattr(deflection, force), factor))
         for force, factor in stress_factors(deflection, key)
@@ -90,12 +90,12 @@ def _stress(deflection: Deflection, key: str) -> Coefficients:
 
 
 def stress_factors(deflection: Deflection, key: str) -> list[tuple[str, Coefficients]]:
-    """Section forces that cause a stress, and the stress per unit force on each piece, shape (n, pieces, ..., 1)."""
+    """Return the section forces that cause a stress and the stress per unit force, shape (n, pieces, ..., 1)."""
     return [(force, side * _quotient(deflection, *quotient)) for side, force, *quotient in STRESSES[key]]
 
 
 def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Coefficients:
-    """Coefficients of a weighted sum of squares of fields, see `coefficients`."""
+    """Return the coefficients of a weighted sum of squares of fields, in the form of `coefficients`."""
     squares = []
     for weight, key in parts:
         values = coefficients(deflection, key)
@@ -104,7 +104,7 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
 
 
 def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
-    """Remove round-off from products of polynomials along tapered beams."""
+    """Lower the degree of products of polynomials on tapered beams, where the highest powers are only round-off."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
@@ -112,14 +112,17 @@ def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
 
 @lru_cache(maxsize=64)
 def _at_start(sections: tuple[Section, ...], over: str, under: str, ndim: int) -> Reals:
-    """Quotient of two section properties at the starts of the beams, shape (beams, ..., 1)."""
+    """Return the quotient of two section properties at the start of each beam, shape (beams, ..., 1)."""
     return per_row(
         [(getattr(each, over) if over else 1.0) / np.asarray(getattr(each, under)) for each in sections], ndim, float
     )
 
 
 def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Coefficients:
-    """Quotient of two section properties that tapers like a rigidity, on each piece, shape (n, pieces, ..., 1)."""
+    """Return the quotient of two section properties on each piece, shape (n, pieces, ..., 1).
+
+    The denominator tapers like the rigidity `rigidity`.
+    """
     ndim, division = len(deflection.motion.columns), deflection.division
     at_start = _at_start(deflection.sections, over, under, ndim)
     values: Coefficients = at_start[None, division.beam]

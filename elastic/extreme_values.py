@@ -1,7 +1,8 @@
 """Exact extreme values of the fields along every beam.
 
-The derivative of each field is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one field are the turning
-points of the next and bracket its zeros, so all zeros follow along the chain from the load.
+In the chains q_y, V, M, phi, w and q_x, N, u, each field is proportional to the derivative of the next. The zeros of a
+field are therefore the turning points of the next field, and bracket the zeros of that field. All zeros are found by
+following the chain from the load.
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,7 +29,7 @@ from rigid import Reals
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Extreme:
-    """Value of largest magnitude along every beam and its station, shape (beams, ..., positions)."""
+    """Value of the largest magnitude along every beam, and its station xi, shape (beams, ..., positions)."""
 
     value: Reals
     xi: Reals
@@ -38,7 +39,7 @@ class Extreme:
 
 
 def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[str, Extreme]:
-    """Find the values of largest magnitude along every beam, to round-off; nan at singular positions.
+    """Find the value of the largest magnitude along every beam to round-off (nan at singular positions).
 
     Parameters
     ----------
@@ -48,11 +49,11 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     Raises
     ------
     ValueError
-        If there is no such field.
+        If a field does not exist.
 
     Examples
     --------
-    A 1 m rod with 1 kg/m rotates at 1 rad/s; its largest axial force is 1/2 N, at the root.
+    A rod of 1 m with 1 kg/m rotates at 1 rad/s. Its largest axial force is 1/2 N, at the pivot.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -82,7 +83,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
-    """Return the fields and, recursively, the fields in their `greatest_of`."""
+    """Return the fields together with all fields that their `greatest_of` refers to, recursively."""
     wanted: dict[str, None] = {}
     for key in fields:
         wanted |= dict.fromkeys((*_with_parts(field_named(key).greatest_of), key))
@@ -90,11 +91,12 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
-    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection (turning points from M).
+    """Find the extremes of the wanted fields of a chain of integrals.
 
-    A chain is broken at u and w by the sections' free strain or shear, at M by couples, and everywhere by additional
-    free strains (`AddedLoads`). Turning points are then computed from the field itself. Fields of rotated sections form
-    no chain.
+    The chord deflection is found together with phi, because the turning points of its slope are the zeros of M too.
+    Free strain or shear deformation of the sections breaks a chain at u and w, distributed couples break it at M, and
+    the free strains of `AddedLoads` break it everywhere. The turning points are then computed from the field itself.
+    Fields of rotated sections form no chain.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
@@ -120,7 +122,7 @@ def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: 
 
 
 def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Extremes of fields outside the chains; fields of the same degree are processed together."""
+    """Find the extremes of fields outside the chains, processing fields of the same degree together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)
@@ -135,15 +137,16 @@ def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dic
     return greatest
 
 
-def _root_extreme(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
-    """Extreme of the root of a sum of squares; 0 if it cannot exceed the extreme `beside`.
+def _root_extreme(deflection: Deflection, key: str, lower_bound: Extreme | None = None) -> Extreme:
+    """Find the extreme of a root of a sum of squares.
 
-    On [0, 1] a polynomial is at most the sum of its coefficients' magnitudes.
+    If it cannot exceed the extreme `lower_bound`, 0 is returned instead. The check uses the sum of the coefficients'
+    magnitudes, which bounds a polynomial on [0, 1].
     """
     squares = sum_of_squares(deflection, field_named(key).root_of)
     near = np.ones(squares.shape[1:], bool)
-    if beside is not None:
-        near = ~(np.abs(squares).sum(0) <= beside.value[deflection.division.beam] ** 2)
+    if lower_bound is not None:
+        near = ~(np.abs(squares).sum(0) <= lower_bound.value[deflection.division.beam] ** 2)
     value, xi = np.zeros(near.shape), np.zeros(near.shape)
     if near.any():
         some = np.ascontiguousarray(squares[:, near])
@@ -152,7 +155,7 @@ def _root_extreme(deflection: Deflection, key: str, beside: Extreme | None = Non
 
 
 def _largest_of_pieces(pieces: Extreme, deflection: Deflection) -> Extreme:
-    """Largest value over each beam's pieces."""
+    """Return the largest value over the pieces of each beam."""
     division = deflection.division
     if division.whole:
         return pieces

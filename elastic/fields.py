@@ -1,8 +1,8 @@
 """Registry of fields along a beam: key, symbol, name, unit and definition.
 
-It is used for sampling, extremes, tables, diagrams, maps and meshes. A new field that is the largest of known fields,
-or the root of a sum of their squares, is one entry here. A field with its own formula also needs a function in
-`elastic.derived`.
+The registry is used for sampling, extremes, tables, diagrams, maps and meshes. To add a field that is the largest of
+existing fields, or the root of a sum of their squares, add one entry here. A field with its own formula also needs a
+function in `elastic.derived`.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 
 class FieldKind(Enum):
-    """Kind of a field's quantity."""
+    """Kind of quantity that a field represents."""
 
     LOAD = "load"
     FORCE = "section force"
@@ -22,27 +22,27 @@ class FieldKind(Enum):
 
 @dataclass(frozen=True)
 class Field:
-    """A quantity along every beam.
+    """Quantity that varies along every beam.
 
     Attributes
     ----------
     key
         Name in code, tables and files.
     symbol, name, unit
-        Text that is shown with the values.
+        Texts shown with the values.
     kind
         Kind of quantity.
     integral_of
-        This field is the integral of that field along the beam, up to a factor and a constant: N of q_x, M of V, w of
-        phi.
+        Key of the field whose integral along the beam is this field, up to a factor and a constant: q_x for N, V for M,
+        phi for w.
     greatest_of
-        Keys of fields; this field is the one with the largest magnitude.
+        Keys of the fields of which this field is the one with the largest magnitude.
     root_of
-        Weights and keys of fields; this field is the root of their weighted sum of squares.
+        Weights and keys of the fields of which this field is the root of the weighted sum of squares.
     signed
-        True if values may be negative; diagrams and colours then use both sides of zero.
+        True if values may be negative. Diagrams and colour scales then extend to both sides of zero.
     main
-        True if tables and files include it by default.
+        True if tables and files include the field by default.
     """
 
     key: str
@@ -58,12 +58,12 @@ class Field:
 
     @property
     def title(self) -> str:
-        """Name with a capital letter, except for personal names that begin with "von"."""
+        """Name with an initial capital, except for "von Mises"."""
         return self.name if self.name.startswith("von ") else self.name.capitalize()
 
     @property
     def slug(self) -> str:
-        """Name as a word of a command."""
+        """Name of the field on the command line, for example "bending-moment"."""
         return self.name.lower().replace(" ", "-")
 
 
@@ -109,7 +109,7 @@ def field_named(name: str) -> Field:
     Raises
     ------
     ValueError
-        If there is no such field; the message lists all fields.
+        If the field does not exist. The message lists all fields.
     """
     if name in FIELDS:
         return FIELDS[name]
@@ -119,7 +119,7 @@ def field_named(name: str) -> Field:
 
 
 def chains() -> tuple[tuple[str, ...], ...]:
-    """Chains of integrals from each load: q_x, N, u and q_y, V, M, phi, w."""
+    """Return the chains of successive integrals: q_x, N, u and q_y, V, M, phi, w."""
     after = {field.integral_of: field.key for field in _ALL if field.integral_of}
 
     def chain(key: str) -> tuple[str, ...]:

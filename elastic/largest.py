@@ -1,4 +1,4 @@
-"""Value of the largest magnitude over the positions, and its position."""
+"""Largest magnitude over the positions, and the position at which it occurs."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,25 +7,25 @@ import numpy as np
 
 from rigid.arrays import Integers, Numbers, Reals
 
-JUMP_WIDTH = 1e-8  # largest distance between both sides of a jump, relative to the run
+JUMP_WIDTH = 1e-8  # positions closer than this are the two sides of a jump; relative to the duration of the run
 
 
 @dataclass(frozen=True, eq=False)
 class Largest:
-    """Values of the largest magnitude over the positions.
+    """Largest magnitude over the positions.
 
     Attributes
     ----------
     value
-        Value, with its sign if known, shape (...); nan if no value is known.
+        Value with the largest magnitude, including its sign if known, shape (...); nan if no value is known.
     position
         Index of the position; -1 if no value is known.
     xi
-        Station on the beam; nan if there is none or it was not requested.
+        Station on the beam; nan if it does not apply or was not requested.
     row
-        Index of the row with the largest value, after `largest_row`.
+        Index of the row with the largest value, set by `largest_row`.
     gain
-        Increase of the value at the peak between the positions; zero if not computed.
+        Amount by which the peak between the positions exceeds the value; zero if not computed.
     """
 
     value: Reals
@@ -36,16 +36,16 @@ class Largest:
 
 
 def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
-    """Find the largest magnitude over the last axis (positions), ignoring nan and inf.
+    """Find the largest magnitude over the last axis (positions), ignoring nan and infinite values.
 
     Parameters
     ----------
     values
-        Shape (..., positions). Complex values are replaced by their magnitude.
+        Values of shape (..., positions). Complex values are replaced by their magnitudes.
     counted
-        Positions to include, bool, shape (..., positions); all by default.
+        Boolean mask of the positions to include, shape (..., positions); by default all.
     xi
-        Station of each value, shape of `values`.
+        Station of each value, same shape as `values`.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
 
 
 def largest_row(rows: Largest, least: bool = False) -> Largest:
-    """Combine several rows, shape (rows, ...), to the largest known magnitude, or to the smallest value (`least`)."""
+    """Return the largest known magnitude over the first axis (rows), or the smallest value if `least` is True."""
     value = np.asarray(rows.value)
     row = value.argmin(axis=0) if least else np.where(np.isnan(value), -1.0, np.abs(value)).argmax(axis=0)
     wide = (np.broadcast_to(each, value.shape) for each in (rows.value, rows.position, rows.xi, rows.gain))
@@ -79,18 +79,19 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
 
 
 def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -> Reals:
-    """Height above a maximum of the parabola through it and its two neighbours in time.
+    """Estimate by how much the peak between the positions exceeds the largest value.
 
-    It is zero at the ends of a run and at a jump.
+    The peak is the vertex of the parabola through the largest value and its two neighbours in time. The result is zero
+    at the ends of a run and at a jump.
 
     Parameters
     ----------
     size
-        Shape (..., positions).
+        Magnitudes, shape (..., positions).
     position
         Index of the maximum, shape (...); -1 if unknown.
     time, period
-        Times of the positions, shape (positions,), and period of the cycle if they form one [s].
+        Times of the positions [s], shape (positions,), and the period if they form a cycle [s].
 
     Examples
     --------
@@ -108,12 +109,12 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
         bend = rise + fall
         more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
         near = np.minimum(left, right) <= JUMP_WIDTH * np.ptp(time)
-        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the largest gain for even steps
+        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the limit for equal steps
         known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
     return np.where(known, limited, 0.0)
 
 
 def taken(values: Numbers, at: Integers) -> Numbers:
-    """Take one value of the last axis per row, faster than `take_along_axis`."""
+    """Take one value per row from the last axis. This is faster than `take_along_axis`."""
     flat = values.reshape(-1, values.shape[-1])
     return flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)

@@ -1,4 +1,4 @@
-"""Fields at stations, and the displacement and rotation of points."""
+"""Evaluation of fields at stations, and displacements and rotations of points."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -15,7 +15,7 @@ from rigid import Beam
 from rigid.arrays import ArrayLike, Complexes, Reals
 
 STATIONS = 101
-MIN_DEFLECTION_SHARE = 0.01  # lower bound on a beam's reference deflection, relative to the largest of all beams
+MIN_DEFLECTION_SHARE = 0.01  # smallest reference deflection of a beam, relative to the largest deflection of all beams
 
 
 def sample(
@@ -26,29 +26,30 @@ def sample(
     Parameters
     ----------
     field
-        Slug as on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w",
-        "phi", "chord", "q_x", "q_y", or a stress: "axial", N/A; "left" and "right", normal stress in the outermost
-        fibres, N/A - M c/I and N/A + M c/I; "normal", the larger of these in magnitude; "shear", largest in the
-        section, f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", largest of the outermost fibres and the axis.
+        Name on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w", "phi",
+        "chord", "q_x", "q_y", or one of the following stresses. "axial" is N/A. "left" and "right" are the normal
+        stresses in the outermost fibres, N/A - M c/I and N/A + M c/I. "normal" is the one with the larger magnitude.
+        "shear" is the largest shear stress in the section, f V/A. "axis" is sqrt((N/A)^2 + 3 (f V/A)^2). "mises" is the
+        largest von Mises stress of the outermost fibres and the axis.
     stations
-        Values of xi = x'/l from 0 to 1, shape (stations,), or the number of evenly spaced stations.
+        Values of xi = x'/l between 0 and 1, shape (stations,), or a number of evenly spaced stations.
     known
-        Known values of this deflection at these stations, by key. They are reused and new ones are added, because
-        stresses share components.
+        Cache of values of this deflection at these stations, by key. Values in it are reused and new ones are added,
+        because stresses share components.
 
     Raises
     ------
     ValueError
-        If there is no such field, or a station is not on the beam.
+        If the field does not exist, or a station is not between 0 and 1.
 
     Returns
     -------
-    Shape (beams, ..., positions, stations), units of the field; at a sliding block, the value before it. Stresses are
-    nan if the section's dimensions are unknown.
+    Array of shape (beams, ..., positions, stations) in the unit of the field. At a sliding block the value is the one
+    before the block. Stresses are nan if the dimensions of the section are unknown.
 
     Examples
     --------
-    A 1 m cantilever with a 10 mm square section carries 100 N: 600 MPa at its root.
+    A cantilever of 1 m with a square section of 10 mm carries 100 N, so the stress at its root is 600 MPa.
 
     >>> from elastic import deflection, rectangle, section_of
     >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad, motion
@@ -61,7 +62,7 @@ def sample(
     """
     xi = np.linspace(0.0, 1.0, stations) if isinstance(stations, int) else np.asarray(stations, float)
     if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
-        raise ValueError(f"stations from {xi.min():g} to {xi.max():g}, expected from 0 to 1, shares of the length")
+        raise ValueError(f"stations range from {xi.min():g} to {xi.max():g}, expected fractions of the length, 0 to 1")
     entry = field_named(field)
     if known is None:
         return _sampled(deflection, entry, xi, {})
@@ -86,14 +87,14 @@ def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, A
 
 
 def larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
-    """Return, of two values each, the one with the larger magnitude."""
-    larger = one.copy(order="K")  # unlike `where`, keeps the order in memory, which is faster
+    """Return, element by element, the value with the larger magnitude."""
+    larger = one.copy(order="K")  # unlike `where`, this keeps the memory order, which is faster
     np.copyto(larger, other, where=np.abs(other) > np.abs(one))
     return larger
 
 
 def displacement_of(deflection: Deflection, link: str | int, point: str) -> Complexes:
-    """Displacement of a link's point from its rigid position [m], complex, shape (..., positions).
+    """Return the displacement of a point of a link from its rigid position [m], complex, shape (..., positions).
 
     A point that is not on a beam moves with the axes of its link.
     """
@@ -108,7 +109,10 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
 
 
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
-    """Rotation of a link at a point [rad], shape (..., positions): of the section, or else of the link's axes."""
+    """Return the rotation of a link at a point [rad], shape (..., positions).
+
+    It is the rotation of the section if the point is on a beam, and otherwise that of the link's axes.
+    """
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
     turned = _fields_at_point(deflection, at, point, ("phi",))
@@ -118,7 +122,10 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
 def _fields_at_point(
     deflection: Deflection, at: int, point: str, fields: Sequence[str]
 ) -> tuple[Beam, list[Reals]] | None:
-    """First beam that ends at a point, or else passes through it, and its fields there; None if there is no beam."""
+    """Return the first beam that ends at a point, or else passes through it, with its fields there.
+
+    Return None if no beam reaches the point.
+    """
     beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
     for number, beam in beams:
         pieces = deflection.division.of_beam(number)
@@ -136,5 +143,8 @@ def _fields_at_point(
 
 
 def reference_deflection(largest: PerBeam) -> PerBeam:
-    """Reference for relative errors, shape (beams, ...): largest deflection, at least a share of that of all beams."""
+    """Return the reference deflection of each beam for relative errors, shape (beams, ...).
+
+    It is the largest deflection of the beam, or `MIN_DEFLECTION_SHARE` times the largest of all beams if that is more.
+    """
     return np.maximum(largest, MIN_DEFLECTION_SHARE * largest.max(axis=0, initial=0.0))

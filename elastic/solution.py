@@ -1,4 +1,4 @@
-"""Deflections from motion: section forces, elastic line, and compatibility at the joints."""
+"""Deflection of a moving mechanism: section forces, elastic lines, and compatibility at the joints."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from rigid.plane import ZERO
 
 
 def _field_property(field: str) -> cached_property[Coefficients]:
-    """Create a property that computes a field on the pieces on first use."""
+    """Create a property that computes a field on the pieces when first used."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
 
@@ -46,28 +46,29 @@ def _field_property(field: str) -> cached_property[Coefficients]:
 class Deflection:
     """Exact section forces and displacements of every beam.
 
-    N, V, M, u, w, phi are polynomials of t from 0 to 1 on each piece, in beam axes: arrays of shape (coefficients,
-    pieces, ..., positions), ascending powers, computed on first use. Pieces are the beams, in the order of
-    `Mechanism.beams`, unless blocks or tapers divide them; see `division`. See also `sample` and `extremes`.
+    N, V, M, u, w and phi are polynomials in t, which runs from 0 to 1 on each piece. They are in beam axes and are
+    computed when first used. Each is an array of shape (coefficients, pieces, ..., positions) with ascending powers.
+    The pieces are the beams in the order of `Mechanism.beams`, unless sliding blocks or tapers divide them; see
+    `division`. Use `sample` and `extremes` to evaluate fields.
 
     Attributes
     ----------
     N, V, M
-        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y,
+        Axial force (tension positive) [N], shear force [N], and bending moment [N m], with N' = -q_x, V' = q_y and
         M' = V - `couple`.
     u, w, phi
-        Longitudinal and transverse displacement [m] and rotation of the section [rad], from the rigid position.
+        Longitudinal and transverse displacement [m] and rotation of the section [rad], relative to the rigid position.
     motion, sections, joints
-        Input: motion, one section per beam, compliant joints by name.
+        The input: motion, one section per beam, and compliant joints by name.
     forces
         Joint forces.
     q
         Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
     amplitudes
-        Coefficients of the fields on whole beams.
+        Coefficients of the fields on whole beams, before division into pieces.
     shift, angle
-        Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions).
-        They move the link as a rigid body before it bends.
+        Displacement of the origin [m], complex, and rotation [rad] of the axes of every link, shape (links, ...,
+        positions): the rigid-body part of the displacement, to which bending is added.
     gaps
         Gaps that the bent links would leave at the joints without `shift` and `angle`.
     blocks
@@ -75,11 +76,11 @@ class Deflection:
     compliance
         Flexibilities of the beams.
     unmarked
-        The result before `marked` set some positions to nan, or None.
+        The deflection before `marked` set some positions to nan, or None.
     added
-        Loads in addition to those of the motion, such as loads from vibration.
+        Loads applied in addition to those of the rigid motion, such as inertia loads of a vibration.
     couple
-        Distributed moment [N] in powers of xi, shape (k, beams, ..., positions), with M' = V - couple; or None.
+        Distributed moment [N] in powers of xi, shape (k, beams, ..., positions), or None.
     """
 
     motion: Motion
@@ -115,15 +116,15 @@ class Deflection:
 
     @property
     def is_turned(self) -> bool:
-        """True if section forces are in the axes of rotated sections, so that no field is the integral of another."""
+        """True if section forces refer to the axes of rotated sections, so that no field is the integral of another."""
         return self.amplitudes.free is not None
 
     @cached_property
     def condition(self) -> Reals:
         """Condition number of the fields, shape (..., positions): their relative errors are about condition * eps.
 
-        It is at least `Motion.condition`, and grows if joint forces, or displacements that close the joints, are small
-        differences of large numbers. Above SINGULAR the fields are nan.
+        It is at least `Motion.condition`. It grows if the joint forces, or the displacements that close the joints, are
+        small differences of large numbers. The fields are nan if it exceeds SINGULAR.
         """
         if self.unmarked is not None:
             return self.unmarked.condition
@@ -131,9 +132,9 @@ class Deflection:
             growth = force_condition(self.motion, self.forces)
             if self.sections:
                 closures = self.motion.closures
-                still = [ZERO] * len(self.motion.mechanism.links)
+                no_rotation = [ZERO] * len(self.motion.mechanism.links)
                 *_, openings = displacements(
-                    closures, self.gaps.displacement, self.gaps.rotation, still, self.forces.flank
+                    closures, self.gaps.displacement, self.gaps.rotation, no_rotation, self.forces.flank
                 )
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
@@ -148,9 +149,10 @@ class Deflection:
 
     @cached_property
     def lost(self) -> Flags:
-        """True if a position has no result, shape (..., positions).
+        """True at positions without a result, shape (..., positions).
 
-        Near a singular position only round-off would remain, and friction may lock the mechanism.
+        The mechanism is locked by friction there, or the position is so close to a singular one that the result would
+        be mere round-off.
         """
         singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.may_be_singular:
@@ -164,34 +166,35 @@ def deflection(
     joints: Mapping[str, JointCompliance] | None = None,
     added: AddedLoads | None = None,
 ) -> Deflection:
-    """Compute section forces and displacements of all beams at all positions.
+    """Compute the section forces and displacements of all beams at all positions.
 
     Parameters
     ----------
     motion
-        Motion of a mechanism with elastic links of straight beams.
+        Motion of a mechanism; its elastic links consist of straight beams.
     sections
         One per beam, in the order of `Mechanism.beams`.
     joints
-        Joints with compliance or clearance, by name.
+        Compliance and clearance of joints, by name of the joint; other joints are rigid.
     added
-        Loads in addition to those of the motion.
+        Loads applied in addition to those of the rigid motion.
 
     Raises
     ------
     MechanismError
-        If the beams of a link form a ring and are all rigid, or are not connected, or a slider moves on a tapered beam.
+        If the beams of a link are not connected, or form a ring and are all rigid, or if a slider moves on a tapered
+        beam.
     ValueError
-        If there are too many or too few sections, or a name in `joints` is no joint.
+        If the number of sections is wrong, or a name in `joints` is not the name of a joint.
 
     Returns
     -------
-    Deflection; nan at singular positions. If joint forces are statically indeterminate, compatibility of the bent links
-    determines them; they are nan if these links are all rigid.
+    The deflection, with nan at singular positions. Statically indeterminate joint forces follow from the compatibility
+    of the bent links; they are nan if all links involved are rigid.
 
     Examples
     --------
-    A cantilever of 2 m and 5 kg/m turns at 3 rad/s; the axial force at its root is m w^2 L^2/2.
+    An arm of length L = 2 m with m = 5 kg/m rotates at w = 3 rad/s. The axial force at its pivot is m w^2 L^2/2.
 
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
     >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 5.0),))
@@ -214,8 +217,8 @@ def deflection(
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
         require_prismatic_rails(motion, problem.configuration.trees, sections)
         forces, response, gaps = _loaded_links(problem)
-        still = [ZERO] * len(mechanism.links)
-        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, forces.flank)
+        no_rotation = [ZERO] * len(mechanism.links)
+        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, no_rotation, forces.flank)
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([value.imag for value in turning], motion.columns, float)
         add_rigid_motion(problem.configuration, response, shift, angle)
@@ -246,7 +249,7 @@ def deflection(
 
 
 def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, JointGaps]:
-    """Return joint forces, the response of the links, and the gaps that it leaves at the joints."""
+    """Return the joint forces, the response of the links, and the gaps of the bent links at the joints."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.redundancy for closed in motion.closures)
@@ -267,9 +270,9 @@ def _indeterminate_forces(
     friction: Mapping[int, Columns] | None,
     given: Mapping[int, Columns] | None,
 ) -> JointForces:
-    """Joint forces that make the bent links compatible, for statically indeterminate mechanisms.
+    """Return the joint forces of a statically indeterminate mechanism, for which the bent links fit together.
 
-    Without `given`, iterates for the loaded flanks of gears.
+    `given` contains the loaded flanks of the gears. If it is None, they are found by iteration.
     """
     motion, flank = problem.motion, given
     for _ in range(MAX_FLANK_ROUNDS):
@@ -283,7 +286,7 @@ def _indeterminate_forces(
 
 
 def marked(deflection: Deflection, lost: Flags) -> Deflection:
-    """Return the deflection with all fields nan at the positions in `lost`, bool, shape (..., positions)."""
+    """Return the deflection with all fields set to nan where the mask `lost` is True, shape (..., positions)."""
 
     def known(values: Any) -> Any:
         return None if values is None else np.where(lost, np.nan, values)
@@ -295,24 +298,27 @@ def marked(deflection: Deflection, lost: Flags) -> Deflection:
 
 
 def _largest_magnitude(values: Coefficients) -> Reals:
-    """Largest magnitude of a field over the ends and middles of all pieces."""
+    """Return the largest magnitude of a field at the ends and midpoints of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
 
 
 def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
-    """Raise ValueError if a compliant joint is not in the mechanism, or its name is ambiguous."""
+    """Raise ValueError if the name of a compliant joint is unknown or ambiguous."""
     names = [joint.name for joint in motion.structure.joints] if joints else []
     for name in joints:
         if names.count(name) == 0:
             raise ValueError(f'there is no joint "{name}"')
         if names.count(name) > 1:
-            raise ValueError(f'"{name}" names {names.count(name)} joints, expected one for a compliance')
+            raise ValueError(f'{names.count(name)} joints are named "{name}": a compliance needs a unique name')
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
-    """Raise MechanismError if a slider moves on a tapered beam, as fields beyond its block have no closed form."""
+    """Raise MechanismError if a slider moves on a tapered beam.
+
+    The fields beyond its block have no closed form.
+    """
     if all(section.taper is None for section in sections):
         return
     for number, places in block_places(motion, trees).items():
@@ -329,11 +335,11 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
 
 
 def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: BeamCompliance) -> None:
-    """Raise MechanismError if all beams of a link with a ring are rigid: their forces are indeterminate."""
+    """Raise MechanismError if all beams of a ring are rigid, because their forces are then indeterminate."""
     for cut in trees.cuts:
         numbers = [branch.number for branch in trees.trees[cut.link]]
         if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
             name = mechanism.links[cut.link].name
             raise MechanismError(
-                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
+                f'link "{name}": its beams form a ring and are all rigid, so their forces are indeterminate: omit one'
             )

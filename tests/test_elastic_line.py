@@ -307,7 +307,7 @@ class TestSampling:
             sample(solution, "W", [0.5])
         with pytest.raises(ValueError, match=r'no field "load".*q_x'):
             extremes(solution, ["w", "load"])
-        with pytest.raises(ValueError, match=r'"mises" is no polynomial: .*left'):
+        with pytest.raises(ValueError, match=r'"mises" is not a polynomial: .*left'):
             coefficients(solution, "mises")
 
     def test_shape_and_powers(self):
@@ -328,7 +328,7 @@ class TestSampling:
 class TestMistakes:
     def test_a_ring_of_rigid_beams_is_an_error(self):
         case = ring()
-        with pytest.raises(MechanismError, match='link "coupler": its beams close a ring and are all rigid'):
+        with pytest.raises(MechanismError, match='link "coupler": its beams form a ring and are all rigid'):
             deflection(motion(case.mechanism, case.drive), [RIGID] * len(case.sections))
 
     def test_sections_for_another_number_of_beams(self):

@@ -1,4 +1,4 @@
-"""A single beam: cross-section, elastic line, and fields as piecewise polynomials."""
+"""Mechanics of a single beam: cross-section, elastic line, and fields as piecewise polynomials."""
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.cross_sections import POISSON

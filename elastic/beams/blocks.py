@@ -1,4 +1,4 @@
-"""Force and moment of a sliding block on a beam, and their effect on the fields beyond it."""
+"""Loads of sliding blocks on beams, and their effect on the fields beyond the blocks."""
 
 from dataclasses import dataclass
 
@@ -8,19 +8,19 @@ from rigid.arrays import Columns, Complexes, Flags, Reals
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Force and moment on a beam between its ends.
+    """Force and moment that a sliding block applies to a beam between its ends.
 
     Attributes
     ----------
     beam
         Index of the beam.
     xi
-        Position of the block, shape (..., positions); nan if the block is off the beam. If it is on a collinear
-        neighbour, this is the nearer end of the beam.
+        Position of the block, shape (..., positions). It is nan if the block is off the beam, and the nearer end of the
+        beam if the block is on a collinear neighbour.
     force, moment
-        Load on the beam in beam axes [N], complex, and [N m].
+        Force in beam axes [N], complex, and moment [N m] on the beam.
     here
-        True if the block is on this beam and not on a collinear neighbour, shape (..., positions) or scalar.
+        True if the block is on this beam, and not on a collinear neighbour; shape (..., positions) or scalar.
     """
 
     beam: int
@@ -30,7 +30,7 @@ class Block:
     here: Flags | bool = True
 
     def beyond(self, compliance: BeamCompliance) -> dict[str, tuple[Columns, ...]]:
-        """Return the jump of each field across the block, in powers of (xi - xi of the block)."""
+        """Return the change of each field beyond the block, in powers of the distance xi - xi_block."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
         bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))
@@ -46,5 +46,5 @@ class Block:
 
 
 def at(powers: tuple[Columns, ...], way: Reals) -> Reals:
-    """Evaluate a polynomial of low degree at a distance."""
+    """Evaluate a polynomial of low degree, given by its coefficients, at a distance beyond a block."""
     return sum(factor * way**power for power, factor in enumerate(powers))

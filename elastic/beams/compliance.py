@@ -1,4 +1,4 @@
-"""Flexibilities of the beams (reciprocals of the rigidities) for all designs at once."""
+"""Flexibilities of the beams, i.e. the reciprocals of their rigidities, for all designs at once."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ Ends = tuple[Coefficients, Coefficients, Coefficients, Coefficients]
 
 @dataclass(frozen=True, eq=False)
 class BeamCompliance:
-    """Flexibilities of all beams; rows of shape (beams, ..., 1).
+    """Flexibilities of all beams, in arrays of shape (beams, ..., 1).
 
     Attributes
     ----------
     length
         Lengths [m].
     stretch, bend, shear
-        1/EA, 1/EI, 1/kGA at the start.
+        1/EA, 1/EI and 1/kGA at the start of the beam.
     strain, tapered
-        Free strain; True if the rigidities change along the beam.
+        Free strain, and a flag that is True if the rigidities vary along the beam.
     ends
-        Contribution of each power to u(1), phi(1), w(1) due to bending and w(1) due to shear, relative to a prismatic
-        beam; four arrays of shape (powers, beams, 1). None if all beams are prismatic.
+        Four arrays of shape (powers, beams, 1) with the contribution of each power to u(1), phi(1), w(1) due to bending
+        and w(1) due to shear, relative to a prismatic beam. None if all beams are prismatic.
     powers
-        Maximum number of powers of xi in the bending moment.
+        Largest number of powers of xi in the bending moment.
     """
 
     length: PerBeam
@@ -58,9 +58,9 @@ class BeamCompliance:
 
     @cached_property
     def integrals(self) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-        """Factors that integrate powers of xi along the beams: plain, N/EA, M/EI and -V/kGA.
+        """Factors for integrating powers of xi along the beams, each of shape (powers + 1, beams, ..., 1).
 
-        Shape (powers + 1, beams, ..., 1).
+        The four arrays integrate the powers themselves, N/EA, M/EI and -V/kGA.
         """
         power = np.arange(1.0, self.powers + 2).reshape(-1, *[1] * self.length.ndim)
         alone, stretch, bend, shear = (
@@ -70,13 +70,13 @@ class BeamCompliance:
 
     @property
     def unstrained(self) -> BeamCompliance:
-        """The same beams without free strain."""
+        """Flexibilities of the same beams without free strain."""
         return replace(self, strain=np.zeros_like(self.strain))
 
 
 @lru_cache(maxsize=64)
 def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> BeamCompliance:
-    """Return the flexibilities for columns of `ndim` axes and bending moments with `powers` powers of xi."""
+    """Return the flexibilities, shaped for columns with `ndim` axes and bending moments with `powers` powers of xi."""
     return BeamCompliance(beam_constants(mechanism, ndim).length, *_flexibilities_of(sections, ndim, powers), powers)
 
 

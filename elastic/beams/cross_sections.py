@@ -1,4 +1,4 @@
-"""Cross-sections from their dimensions: area, second moment of area, shear coefficient, thin walls."""
+"""Properties of cross-sections from their dimensions: area, second moment of area, shear coefficient."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -10,27 +10,27 @@ import numpy as np
 POISSON = 0.3
 """Default Poisson's ratio (metals)."""
 Wall = tuple[Any, Any, Any, Any, Any]
-"""Thin wall: thickness, length, distances Y of its ends from the neutral axis, and int Y dA before its start."""
+"""Thin wall: thickness, length, distance Y of each end from the neutral axis, and integral of Y dA up to its start."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Properties of a cross-section bent in the plane of motion.
+    """Properties of a cross-section that is bent in the plane of motion.
 
     Attributes
     ----------
     area, inertia
-        Area [m^2]; second moment of area for bending in the plane of motion [m^4]. A section without an axis of
-        symmetry also bends sideways. `inertia` assumes that it is free to do so: I_z - I_yz^2/I_y, which is less than
-        I_z.
+        Area [m^2], and second moment of area for bending in the plane of motion [m^4]. A section without an axis of
+        symmetry also bends sideways. `inertia` assumes that it is free to do so, and is then I_z - I_yz^2/I_y, which
+        is less than I_z.
     fibre
-        Distance from the axis to the outermost fibre [m]; the largest stress is M fibre/inertia.
+        Distance from the axis to the outermost fibre [m]. The largest bending stress is M fibre/inertia.
     peak_shear
-        Largest shear stress V Q/(I b), usually at the axis, divided by the mean V/A.
+        Largest shear stress V Q/(I b), which usually occurs at the axis, divided by the mean shear stress V/A.
     cowper
         Coefficients a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
     width, round
-        Width normal to the plane of motion [m]; True if the outline is an ellipse instead of a rectangle.
+        Width normal to the plane of motion [m], and whether the outline is an ellipse instead of a rectangle.
     """
 
     area: float
@@ -53,7 +53,7 @@ class Shape:
 
 
 def rectangle(depth: float, width: float) -> Shape:
-    """Rectangle with its depth in the plane of motion [m].
+    """Return a rectangle with `depth` measured in the plane of motion [m].
 
     Examples
     --------
@@ -64,12 +64,12 @@ def rectangle(depth: float, width: float) -> Shape:
 
 
 def circle(diameter: float) -> Shape:
-    """Solid circle [m]."""
+    """Return a solid circle [m]."""
     return tube(diameter, 0.0)
 
 
 def tube(outer: float, inner: float) -> Shape:
-    """Round tube with outer and inner diameter [m], of any wall thickness.
+    """Return a round tube with the given outer and inner diameters [m] and any wall thickness.
 
     Raises
     ------
@@ -93,9 +93,10 @@ def tube(outer: float, inner: float) -> Shape:
 
 
 def i_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """I-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
+    """Return an I-section with its web in the plane of motion [m].
 
-    The shear coefficient is that of thin walls. The largest shear stress is at the axis, V Q/(I web).
+    `fillet` is the radius between web and flange. The shear coefficient is that of a thin-walled section. The largest
+    shear stress, V Q/(I web), is at the axis.
 
     Raises
     ------
@@ -127,14 +128,15 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
 
 
 def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
-    """Hollow rectangle with its depth in the plane of motion [m]; the inner corner radius is `corner` - `wall`.
+    """Return a hollow rectangle with `depth` measured in the plane of motion [m].
 
-    The shear coefficient is that of thin walls. The largest shear stress is at the axis, V Q/(2 I wall).
+    `corner` is the outer corner radius; the inner one is `corner` - `wall`. The shear coefficient is that of a
+    thin-walled section. The largest shear stress, V Q/(2 I wall), is at the axis.
 
     Raises
     ------
     ValueError
-        If a wall takes up half of a side or more, or a corner more than half.
+        If the wall is not thinner than half of each side, or the corner radius is more than half of a side.
 
     References
     ----------
@@ -166,9 +168,10 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
 
 
 def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """Channel with its web in the plane of motion [m] and both flanges on one side; `fillet` as in `i_section`.
+    """Return a channel with its web in the plane of motion [m] and both flanges on one side.
 
-    The load acts through the shear centre, or the channel is held against twist: torsion is not modelled.
+    `fillet` is the radius between web and flange. Torsion is not modelled: the load must act through the shear centre,
+    or the channel must be held against twist.
 
     Raises
     ------
@@ -190,7 +193,7 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """T-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
+    """Return a T-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
 
     Raises
     ------
@@ -219,21 +222,21 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
 
 
 def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
-    """Angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
+    """Return an angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
-    Neither leg is an axis of symmetry: a moment in the plane also bends the section sideways, by -I_yz/I_y times the
-    deflection in the plane. The formulas assume that it is free to do so. If joints prevent it, the section is at most
-    I_z/`inertia` times as stiff. The load acts through the shear centre.
+    Neither leg is an axis of symmetry, so a moment in the plane of motion also bends the section sideways, by -I_yz/I_y
+    times the deflection in the plane. The formulas assume that the section is free to do so. If joints prevent it, the
+    section is up to I_z/`inertia` times as stiff. The load is assumed to act through the shear centre.
 
     Parameters
     ----------
     fillet, toe
-        Radius between the legs; radius of the inner edges of the leg ends.
+        Radius between the legs, and radius of the inner edges at the ends of the legs.
 
     Raises
     ------
     ValueError
-        If the wall and the radii leave no straight part of a leg, or a toe is thicker than the wall.
+        If the wall and the radii leave no straight part of a leg, or `toe` is larger than the wall.
     """
     if not np.all((np.minimum(depth, width) > wall + fillet + toe) & (toe <= wall)):
         raise ValueError("an angle needs wall + fillet + toe < each leg, and toe <= wall")
@@ -273,11 +276,11 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
     "channel": channel,
     "angle": angle,
 }
-"""Functions that return a `Shape` from its dimensions, by name."""
+"""Functions that compute a `Shape` from its dimensions, by name of the shape."""
 
 
 def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
-    """Centre lines of both legs, from their ends to the corner; Y = y - I_yz/I_y z, see `angle`."""
+    """Return the legs of an angle as thin walls from their ends to the corner, with Y = y - I_yz/I_y z (see `angle`)."""
     whole = leg + other
     y, z = leg**2 / 2 / whole, other**2 / 2 / whole
     across = other**3 / 3 - whole * z**2
@@ -287,7 +290,10 @@ def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 
 def peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Largest / mean shear stress of a thin-walled angle; it is where the neutral axis crosses the first leg."""
+    """Return the largest shear stress of a thin-walled angle divided by the mean.
+
+    It occurs where the neutral axis crosses the first leg.
+    """
     area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
     share = first / (first - last)
@@ -295,16 +301,16 @@ def peak_of_angle(walls: Sequence[Wall]) -> Any:
 
 
 def _wall_properties(walls: Sequence[Wall]) -> tuple[Any, Any]:
-    """Area and second moment of thin walls."""
+    """Return the area and second moment of area of thin walls."""
     area = sum(thick * length for thick, length, _, _, _ in walls)
     inertia = sum(thick * length * (a**2 + a * b + b**2) / 3 for thick, length, a, b, _ in walls)
     return area, inertia
 
 
 def shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
-    """Shear coefficient of thin walls from the energy of the shear flow, in the form a, b, c of `Shape.cowper`.
+    """Return the shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
 
-    k = I^2/(A int Q^2/t ds): Cowper's coefficient without the effect of Poisson's ratio.
+    The formula k = I^2/(A int Q^2/t ds) is Cowper's without the effect of Poisson's ratio.
     """
     area, inertia = _wall_properties(walls)
     energy = 0.0
@@ -315,7 +321,10 @@ def shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, floa
 
 
 def fillet_area(radius: float) -> tuple[float, float, float]:
-    """Region between a right angle and its fillet: area, second moment, distance of the centroid from each side."""
+    """Return the properties of the region between two perpendicular sides and their fillet.
+
+    They are the area, the second moment of area about the centroid, and the distance of the centroid from each side.
+    """
     area = (1 - math.pi / 4) * radius**2
     share = (1 / 6) / (1 - math.pi / 4)  # distance of the centroid from the circle's centre, relative to the radius
     inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4
@@ -323,13 +332,13 @@ def fillet_area(radius: float) -> tuple[float, float, float]:
 
 
 def fillet_product(radius: float) -> float:
-    """Product moment of the area between a right angle and its fillet, about its centroid."""
+    """Return the product moment of the region between two perpendicular sides and their fillet, about its centroid."""
     area, _, place = fillet_area(radius)
     return (19 / 24 - math.pi / 4) * radius**4 - area * place**2
 
 
 def cowper_coefficients(m: float, flanges: float, flanges_by_poisson: float) -> tuple[float, float, float]:
-    """Cowper's a, b, c of thin walls; m: flange area over web area."""
+    """Return Cowper's coefficients a, b, c of a thin-walled section; m is flange area / web area."""
     return (
         10 * (1 + 3 * m) ** 2,
         12 + 72 * m + 150 * m**2 + 90 * m**3 + flanges,

@@ -1,7 +1,7 @@
 """Division of beams into pieces on which every field is a single polynomial.
 
-Usually a beam is one piece. Sliding blocks divide it at their positions. A tapered beam is divided until its
-flexibility is a polynomial to round-off.
+Most beams are a single piece. A beam with sliding blocks is divided at the blocks. A tapered beam is divided until its
+flexibility on each piece is a polynomial to round-off.
 """
 
 from dataclasses import dataclass
@@ -25,17 +25,17 @@ DISPLACEMENTS = ("u", "w", "phi")
 
 @dataclass(frozen=True, eq=False)
 class Division:
-    """Pieces of all beams, ordered by beam and then along each beam.
+    """Pieces of all beams, ordered by beam, and along each beam.
 
     Attributes
     ----------
     beam
-        Beam index of each piece, shape (pieces,).
+        Index of the beam that each piece belongs to, shape (pieces,).
     start, width
-        Start of the piece and its length, in xi, shape (pieces, ..., positions); (pieces, ..., 1) if every beam is one
-        piece.
+        Start and length of each piece in xi, shape (pieces, ..., positions), or (pieces, ..., 1) if every beam is a
+        single piece.
     sections, blocks
-        One section per beam; sliding blocks.
+        Section of each beam, and all sliding blocks.
     """
 
     beam: Integers
@@ -46,16 +46,16 @@ class Division:
 
     @cached_property
     def whole(self) -> bool:
-        """True if every beam is one piece."""
+        """True if every beam is a single piece."""
         return not self.blocks and not any(section.taper for section in self.sections)
 
     def of_beam(self, number: int) -> Integers:
-        """Return the indices of a beam's pieces."""
+        """Return the indices of the pieces of a beam."""
         return np.flatnonzero(self.beam == number)
 
 
 def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], columns: tuple[int, ...]) -> Division:
-    """Divide beams at their taper pieces and sliding blocks."""
+    """Divide the beams into taper pieces and at their sliding blocks."""
     if not blocks and (whole := _undivided(sections, len(columns))):
         return whole
     pieces: list[tuple[int, Any, Any]] = []
@@ -78,7 +78,10 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
 
 
 def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: BeamCompliance) -> Coefficients:
-    """Return N, V, M, u, w or phi in powers of t, which runs from 0 to 1 on each piece, (n, pieces, ..., positions)."""
+    """Return N, V, M, u, w or phi in powers of t, which runs from 0 to 1 on each piece.
+
+    The result has the shape (n, pieces, ..., positions).
+    """
     values: Coefficients = getattr(amplitudes, field)
     free: Coefficients | None = None
     if amplitudes.free is not None and field in DISPLACEMENTS:
@@ -98,7 +101,7 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
 
 
 def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Coefficients:
-    """Replace the coefficients of some rows; the result has the higher of both degrees."""
+    """Replace the coefficients of some rows; the degree of the result is the higher of the two degrees."""
     result = np.zeros((max(len(values), len(others)), *values.shape[1:]))
     result[: len(values)] = values
     result[:, rows] = 0.0
@@ -109,7 +112,10 @@ def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Co
 def _tapered_field(
     field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
 ) -> tuple[Coefficients, Coefficients]:
-    """Split a tapered beam's field into a straight line in powers of xi and a remainder on pieces (n, pieces, ...)."""
+    """Split a field of a tapered beam into a straight line in powers of xi and a remainder on the pieces.
+
+    The remainder has the shape (n, pieces, ...).
+    """
     values = getattr(amplitudes, field)[:, number]
     stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
 
@@ -126,7 +132,7 @@ def _tapered_field(
 
 
 def _add_beyond(values: Coefficients, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
-    """Add the jumps at a block to the pieces beyond it; nan if the block is off the beam."""
+    """Add the effect of a block to the pieces beyond it; the result is nan if the block is off the beam."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
         start = division.start[row] - block.xi
@@ -135,18 +141,18 @@ def _add_beyond(values: Coefficients, block: Block, division: Division, powers: 
 
 
 def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtStations:
-    """Evaluate a field at stations; at a block, its value before the block.
+    """Evaluate a field at stations; a station at a block gets the value before the block.
 
     Parameters
     ----------
     values
-        Coefficients on the pieces, shape (n, pieces, ..., positions).
+        Coefficients of the field on the pieces, shape (n, pieces, ..., positions).
     stations
-        xi, shape (stations,).
+        Values of xi, shape (stations,).
 
     Returns
     -------
-    Shape (beams, ..., positions, stations).
+    Array of shape (beams, ..., positions, stations).
     """
     if division.whole:
         powers = np.power.outer(stations, np.arange(len(values)))
@@ -168,12 +174,14 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
 
 
 def at_station(values: Coefficients, division: Division, number: int, xi: Reals | float) -> Columns:
-    """Evaluate a field of one beam at one station, shape (..., positions); at a block, its value before the block.
+    """Evaluate a field of one beam at one station, shape (..., positions).
+
+    If the station is at a block, the value before the block is returned.
 
     Parameters
     ----------
     xi
-        A number, or one per design, shape (designs, 1).
+        Station: a number, or an array with one value per design, shape (designs, 1).
     """
     first, *others = division.of_beam(number)
     there: Columns = evaluate(values[:, first], _on_piece(division, first, xi))
@@ -183,6 +191,6 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
 
 
 def _on_piece(division: Division, row: int, xi: Reals | float) -> Columns:
-    """Convert xi on a beam to t, which runs from 0 to 1 on one piece."""
+    """Convert xi of a beam to the local coordinate t of a piece, which runs from 0 to 1."""
     width = division.width[row]
     return (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)

@@ -1,4 +1,4 @@
-"""Section forces from equilibrium, then the elastic line of a beam, in powers of xi = x'/l."""
+"""Section forces and elastic line of a beam, in powers of xi = x'/l."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from rigid.arrays import Numbers
 def section_forces(
     q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: BeamCompliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
-    """Return N, V, M from equilibrium of the part beyond each section; exact for polynomial loads.
+    """Return N, V, M from the equilibrium of the part beyond each section (exact for polynomial loads).
 
     Parameters
     ----------
     q
-        q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
+        Distributed load q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     couple
-        Distributed moment in powers of xi [N], shape (k, beams, ..., positions), so that M' = V - couple; or None.
+        Distributed moment in powers of xi [N], shape (k, beams, ..., positions), with M' = V - couple; or None.
     pull, twist
-        Force [N], complex, and moment [N m] on the beam's end in beam axes, shape (beams, ..., positions).
+        Force [N], complex, and moment [N m] on the end of each beam in beam axes, shape (beams, ..., positions).
     compliance
-        Flexibilities; only the lengths are used.
+        Flexibilities, of which only the lengths are used.
 
     Returns
     -------
-    Coefficients of N and V, shape (n + 1, ...), and M, shape (max(n + 2, k + 1), ...).
+    Coefficients of N and V, shape (n + 1, ...), and of M, shape (max(n + 2, k + 1), ...).
     """
     along = compliance.integrals[0]
     beyond = np.empty((len(q) + 1, *pull.shape), complex)
@@ -47,22 +47,22 @@ def section_forces(
 
 
 def _sum(rows: Numbers) -> Numbers:
-    """Sum over the first, short axis."""
+    """Sum over the first axis, which is short."""
     return reduce(np.add, rows)
 
 
 @dataclass(frozen=True, eq=False)
 class Amplitudes:
-    """Coefficients of the fields of all beams, before they are divided into pieces (`elastic.beams.division`).
+    """Coefficients of the fields of all beams before the beams are divided into pieces (see `elastic.beams.division`).
 
-    Rows of shape (beams, ..., positions). N, V, M, u, w, phi are polynomials in xi, valid from the start of the
-    beam to the first block on it. On tapered beams, `taper_functions` replace the powers in the parts of u, w, phi due
-    to section forces.
+    N, V, M, u, w, phi are polynomials in xi, valid from the start of a beam to the first block on it, with coefficients
+    of shape (beams, ..., positions). On tapered beams, `taper_functions` replace the powers of xi in the parts of
+    u, w, phi that are due to section forces.
 
     Attributes
     ----------
     slide
-        Shear part of w on tapered beams, in its own taper functions, or None.
+        Part of w due to shear on tapered beams, in its own taper functions, or None.
     free
         Part of u, w, phi due to free strains, in powers of xi, shape (3, n, ...), or None.
     """
@@ -77,21 +77,22 @@ class Amplitudes:
     free: Coefficients | None = None
 
     def with_section(self, force: VectorCoefficients, moment: VectorCoefficients) -> Amplitudes:
-        """Add to N + i V and M, in powers of xi, shape (n, ...); u, w, phi remain unchanged."""
+        """Return a copy with terms in powers of xi, shape (n, ...), added to N + i V and M; u, w, phi do not change."""
         return replace(self, N=added(self.N, force.real), V=added(self.V, force.imag), M=added(self.M, moment.real))
 
 
 def elastic_line(
     N: Coefficients, V: Coefficients, M: Coefficients, compliance: BeamCompliance
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
-    """Integrate u, w, phi of beams clamped at their start: N/EA once, M/EI twice, and shear.
+    """Compute u, w, phi of beams clamped at their start by integrating N/EA once and M/EI twice, and adding shear.
 
-    Utenov et al., equations (2) to (5), with zero constants of integration; EA corrects the misprint EI in (4)
-    (docs/errata.md). phi is the rotation of the section; with shear deformation, w' = phi - V/kGA.
+    This follows equations (2) to (5) of Utenov et al. with zero constants of integration, and EA in place of the
+    misprinted EI in (4), see docs/errata.md. phi is the rotation of the section, so w' = phi - V/kGA with shear
+    deformation.
 
     Returns
     -------
-    Amplitudes; u, w, phi at the beam ends, equations (6) and (7).
+    The amplitudes, and u, w, phi at the ends of the beams, equations (6) and (7).
     """
     along, stretch, bend, shear = compliance.integrals
     u = np.empty((len(N) + 1, *N.shape[1:]))
@@ -122,11 +123,11 @@ def elastic_line(
 
 
 def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
-    """Return u, w, phi of beams clamped at their start under free strains; see `AddedLoads`.
+    """Return u, w, phi due to free strains (see `AddedLoads`) of beams clamped at their start.
 
     Returns
     -------
-    Powers of xi, shape (3, n + 2, beams, ..., positions).
+    Coefficients in powers of xi, shape (3, n + 2, beams, ..., positions).
     """
     power = np.arange(1.0, strain.shape[1] + 1).reshape(-1, *[1] * (strain.ndim - 2))
     u, w, phi = free = np.zeros((3, strain.shape[1] + 2, *strain.shape[2:]))
@@ -137,5 +138,5 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
 
 
 def _sum_at_end(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
-    """Sum the functions at the beam's end, weighted by their amplitudes."""
+    """Evaluate a field at the ends of the beams from its amplitudes and the values of its functions there."""
     return (amplitudes * ends[: len(amplitudes)]).sum(0)

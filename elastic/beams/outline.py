@@ -1,4 +1,4 @@
-"""Cross-sections with any outline, by finite elements (sectionproperties)."""
+"""Properties of cross-sections with any outline, by finite elements (package sectionproperties)."""
 
 from functools import lru_cache
 from typing import Any
@@ -9,24 +9,25 @@ from elastic.beams.cross_sections import Shape
 
 Ring = tuple[tuple[float, float], ...]
 
-MIN_ELEMENTS = 400  # six-node triangles; the error of a tube's shear area is then 1e-3
-CUTS = 200  # number of straight cuts on which the shear flow is evaluated
-MIN_CORNER_DISTANCE = 1e-6  # closer corners are merged, because the mesher crashes on them
-STRIP_WIDTH = 1e-4  # width of the strip that gives the length of a cut
-MESHED_SIZE = 100.0  # size to which a section is scaled, because the mesher fails at micrometre sizes
+MIN_ELEMENTS = 400  # number of six-node triangles, for which the shear area of a tube has an error of 1e-3
+CUTS = 200  # the shear stress is evaluated on this many straight cuts
+MIN_CORNER_DISTANCE = 1e-6  # corners closer than this are merged, because the mesher crashes on them
+STRIP_WIDTH = 1e-4  # width of the strip used to measure the length of a cut
+MESHED_SIZE = 100.0  # the section is scaled to this size, because the mesher fails for dimensions of micrometres
 
 
 class CrossSectionError(ValueError):
-    """The outline crosses itself, or a hole is not inside it."""
+    """Raised if an outline crosses itself or a hole is not inside it."""
 
 
 @lru_cache(maxsize=64)
 def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
-    """Cross-section from its corners (y, z) [m], with y in the plane of motion, in either sense of rotation.
+    """Compute the properties of a cross-section from its corners (y, z) [m], with y in the plane of motion.
 
-    Area and second moments are exact. The shear coefficient is valid for a Poisson's ratio of 0. A section without an
-    axis of symmetry also bends sideways, see `Shape`. The largest shear stress is the largest mean over a straight cut
-    normal to the plane, V Q/(I b); the stress at a notch is higher.
+    The corners may be given clockwise or counter-clockwise. Area and second moments are exact. The shear coefficient is
+    that for a Poisson's ratio of 0. A section without an axis of symmetry also bends sideways, see `Shape`. The largest
+    shear stress is the largest mean stress V Q/(I b) over a straight cut normal to the plane; the local stress at a
+    notch is higher.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
 
     drawn = Polygon([(z, y) for y, z in ring], [[(z, y) for y, z in hole] for hole in holes])
     if not drawn.is_valid or not drawn.area > 0.0:
-        raise CrossSectionError("its sides cross one another, or its holes leave it")
+        raise CrossSectionError("its sides cross each other, or a hole is not inside it")
     from sectionproperties.analysis.section import Section
     from sectionproperties.pre.geometry import Geometry
 
@@ -73,5 +74,5 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
 
 
 def _rings(polygon: Any) -> list[Any]:
-    """Return the outer ring and the holes' rings."""
+    """Return the outer ring and the rings of the holes."""
     return [polygon.exterior, *polygon.interiors]

@@ -1,8 +1,9 @@
 """Zeros and extreme values on [0, 1] of many polynomials at once, to round-off.
 
-Between two neighbouring turning points a polynomial has at most one zero. The turning points are the zeros of the
-derivative. All zeros therefore follow recursively, starting from the straight line. Bernstein coefficients avoid most
-of this recursion: the number of zeros in (0, 1) is the number of their sign changes, or less by an even number.
+A polynomial has at most one zero between two neighbouring turning points, and its turning points are the zeros of its
+derivative. All zeros can therefore be found recursively, starting from a straight line. Bernstein coefficients avoid
+most of this recursion: the number of zeros in (0, 1) equals the number of sign changes of the coefficients, or is less
+by an even number.
 """
 
 from collections.abc import Sequence
@@ -15,15 +16,15 @@ import numpy as np
 from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
-MAX_STEPS = 60  # steps of Halley's method; this many bisections exhaust double precision
-COMMON_STEPS = 2  # number of steps for all zeros, before converged ones are dropped
-MAX_DIRECT = 3  # maximum number of coefficients with closed-form zeros
-LAST_CHANGE = 1e-8  # a step of xi this small ends at round-off
+MAX_STEPS = 60  # maximum number of steps of Halley's method; as many bisections exhaust double precision
+COMMON_STEPS = 2  # number of steps for all zeros before the converged ones are dropped
+MAX_DIRECT = 3  # polynomials with at most this many coefficients have closed-form zeros
+LAST_CHANGE = 1e-8  # the iteration has converged to round-off after a step of xi smaller than this
 
 
 @cache
 def gauss_points(count: int) -> tuple[Reals, Reals]:
-    """Gauss-Legendre points on [0, 1] and their weights, read-only."""
+    """Return the Gauss-Legendre points on [0, 1] and their weights, as read-only arrays."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     xi, weights = (nodes + 1.0) / 2.0, weights / 2.0
     xi.flags.writeable = weights.flags.writeable = False
@@ -31,7 +32,7 @@ def gauss_points(count: int) -> tuple[Reals, Reals]:
 
 
 def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
-    """Evaluate polynomials with coefficients (n, ...) at xi of shape (...) or (m, ...), by Horner's scheme."""
+    """Evaluate polynomials with coefficients of shape (n, ...) at xi of shape (...) or (m, ...), by Horner's scheme."""
     if len(values) == 1:
         return values[0] + np.zeros(np.shape(xi))
     result: Reals = values[-1] * xi
@@ -48,7 +49,7 @@ def derivative(values: Coefficients) -> Coefficients:
 
 
 def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
-    """Return the coefficients of products, shapes (n, ...) and (m, ...)."""
+    """Return the coefficients of the products of polynomials with coefficients of shapes (n, ...) and (m, ...)."""
     result = np.zeros((len(first) + len(second) - 1, *np.broadcast_shapes(first.shape[1:], second.shape[1:])))
     for k, value in enumerate(second):
         result[k : k + len(first)] += first * value
@@ -56,7 +57,7 @@ def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
 
 
 def added(one: Numbers, other: Numbers) -> Numbers:
-    """Return the coefficients of sums; the degrees may differ."""
+    """Return the coefficients of the sums of polynomials, whose degrees may differ."""
     long, short = (one, other) if len(one) >= len(other) else (other, one)
     result: Numbers = long.copy()
     result[: len(short)] += short
@@ -74,7 +75,7 @@ def shifted(values: Coefficients, start: Reals | float, width: Reals) -> Coeffic
 
 
 def turning_points(values: Coefficients) -> Reals | tuple[()]:
-    """Turning points of any polynomials, shape (n - 2, ...), from those of their derivatives; () for straight lines."""
+    """Return the turning points of polynomials, shape (n - 2, ...), or () for straight lines."""
     if len(values) < 3:
         return ()
     slope = derivative(values)
@@ -87,7 +88,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
     single, several = np.flatnonzero(certain & (changes == 1)), np.flatnonzero(~certain | (changes > 1))
     turning = np.zeros((len(values) - 2, flat.shape[1]))
     if len(single):
-        first, last = hull[0, single], hull[-1, single]  # the slopes at the ends
+        first, last = hull[0, single], hull[-1, single]  # slopes at 0 and 1
         turning[:, single] = _zeros_in_brackets(
             flat[:, single], (np.zeros(len(single)), first), (np.ones(len(single)), last)
         )
@@ -99,13 +100,13 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
 
 @cache
 def in_bernstein(count: int) -> Reals:
-    """Matrix from power coefficients to Bernstein coefficients on [0, 1], shape (count, count)."""
+    """Return the matrix that converts power to Bernstein coefficients on [0, 1], shape (count, count)."""
     order = count - 1
     return np.array([[comb(row, power) / comb(order, power) for power in range(count)] for row in range(count)])
 
 
 def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Reals, Reals]:
-    """Return 0, the turning points and 1, and the polynomials there, shape (m + 2, ...)."""
+    """Return the marks 0, turning points and 1, and the values of the polynomials there, shape (m + 2, ...)."""
     marks = np.empty((len(turning) + 2, *values.shape[1:]))
     heights = np.empty_like(marks)
     marks[0], marks[-1] = 0.0, 1.0
@@ -117,9 +118,9 @@ def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Rea
 
 
 def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
-    """Return the values of the largest magnitude on [0, 1] and their places; nan if a coefficient is nan.
+    """Return the values of the largest magnitude on [0, 1] and where they occur (nan if a coefficient is nan).
 
-    A polynomial whose inner Bernstein coefficients do not exceed its ends is largest at an end.
+    If no inner Bernstein coefficient of a polynomial exceeds its end values, the largest value is at an end.
     """
     flat = values.reshape(len(values), -1)
     size = np.abs(in_bernstein(len(flat)) @ flat)
@@ -132,9 +133,9 @@ def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
 
 
 def least_on(values: Coefficients) -> Reals:
-    """Return the smallest values on [0, 1]; nan if a coefficient is nan.
+    """Return the smallest values on [0, 1] (nan if a coefficient is nan).
 
-    A polynomial whose inner Bernstein coefficients are not below its ends is smallest at an end.
+    If no inner Bernstein coefficient of a polynomial is below its end values, the smallest value is at an end.
     """
     flat = values.reshape(len(values), -1)
     hull = in_bernstein(len(flat)) @ flat
@@ -147,33 +148,33 @@ def least_on(values: Coefficients) -> Reals:
 
 
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
-    """Return the value of the largest magnitude and its mark; nan if any value is nan."""
+    """Return the value of the largest magnitude and its mark (nan if any value is nan)."""
     best = np.abs(heights).argmax(axis=0)
-    best *= best.size  # indices into the flat arrays, faster than take_along_axis
+    best *= best.size  # index into the flat arrays, which is faster than take_along_axis
     best += np.arange(best.size).reshape(best.shape)
     return heights.take(best), marks.take(best)
 
 
 def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
-    """Zeros in [0, 1] of polynomials with known turning points, in ascending order.
+    """Find the zeros in [0, 1] of polynomials with known turning points, in ascending order.
 
     Parameters
     ----------
     values
-        Coefficients, shape (n, ...).
+        Coefficients of the polynomials, shape (n, ...).
     turning
-        Turning points in ascending order, shape (m, ...); () for straight lines.
+        Turning points in ascending order, shape (m, ...), or () for straight lines.
 
     Returns
     -------
-    Shape (m + 1, ...): the zero between each pair of neighbouring marks (0, turning points, 1), or the lower mark of a
-    pair without a zero.
+    Array of shape (m + 1, ...) with the zero between each pair of neighbouring marks (0, turning points, 1). A pair
+    without a zero has its lower mark instead.
     """
     return zeros_between(values, *at_marks(values, turning))
 
 
 def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
-    """Zeros as in `zeros_of`, from the values at the ends and turning points."""
+    """Find the zeros as in `zeros_of`, from the known values at the ends and turning points."""
     shape = marks.shape[1:]
     flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
     zeros = marks[:-1].copy()
@@ -186,10 +187,10 @@ def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
 
 
 def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
-    """Find the only zero of each polynomial between two marks, by Halley's method in a bracket.
+    """Find the single zero of each polynomial between two marks by a bracketed Halley's method.
 
-    A step out of the bracket is replaced by a bisection. After `COMMON_STEPS` steps, only unconverged zeros are
-    continued.
+    A step that leaves the bracket is replaced by a bisection. After `COMMON_STEPS` steps, the iteration continues only
+    for the zeros that have not converged.
     """
     left: Reals
     right: Reals
@@ -222,9 +223,9 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
 
 
 def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
-    """Return the zero of each parabola between two marks; the guess if round-off leaves no zero there.
+    """Return the zero of each parabola between two marks, or the guess if round-off leaves no zero there.
 
-    The larger root is computed by the formula without cancellation, and the smaller one from the product of both.
+    The root of larger magnitude is computed by the formula without cancellation, and the other one from their product.
     """
     low, middle, high = values
     half = -(middle + np.copysign(np.sqrt(np.maximum(middle * middle - 4 * low * high, 0.0)), middle)) / 2
@@ -234,7 +235,7 @@ def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: 
 
 
 def _with_derivatives(values: Coefficients, xi: Reals) -> tuple[Reals, Reals, Reals]:
-    """Evaluate polynomials, their first derivatives and half their second derivatives by one Horner scheme."""
+    """Evaluate polynomials, their first derivatives and half their second derivatives in one Horner scheme."""
     height = values[-1] * xi
     height += values[-2]
     slope, bend = values[-1].copy(), np.zeros(height.shape)

@@ -9,16 +9,16 @@ import numpy as np
 from rigid import Beam, Mechanism
 from rigid.arrays import Complex, Reals
 
-MAX_SOLID_SHEAR = 1.6  # peak / mean shear stress: rectangle 1.5, circle 4/3; above this, the section is thin-walled
+MAX_SOLID_SHEAR = 1.6  # a section with a larger peak / mean shear stress is thin-walled (rectangle: 1.5, circle: 4/3)
 
 
 @dataclass(frozen=True, eq=False)
 class Taper:
-    """Change of a beam's rigidities along its length: polynomials in xi, relative to the start.
+    """Variation of the rigidities along a beam, as polynomials in xi relative to the values at the start.
 
-    `(1.0, -0.5)` halves a rigidity linearly. No polynomial may be zero on the beam. Area and second moment change like
-    EA and EI, because the material is uniform. `fibre` and `peak_shear` only affect stresses, and `width` only affects
-    drawings.
+    For example, `(1.0, -0.5)` reduces a rigidity linearly to one half. No polynomial may have a zero on the beam. Area
+    and second moment of area vary like EA and EI, because the material is uniform. `fibre` and `peak_shear` are used
+    for stresses only, and `width` for drawings only.
     """
 
     EA: tuple[float, ...] = (1.0,)
@@ -31,27 +31,28 @@ class Taper:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Section:
-    """Rigidities of a beam at its start; shapes () or (designs, 1).
+    """Rigidities of a beam at its start, as scalars or arrays of shape (designs, 1).
 
     Attributes
     ----------
     EA, EI
-        Rigidities [N], [N m^2]; infinite for a rigid beam.
+        Axial and bending rigidity [N], [N m^2]; infinite for a rigid beam.
     kGA
-        Shear rigidity of Timoshenko's beam [N]; infinite means no shear deformation.
+        Shear rigidity of Timoshenko's beam [N]; infinite for a beam without shear deformation.
     strain
-        Free strain (unloaded elongation per length): thermal expansion or a length error.
+        Free strain, i.e. elongation per length without load, due to thermal expansion or a length error.
     taper
-        Change of the rigidities along the beam, or None.
+        Variation of the rigidities along the beam, or None.
     area, inertia, fibre, peak_shear
-        For stresses, nan if unknown: area [m^2], second moment of area [m^4], distance from the axis to the outermost
-        fibres [m], largest shear stress / (V/A).
+        Properties for stresses, nan if unknown: area [m^2], second moment of area [m^4], distance from the axis to the
+        outermost fibres [m], largest shear stress / (V/A).
     yield_stress
-        [Pa]; nan if unknown.
+        Yield stress [Pa], nan if unknown.
     shear_rigidity
-        kGA of a beam without shear deformation [N], used to estimate the neglected shear; nan if unknown.
+        kGA of a beam that is computed without shear deformation [N], used to estimate this deformation; nan if unknown.
     width, round
-        For drawing: width normal to the plane of motion [m], nan if unknown; True for an elliptic outline.
+        Properties for drawings: width normal to the plane of motion [m] (nan if unknown), and whether the outline is an
+        ellipse.
     """
 
     EA: float | Reals = math.inf
@@ -70,7 +71,7 @@ class Section:
 
     @property
     def thin_walled(self) -> bool:
-        """True if walls carry the shear, as in a tube or an I; plane-stress elements then do not apply."""
+        """True if the section has thin walls, such as a tube or an I, so that plane-stress elements do not apply."""
         return bool(np.ravel(self.peak_shear)[0] > MAX_SOLID_SHEAR)
 
     def __repr__(self) -> str:
@@ -78,7 +79,7 @@ class Section:
 
 
 def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Mechanism:
-    """Return the mechanism with the rotary inertia of its cross-sections, m I/A per length.
+    """Return the mechanism with the rotary inertia of its cross-sections, m I/A per length, added.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Me
     Raises
     ------
     ValueError
-        If a beam's mass and the area of its section taper differently.
+        If the mass of a beam and the area of its section have different tapers.
     """
     of_beam = iter(sections)
     links = [
@@ -113,7 +114,7 @@ def _with_rotary_inertia(beam: Beam, section: Section) -> Beam:
 
 
 def _property_text(value: float | Reals) -> str:
-    """Format a property: its value, or the number of designs."""
+    """Format a property as its value, or as the number of designs if it has several values."""
     return f"{float(np.ravel(value)[0]):.6g}" if np.size(value) == 1 else f"of {np.size(value)} designs"
 
 
@@ -128,11 +129,13 @@ class JointCompliance:
     Attributes
     ----------
     translation
-        Displacement of the parent's point from the child's, along the force on the child and per force [m/N].
+        Displacement of the parent's point from the child's point, in the direction of the force on the child, per unit
+        force [m/N].
     rotation
-        Rotation per moment of a drive or slider [rad/(N m)].
+        Rotation per unit moment of a drive or slider [rad/(N m)].
     gap, turn
-        Unloaded offset of the child's point from the parent's, in ground axes [m], complex; unloaded rotation [rad].
+        Offset of the child's point from the parent's point in ground axes [m], complex, and rotation [rad], without
+        load.
     """
 
     translation: float = 0.0

@@ -1,4 +1,4 @@
-"""Sections with one shape and one material, uniform or tapered."""
+"""Sections of a single shape and material, uniform or tapered."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,9 +8,9 @@ import numpy as np
 from elastic.beams.cross_sections import Shape
 from elastic.beams.section import Section, Taper
 
-FIT_DEGREE = 12  # degree of the fit to a property that is not a polynomial along the taper
-MAX_FIT_ERROR = 1e-12  # largest error of the low-degree polynomial, relative to the largest value
-MIN_COEFFICIENT = 1e-14  # smaller taper coefficients are round-off, relative to the largest
+FIT_DEGREE = 12  # degree of the polynomial fitted to a property that is not a polynomial along the beam
+MAX_FIT_ERROR = 1e-12  # largest accepted error of a polynomial of low degree, relative to the largest value
+MIN_COEFFICIENT = 1e-14  # taper coefficients smaller than this are round-off; relative to the largest one
 
 
 def section_of(
@@ -21,20 +21,20 @@ def section_of(
     taper: Taper | None = None,
     shear: bool = True,
 ) -> Section:
-    """Section of a beam with one shape and one material.
+    """Return the section of a beam with a given shape and material.
 
     Parameters
     ----------
     E
         Young's modulus [Pa].
     poisson
-        Poisson's ratio; if given, the beam is Timoshenko's, with Cowper's shear coefficient.
+        Poisson's ratio. If given, the beam is a Timoshenko beam with Cowper's shear coefficient.
     yield_stress
-        Yield stress for the safety factor [Pa].
+        Yield stress, used for the safety factor [Pa].
     taper
         See `tapered`.
     shear
-        If False, neglect shear deformation but keep the shear rigidity, so that its effect can be estimated.
+        If False, shear deformation is neglected, but the shear rigidity is stored to estimate its effect.
     """
     kGA = math.nan
     if poisson is not None:
@@ -58,27 +58,28 @@ def section_of(
 def tapered(
     shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
 ) -> tuple[Taper, tuple[float, ...]]:
-    """Taper of a beam with linearly varying dimensions.
+    """Return the taper of a beam with linearly varying dimensions.
 
-    Area and second moment are then polynomials of degree 2 and 4, except the second moment of a T or angle, because its
-    axis moves. Where such a polynomial is off by more than `MAX_FIT_ERROR`, one of degree `FIT_DEGREE` is fitted.
+    The area and the second moment of area are then polynomials of degree 2 and 4, except for the second moment of a T
+    or angle, because its axis moves. If such a polynomial has an error of more than `MAX_FIT_ERROR`, a polynomial of
+    degree `FIT_DEGREE` is fitted instead.
 
     Parameters
     ----------
     shape
-        Function that returns the shape, such as `rectangle`, `circle` or `tube`.
+        Function that computes the shape, such as `rectangle`, `circle` or `tube`.
     start, end
-        Dimensions at the two ends.
+        Arguments of `shape` at the two ends of the beam.
     poisson
-        Poisson's ratio, for the shear coefficient.
+        Poisson's ratio, used for the shear coefficient.
 
     Returns
     -------
-    Taper; polynomial for `Beam.mass_taper`.
+    The taper, and the polynomial for `Beam.mass_taper`.
 
     Examples
     --------
-    A rectangle loses half its depth:
+    The depth of a rectangle is halved along the beam:
 
     >>> from elastic import rectangle
     >>> taper, mass = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))

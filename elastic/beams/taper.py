@@ -1,4 +1,4 @@
-"""Tapered beams: functions that replace powers of xi, and pieces on which they are polynomials to round-off."""
+"""Functions that replace powers of xi on tapered beams, and pieces on which they are polynomials to round-off."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -11,10 +11,10 @@ from elastic.arrays import Coefficients
 from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
-DEGREE = 14  # degree of the polynomials on a piece; higher for bending moments above degree 3
-MAX_DEGREE = 20  # powers amplify round-off by 6^degree
-MIN_AXES_SUM = 16.0  # sum of the half axes of a pole-free ellipse with foci at the piece's ends; 16^-15 is round-off
-MIN_PIECE = 2.0**-40  # shortest piece in xi, for a rigidity that nearly vanishes at an end
+DEGREE = 14  # degree of the polynomials on a piece; increased if the bending moment has a degree above 3
+MAX_DEGREE = 20  # limited because conversion to powers amplifies round-off by 6^degree
+MIN_AXES_SUM = 16.0  # half axes (sum) of a pole-free ellipse with foci at the piece's ends; 16^-15 is round-off
+MIN_PIECE = 2.0**-40  # shortest piece in xi, for rigidities that almost vanish at an end
 LOG_ACCURACY = 50.0  # -ln of the quadrature error: below round-off even for poles of high order
 PRISMATIC = Taper()
 
@@ -22,20 +22,20 @@ PRISMATIC = Taper()
 def taper_functions(
     section: Section, stations: Sequence[float] | Reals, powers: int
 ) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-    """Functions that replace the powers of xi in the fields of a tapered beam.
+    """Evaluate the functions that replace the powers of xi in the fields of a tapered beam.
 
-    For k = 0, 1, ..., with f = 1/(rigidity relative to the start) and integrals from 0 to xi:
+    For k = 0, 1, ..., with f = 1/(rigidity relative to the start) and integrals from 0 to xi, these functions are
 
     - u: `(k+1) int s^k f_EA ds`
     - phi: `(k+1) int s^k f_EI ds`
     - w due to bending: `(k+1)(k+2) int (xi-s) s^k f_EI ds`
     - w due to shear: `(k+1) int s^k f_kGA ds`
 
-    Gauss quadrature is accurate to round-off.
+    The integrals are computed by Gauss quadrature to round-off.
 
     Returns
     -------
-    Four arrays of shape (powers, stations); for a prismatic beam xi^(k+1), xi^(k+1), xi^(k+2), xi^(k+1).
+    Four arrays of shape (powers, stations). For a prismatic beam they are xi^(k+1), xi^(k+1), xi^(k+2) and xi^(k+1).
     """
     xi = np.asarray(stations, float)
     taper = section.taper or PRISMATIC
@@ -54,7 +54,7 @@ def taper_functions(
 
 
 def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
-    """Gauss-Legendre points on [0, 1] that integrate 1/polynomial to round-off."""
+    """Return enough Gauss-Legendre points on [0, 1], with weights, to integrate 1/polynomial to round-off."""
     nearest = _axes_sum(polynomial, 0.0, 1.0)
     count = powers + (0 if np.isinf(nearest) else int(np.ceil(LOG_ACCURACY / 2 / np.log(nearest))))
     nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -62,17 +62,18 @@ def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
 
 
 def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:
-    """Sum of the half axes of the ellipse with foci at the interval's ends through the polynomial's nearest zero."""
+    """Return the sum of the half axes of the largest zero-free ellipse with its foci at the ends of the interval."""
     roots = (2 * polyroots(polynomial).astype(complex) - low - high) / (high - low)
     return float(np.abs(roots + np.sqrt(roots - 1) * np.sqrt(roots + 1)).min(initial=np.inf))
 
 
 @lru_cache(maxsize=256)
 def piece_ends(section: Section) -> tuple[float, ...]:
-    """Ends of a beam's pieces in xi, starting with 0; halved until the flexibility is a polynomial on each piece.
+    """Return the ends of the pieces of a beam in xi, starting with 0.
 
-    If the nearest pole lies on an ellipse whose half axes sum to r, interpolation of degree n has the error r^-(n+1)
-    (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
+    Pieces are halved until the flexibility on each piece is a polynomial to round-off. If the nearest pole lies on an
+    ellipse whose half axes sum to r, interpolation of degree n has an error of r^-(n+1) (Trefethen, Approximation
+    Theory and Approximation Practice, theorem 8.2).
     """
     taper = section.taper or PRISMATIC
 
@@ -88,7 +89,7 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 
 @lru_cache(maxsize=256)
 def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
-    """`taper_functions` as polynomials on each piece, four arrays of shape (coefficients, pieces, powers)."""
+    """Return `taper_functions` as polynomials on each piece: four arrays of shape (coefficients, pieces, powers)."""
     stations = _stations(section, min(DEGREE + max(0, powers - 4), MAX_DEGREE))
     functions = [
         interpolated(values.reshape(powers, *stations.shape).transpose(2, 1, 0))
@@ -99,14 +100,14 @@ def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coeffi
 
 @lru_cache(maxsize=256)
 def piece_quotient(section: Section, over: str, under: str) -> Coefficients:
-    """Quotient of two taper polynomials on each piece, shape (coefficients, pieces)."""
+    """Return the quotient of two taper polynomials on each piece, shape (coefficients, pieces)."""
     taper, xi = section.taper or PRISMATIC, _stations(section, DEGREE)
     values = polyval(xi, getattr(taper, over) if over else (1.0,)) / polyval(xi, getattr(taper, under))
     return interpolated(values.T)
 
 
 def _stations(section: Section, degree: int) -> Reals:
-    """Stations of the `nodes` on each piece, shape (pieces, degree + 1)."""
+    """Return the values of xi at the `nodes` of each piece, shape (pieces, degree + 1)."""
     ends = np.array(piece_ends(section))
     return ends[:-1, None] + np.diff(ends)[:, None] * nodes(degree)
 
@@ -116,21 +117,22 @@ def _angles(degree: int) -> Reals:
 
 
 def nodes(degree: int) -> Reals:
-    """Chebyshev points on [0, 1], shape (degree + 1,)."""
+    """Return the Chebyshev points on [0, 1], shape (degree + 1,)."""
     return 0.5 - 0.5 * np.cos(_angles(degree))
 
 
 def interpolated(values: Reals) -> Coefficients:
-    """Coefficients, in powers of t, of the polynomials with given values at the `nodes`, shape (degree + 1, ...).
+    """Return the polynomials in powers of t with given values at the `nodes`, shape (degree + 1, ...).
 
-    The conversion goes through the Chebyshev series in two steps; a single matrix would lose 6^degree to cancellation.
+    The conversion uses a Chebyshev series as an intermediate step. Cancellation in a single matrix would amplify
+    round-off by 6^degree.
     """
     spectrum, powers = _chebyshev(len(values) - 1)
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)
 
 
 def lowered(values: Coefficients, degree: int) -> Coefficients:
-    """Lower the degree of polynomials by interpolation at the `nodes`, accurate to round-off on a piece."""
+    """Lower the degree of polynomials on a piece by interpolation at the `nodes`, accurate to round-off."""
     if len(values) <= degree + 1:
         return values
     powers = np.power.outer(nodes(degree), np.arange(len(values)))
@@ -139,7 +141,7 @@ def lowered(values: Coefficients, degree: int) -> Coefficients:
 
 @lru_cache(maxsize=16)
 def _chebyshev(degree: int) -> tuple[Reals, Reals]:
-    """Matrices from values at the nodes to Chebyshev coefficients of 2 t - 1, and from these to powers of t."""
+    """Return the matrices from nodal values to Chebyshev coefficients of 2 t - 1, and from those to powers of t."""
     orders = np.arange(degree + 1)
     spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles(degree))) * (2.0 / (degree + 1))
     spectrum[0] /= 2
