@@ -62,7 +62,9 @@ def sample(
     """
     xi = np.linspace(0.0, 1.0, stations) if isinstance(stations, int) else np.asarray(stations, float)
     if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
-        raise ValueError(f"stations range from {xi.min():g} to {xi.max():g}, expected fractions of the length, 0 to 1")
+        raise ValueError(
+            f"stations range from {xi.min():g} to {xi.max():g}, expected from 0 to 1 (fractions of the length)"
+        )
     entry = field_named(field)
     if known is None:
         return _sampled(deflection, entry, xi, {})

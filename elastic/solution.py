@@ -311,7 +311,7 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
         if names.count(name) == 0:
             raise ValueError(f'there is no joint "{name}"')
         if names.count(name) > 1:
-            raise ValueError(f'{names.count(name)} joints are named "{name}": a compliance needs a unique name')
+            raise ValueError(f'"{name}" names {names.count(name)} joints: a compliance needs a unique name')
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:

@@ -280,7 +280,7 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
 
 
 def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
-    """Return the legs of an angle as thin walls from their ends to the corner, with Y = y - I_yz/I_y z (see `angle`)."""
+    """Return the legs of an angle as thin walls, from the ends to the corner, with Y = y - I_yz/I_y z (see `angle`)."""
     whole = leg + other
     y, z = leg**2 / 2 / whole, other**2 / 2 / whole
     across = other**3 / 3 - whole * z**2
