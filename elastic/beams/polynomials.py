@@ -57,7 +57,7 @@ def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
 
 
 def added(one: Numbers, other: Numbers) -> Numbers:
-    """Return the coefficients of the sums of polynomials, whose degrees may differ."""
+    """Return the coefficients of the sums of polynomials, which may have different degrees."""
     long, short = (one, other) if len(one) >= len(other) else (other, one)
     result: Numbers = long.copy()
     result[: len(short)] += short
