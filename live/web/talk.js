@@ -34,11 +34,7 @@ function unpacked(buffer) {
     for (const [name, [at, shape]] of Object.entries(picture.arrays)) {
       picture.arrays[name] = {
         shape,
-        values: new Float32Array(
-          buffer,
-          4 + length + 4 * at,
-          shape.reduce((a, b) => a * b, 1),
-        ),
+        values: new Float32Array(buffer, 4 + length + 4 * at, shape.reduce((a, b) => a * b, 1)),
       };
     }
   }

@@ -16,17 +16,10 @@ function agreement({ largest, momentum }) {
 const DECIDING = 4;
 
 function answerSection() {
-  const part = section("answer", "Answer", "The answer", h("div", { class: "verdicts" }, acceptance(), trustLine()));
+  const part = section("answer", "Answer", "The answer", h("div.verdicts", acceptance(), trustLine()));
   const mechanism = mechanismSection(), [first, others] = [tiles().slice(0, DECIDING), tiles().slice(DECIDING)];
   $("main").append(
-    h(
-      "div",
-      { class: "front" },
-      part,
-      h("div", { class: "tiles deciding" }, first),
-      mechanism,
-      h("div", { class: "tiles others" }, others),
-    ),
+    h("div.front", part, h("div.tiles.deciding", first), mechanism, h("div.tiles.others", others)),
     document.querySelector("nav"),
   );
   view.fit();
@@ -49,12 +42,8 @@ function acceptance() {
   const words = yields && !judged ? [yields] : yields && !verdict.includes(yields) ? [verdict, yields] : [verdict];
   const note = judged
     ? null
-    : h("span", { class: "soft" }, yields ? " No limits are set." : " Set them under [limits] for a verdict.");
-  return h(
-    "div",
-    { class: `verdict ${level}`, id: "acceptance" },
-    h("p", {}, h("b", {}, words.map(sentence).join(" ")), note),
-  );
+    : h("span.soft", yields ? " No limits are set." : " Set them under [limits] for a verdict.");
+  return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", h("b", words.map(sentence).join(" ")), note));
 }
 
 function limitsSection() {
@@ -83,9 +72,7 @@ function limitsSection() {
       { name: "where", text: (each) => [memberOf(each.found.label), atWords(each.found)].filter(Boolean).join(", ") },
       {
         name: "kept",
-        text: (
-          each,
-        ) => ({ kept: "yes", "not kept": "no" }[each.outcome] ??
+        text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ??
           [each.outcome, each.problem].filter(Boolean).join(": ")),
       },
     ], "Limits and figures"),
@@ -113,10 +100,7 @@ function besideWords({ found, limit }) {
 }
 
 // Angles in degrees.
-const figureAngle = (
-  figure,
-  digits = 4,
-) => (figure.unit === "rad" && figure.value !== null
+const figureAngle = (figure, digits = 4) => (figure.unit === "rad" && figure.value !== null
   ? `${number((figure.value * 180) / Math.PI, digits)}°`
   : figureWords(figure, digits));
 
@@ -126,7 +110,7 @@ function trustLine() {
   return h(
     "div",
     { class: `verdict ${level}`, id: "trusted" },
-    h("p", {}, h("b", {}, sentence(words)), " ", h("a", { href: "#trust" }, "Why?")),
+    h("p", h("b", sentence(words)), " ", h("a", { href: "#trust" }, "Why?")),
   );
 }
 
@@ -159,10 +143,8 @@ function handoutOnPaper() {
   const { assumptions, checked } = handout, lines = assumptions.map((words) => Math.ceil(words.length / PAPER_LETTERS));
   const rows = lines.reduce((all, one) => all + one, (summary.acceptance.limits ?? []).length);
   document.documentElement.style.setProperty("--paper-rows", String(rows)); // the picture takes the remaining height
-  const list = h("ul", {}, assumptions.map((words) => h("li", {}, words)));
-  $("main").append(
-    h("div", { class: "paper handout" }, h("h2", {}, "Assumptions"), list, h("h2", {}, "Checked"), h("p", {}, checked)),
-  );
+  const list = h("ul", assumptions.map((words) => h("li", words)));
+  $("main").append(h("div.paper.handout", h("h2", "Assumptions"), list, h("h2", "Checked"), h("p", checked)));
 }
 
 // Share of each link in the error of the output.
@@ -172,7 +154,12 @@ function contributions() {
   const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)),
     rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)),
     idle = ranked.filter((each) => !rows.includes(each));
-  const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
+  const sense = Math.sign(output.value);
+  const bars = rows.map((each) => ({
+    name: each.link,
+    size: sense * each.value,
+    words: `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`,
+  }));
   const part = section(
     "causes",
     "Causes",
@@ -183,26 +170,7 @@ function contributions() {
       }: contribution of each link's own flexibility. The contributions add up to the total; a negative ` +
         "one offsets others.",
     ),
-    h(
-      "ul",
-      {},
-      rows.map((each) =>
-        h(
-          "li",
-          {},
-          h("span", {}, each.link),
-          h(
-            "span",
-            { class: "strip", "aria-hidden": "true" },
-            h("i", {
-              style: `width:${(100 * Math.abs(each.value)) / most}%`,
-              class: each.value * output.value < 0 ? "less" : "",
-            }),
-          ),
-          h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`),
-        )
-      ),
-    ),
+    strips(bars),
     idle.length ? soft(`No contribution: ${idle.map((each) => each.link).join(", ")}.`) : null,
   );
   part.classList.add("shares");
@@ -218,27 +186,24 @@ function trustSection() {
         "the top of the page.",
     ),
     h(
-      "ul",
-      { class: "trust" },
+      "ul.trust",
       summary.trust.map((finding) =>
         h(
           "li",
-          {},
           h("span", { class: `level ${finding.level}` }, finding.level),
-          h("p", {}, h("b", {}, `${finding.heading}. `), finding.text),
+          h("p", h("b", `${finding.heading}. `), finding.text),
         )
       ),
     ),
     h(
-      "p",
-      { class: "soft" },
+      "p.soft",
       jargon(
         "Condition number",
         "growth of round-off at a position: 1 at best; 15 minus its power of ten digits are certain",
       ),
       ": how close a position is to a singular one, where the mechanism jams or changes its assembly. ",
     ),
-    h("h3", {}, "Not computed"),
-    h("p", {}, `${summary.not_computed.join("; ")}. Drives follow their coordinates exactly.`),
+    h("h3", "Not computed"),
+    h("p", `${summary.not_computed.join("; ")}. Drives follow their coordinates exactly.`),
   );
 }

@@ -41,9 +41,7 @@ function jointsSection() {
       },
       {
         name: "fastest",
-        text: (
-          each,
-        ) => (each.figures.joint_rate
+        text: (each) => (each.figures.joint_rate
           ? rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) })
           : figureWords(each.figures.bearing_speed)),
       },
@@ -64,8 +62,8 @@ function jointsSection() {
         each,
       ) => (each.figure.unit === "s" ? lifeWords(each.figure) : figureAngle(each.figure) + errorWords(each.figure)),
     }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
-    effects.length ? h("p", {}, `${effects.join("; ")}.`) : null,
-    h("div", { class: "polars" }, rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))),
+    effects.length ? h("p", `${effects.join("; ")}.`) : null,
+    h("div.polars", rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))),
   );
 }
 
@@ -110,9 +108,8 @@ function polar(joint, name) {
     s("path", { d: path, class: "tip" }),
   );
   return h(
-    "figure",
-    { class: "chart" },
-    h("figcaption", {}, `Force on ${name} at ${joint.joint}, in its axes; rim ${quantity(most, "N", 3)}`),
+    "figure.chart",
+    h("figcaption", `Force on ${name} at ${joint.joint}, in its axes; rim ${quantity(most, "N", 3)}`),
     svg,
   );
 }

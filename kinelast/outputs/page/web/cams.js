@@ -1,7 +1,7 @@
 // Cams: their figures, and a picture of each with its pitch curve and its follower as the machine moves.
 function camsSection() {
   const rows = model.cams.map((cam, k) => ({ ...summary.cams[cam.name], ...cam, k })),
-    grid = h("div", { class: "charts" });
+    grid = h("div.charts");
   if (!rows.length) return;
   const column = (name, key, means, words = figureWords) => ({
     name,
@@ -79,7 +79,7 @@ function camsSection() {
       column("torque of the shaft", "cam_torque"),
       places("contact lost at", "contact_lost"),
     ], "Contact of the cams"),
-    h("div", { class: "cams" }, rows.map(camPicture)),
+    h("div.cams", rows.map(camPicture)),
     grid,
   );
   const curves = (key, factor = 1) =>
@@ -105,13 +105,12 @@ function camPicture(cam) {
   const most = Math.max(body.radius[1], reach + cam.radius) * 1.08;
   const turning = s(
     "g",
-    {},
-    s("path", { class: "body", "fill-rule": "evenodd", d: markPath(body, 1, 0) }),
-    cam.pitch.length ? s("path", { class: "pitch", d: outlineOf(cam.pitch) }) : null,
-    s("path", { class: "mark", d: `M0 0H${0.5 * Math.min(...sizes, reach)}` }),
+    s("path.body", { "fill-rule": "evenodd", d: markPath(body, 1, 0) }),
+    cam.pitch.length ? s("path.pitch", { d: outlineOf(cam.pitch) }) : null,
+    s("path.mark", { d: `M0 0H${0.5 * Math.min(...sizes, reach)}` }),
   );
-  const roller = cam.roller ? s("circle", { class: "roller", r: Math.max(cam.radius, 0.008 * most) }) : null,
-    face = cam.face ? s("path", { class: "roller" }) : null;
+  const roller = cam.roller ? s("circle.roller", { r: Math.max(cam.radius, 0.008 * most) }) : null,
+    face = cam.face ? s("path.roller") : null;
   const svg = s(
     "svg",
     {
@@ -121,7 +120,7 @@ function camPicture(cam) {
       class: "cam",
     },
     turning,
-    s("circle", { class: "shaft", r: 0.02 * most }),
+    s("circle.shaft", { r: 0.02 * most }),
     face,
     roller,
   );
@@ -149,20 +148,11 @@ function camPicture(cam) {
     ? "profile, dashed the pitch curve, the roller as it stands"
     : "profile, the face as it stands";
   return h(
-    "figure",
-    { class: "chart" },
+    "figure.chart",
     h(
       "figcaption",
-      {},
-      h("h3", {}, `Cam ${cam.name}`),
-      h(
-        "div",
-        { class: "downloads" },
-        h("button", {
-          type: "button",
-          onclick: () => download(`${fileName(`cam ${cam.name}`)}.svg`, "image/svg+xml", camDrawing(cam, most)),
-        }, "SVG"),
-      ),
+      h("h3", `Cam ${cam.name}`),
+      h("div.downloads", button("SVG", () => downloadSvg(`cam ${cam.name}`, camDrawing(cam, most)))),
     ),
     soft(legend),
     svg,
@@ -186,7 +176,7 @@ function camDrawing(cam, most) {
     cam.pitch.length ? s("path", { d: outlineOf(cam.pitch), "stroke-dasharray": most / 40 }) : null,
     s("circle", { r: 0.02 * most }),
   );
-  return new XMLSerializer().serializeToString(picture);
+  return picture;
 }
 
 partSections.push(camsSection);

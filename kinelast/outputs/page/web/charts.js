@@ -48,28 +48,26 @@ function chart(holder, heading, unit, asked, options = {}) {
     { values },
   ) => (options.xs ? xs.map((x, k) => values(k)) : order.map((i) => (shownAt(i) ? values(i) : NaN)));
   const xs = options.xs ?? abscissae,
-    sizeOf = (curve) => rowOf(curve).reduce((most, value) => Math.max(most, Math.abs(value) || 0), 0);
+    sizeOf = (curve) => largestOf(rowOf(curve));
   const curves = styled(asked, asked.map(sizeOf)), read = () => curves.map(rowOf);
   const xLabel = options.xLabel ?? axis.label;
   const longest = LETTER_WIDTH * Math.max(...curves.map(({ name }) => name.length)) + 10;
   const nameWidth = () => Math.max(LABEL_WIDTH, Math.min(longest, 0.3 * canvas.clientWidth));
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
   curves.forEach((curve, k) => curve.shown || made.hidden.add(k));
-  const figure = h("figure", {
-    class: "chart",
+  const figure = h("figure.chart", {
+
     "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}`,
   });
-  const canvas = h("div", { class: "plot" }), legend = h("div", { class: "legend" });
+  const canvas = h("div.plot"), legend = h("div.legend");
   figure.append(
     h(
       "figcaption",
-      {},
-      h("h3", {}, heading),
+      h("h3", heading),
       h(
-        "span",
-        { class: "downloads" },
+        "span.downloads",
         ["PNG", "SVG", "CSV"].map((kind) =>
-          h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)
+          button(kind, () => SAVES[kind](made), { "aria-label": `${heading} as ${kind}` })
         ),
       ),
     ),
@@ -77,48 +75,27 @@ function chart(holder, heading, unit, asked, options = {}) {
     canvas,
   );
   holder.append(figure);
-  const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
   const clean = (rows, factor) =>
     rows.map((values) =>
       values.map((value) => (isFinite(value) && (value > 0 || !options.log) ? value * factor : null))
     );
   const marks = curves.map((curve, k) => {
     const words = h("output", { "aria-live": "off" });
-    const button = h(
-      "button",
-      {
-        type: "button",
-        "aria-pressed": String(curve.shown),
-        onclick: () => {
-          made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
-          button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
-          made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
-        },
-      },
-      s(
-        "svg",
-        { viewBox: "0 0 26 8", "aria-hidden": "true" },
-        s("line", {
-          x1: 0,
-          x2: 26,
-          y1: 4,
-          y2: 4,
-          "stroke-width": 2.4,
-          stroke: `var(--l${curve.colour})`,
-          "stroke-dasharray": dashOf(curve).join(" "),
-        }),
-      ),
-      curve.name,
-      " ",
-      words,
-    );
-    return { button, words };
+    const dash = { "stroke-width": 2.4, stroke: `var(--l${curve.colour})`, "stroke-dasharray": dashOf(curve).join(" ") };
+    const line = s("line", { x1: 0, x2: 26, y1: 4, y2: 4, ...dash });
+    const swatch = s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, line);
+    const name = button([swatch, curve.name, " ", words], () => {
+      made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
+      name.setAttribute("aria-pressed", String(!made.hidden.has(k)));
+      made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
+    }, { "aria-pressed": String(curve.shown) });
+    return { name, words };
   });
-  legend.append(...marks.map(({ button }) => button));
+  legend.append(...marks.map(({ name }) => name));
   const left = made.hidden.size,
     words = `${curves.length - left} of ${curves.length} drawn, the largest; a name adds its curve`;
-  if (left) legend.append(h("span", { class: "soft left-out" }, words));
-  const at = h("div", { class: "now" });
+  if (left) legend.append(h("span.soft.left-out", words));
+  const at = h("div.now");
 
   made.tell = (index) => {
     const plot = made.plot, shown = plot?.cursor.idx ?? index;
@@ -213,10 +190,7 @@ function chart(holder, heading, unit, asked, options = {}) {
     const pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1, apart = 12 * one;
     if (curves.length < 2) return;
     const last = (row) => row.findLast((value) => isFinite(value));
-    const ends = curves.flatMap((
-      curve,
-      k,
-    ) => (made.hidden.has(k) || last(made.rows[k]) === undefined
+    const ends = curves.flatMap((curve, k) => (made.hidden.has(k) || last(made.rows[k]) === undefined
       ? []
       : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }])
     );
@@ -240,30 +214,24 @@ function chart(holder, heading, unit, asked, options = {}) {
       part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
     made.rows = read();
-    made.greatest = greatest(made.rows);
+    made.greatest = largestOf(made.rows.flat());
     const largest = options.largest ?? made.greatest;
     [made.factor, made.prefixed] = scaleOf(largest, unit);
     made.colours = curves.map((curve, k) => colour(curve.colour));
     made.curves = curves;
-    const ink = variable("--soft"), rule = variable("--rule"), font = "11px system-ui, sans-serif";
-    const axes = { stroke: ink, font, labelFont: font, grid: { stroke: rule, width: 1 }, ticks: { show: false } };
     const steps = axis.angular && made.cycle ? { incrs: ANGLES, values: (_, marks) => marks.map(turned) } : {};
     const bound = options.largest
       ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] }
       : {};
     made.plot = new uPlot(
       {
-        width: Math.max(240, canvas.clientWidth),
-        height: CHART_HEIGHT,
+        ...made.size(),
         legend: { show: false },
         scales: { x: { time: false }, y: options.log ? { distr: 3 } : bound },
-        axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, {
-          ...axes,
-          size: 58,
+        axes: axesOf({ ...steps, label: xLabel }, {
           label: `[${unitWords(made.prefixed) || "1"}]`,
-          labelSize: 16,
           values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))),
-        }],
+        }),
         series: [
           {},
           ...curves.map((curve, k) => ({
@@ -286,8 +254,7 @@ function chart(holder, heading, unit, asked, options = {}) {
       canvas,
     );
     if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
-    const canvasElement = canvas.querySelector("canvas");
-    canvasElement.setAttribute("aria-hidden", "true");
+    canvas.querySelector("canvas").setAttribute("aria-hidden", "true");
     if (made.cycle) {
       made.plot.over.append(at);
       let pressed = 0;
@@ -303,8 +270,18 @@ function chart(holder, heading, unit, asked, options = {}) {
     }
     made.follow(instant.position);
   };
-  made.resize = () =>
-    made.plot && made.plot.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT });
+  framed(made, figure, canvas, CHART_HEIGHT);
+  new ResizeObserver(() => {
+    made.resize();
+    made.follow(instant.position);
+  }).observe(canvas);
+  return made;
+}
+
+// What all charts share: their size, their end and their place among the charts; `build` draws one.
+function framed(made, figure, canvas, height) {
+  made.size = () => ({ width: Math.max(240, canvas.clientWidth), height });
+  made.resize = () => made.plot?.setSize(made.size());
   made.remove = () => {
     made.plot?.destroy();
     charts.splice(charts.indexOf(made), 1);
@@ -313,11 +290,12 @@ function chart(holder, heading, unit, asked, options = {}) {
   made.figure = figure;
   charts.push(made);
   made.build();
-  new ResizeObserver(() => {
-    made.resize();
-    made.follow(instant.position);
-  }).observe(canvas);
-  return made;
+}
+
+function axesOf(x, y) {
+  const font = "11px system-ui, sans-serif", grid = { stroke: variable("--rule"), width: 1 };
+  const both = { stroke: variable("--soft"), font, labelFont: font, grid, ticks: { show: false }, labelSize: 16 };
+  return [{ ...both, size: 34, ...x }, { ...both, size: 58, ...y }];
 }
 
 follow((i) => charts.forEach((made) => made.follow(i)));

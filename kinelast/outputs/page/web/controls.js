@@ -3,10 +3,10 @@ const FIRST_FIELD = "M";
 
 function check(words, on, change, attributes = {}) {
   return h(
-    "label",
-    { class: "check", ...attributes },
+    "label.check",
+    { ...attributes },
     h("input", { type: "checkbox", checked: on, onchange: (event) => change(event.target.checked) }),
-    h("span", {}, words),
+    h("span", words),
   );
 }
 
@@ -25,18 +25,9 @@ function mechanismSection() {
       showPosition(Number(event.target.value));
     },
   });
-  const button = h(
-    "button",
-    { type: "button", id: "play", class: "main", "aria-pressed": "false", onclick: toggle },
-    "Play",
-  );
-  const speed = h(
-    "select",
-    { id: "speed", "aria-label": "speed" },
-    [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) =>
-      h("option", { value: seconds, selected: seconds === 8 }, name)
-    ),
-  );
+  const start = button("Play", toggle, { id: "play", class: "main", "aria-pressed": "false" });
+  const speeds = [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) => option(seconds, name, seconds === 8));
+  const speed = h("select", { id: "speed", "aria-label": "speed" }, speeds);
   function toggle() {
     if (instant.playing !== null) return stop();
     play(() => Number(speed.value));
@@ -44,13 +35,13 @@ function mechanismSection() {
   }
   // What passes while it plays is not read aloud.
   function tell(playing) {
-    button.textContent = playing ? "Pause" : "Play";
-    button.setAttribute("aria-pressed", String(playing));
+    start.textContent = playing ? "Pause" : "Play";
+    start.setAttribute("aria-pressed", String(playing));
     words.setAttribute("aria-live", playing ? "off" : "polite");
   }
   instant.stopped = () => tell(false);
-  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true });
-  const drawn = h("p", { class: "paper drawn-words" });
+  const holder = h("div.stage", { id: "stage" }), tip = h("div.tip", { hidden: true });
+  const drawn = h("p.paper.drawn-words");
   addEventListener("beforeprint", () => {
     const fields = Array.from(view.fields, (field) => {
       const { name, unit } = FIELDS[field];
@@ -60,37 +51,27 @@ function mechanismSection() {
   });
   holder.append(tip);
   const more = model.beams.length ? "; hover for values, click a link to see its fields below" : "";
-  const shown = h(
-    "div",
-    { class: "bar" },
+  const shown = bar(
     suited ? show("rigid", "rigid position") : null,
     show("paths", "paths of the points"),
     show("reactions", "joint forces"),
     show("names", "names"),
     firstSpot() ? show("spot", "where it breaks first") : null,
-    h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant"),
+    button("SVG of this instant", saveMechanism),
   );
   const controls = h(
-    "div",
-    { class: "controls" },
-    h("div", { class: "bar" }, button, speed, slider, words),
+    "div.controls",
+    bar(start, speed, slider, words),
     exaggeration(),
     h(
       "details",
-      {},
-      h("summary", {}, "Diagrams, and what else is drawn"),
+      h("summary", "Diagrams, and what else is drawn"),
       hint(`Drag the slider or any link${more}. Keys: space plays, ← and → step.`),
       diagramChoice(),
       shown,
     ),
   );
-  const part = section(
-    "mechanism",
-    "Mechanism",
-    "The mechanism, moving",
-    h("div", { class: "picture" }, holder, drawn),
-    controls,
-  );
+  const part = section("mechanism", "Mechanism", "The mechanism, moving", h("div.picture", holder, drawn), controls);
   drawMechanism(holder, tip);
   follow((i) => {
     slider.value = i;
@@ -129,9 +110,8 @@ function show(name, words) {
 function diagramChoice() {
   if (!model.beams.length) return soft("No link has beams, so there are no diagrams.");
   return h(
-    "fieldset",
-    { class: "bar diagrams" },
-    h("legend", {}, "Diagrams on the links (each to its own scale)"),
+    "fieldset.bar.diagrams",
+    h("legend", "Diagrams on the links (each to its own scale)"),
     fieldsShown.map((field) => {
       const row = FIELDS[field];
       return h(
@@ -147,7 +127,7 @@ function diagramChoice() {
             showBeam();
           },
         }),
-        h("span", {}, row.name),
+        h("span", row.name),
       );
     }),
   );
@@ -155,7 +135,7 @@ function diagramChoice() {
 
 function exaggeration() {
   if (!suited) return null;
-  const words = h("output", {}, `${number(view.factor)} times`);
+  const words = h("output", `${number(view.factor)} times`);
   const low = Math.min(0, Math.log10(suited) - 2), high = Math.max(0, Math.log10(suited) + 1);
   const range = h("input", {
     type: "range",
@@ -172,24 +152,13 @@ function exaggeration() {
     words.textContent = `${number(view.factor)} times`;
     view.redraw();
   }
-  const button = (name, factor) =>
-    h("button", {
-      type: "button",
-      onclick: () => {
-        if (factor > 0) range.value = Math.log10(factor);
-        set(factor);
-      },
-    }, name);
-  return h(
-    "div",
-    { class: "bar" },
-    h("label", { for: "exaggeration" }, "Displacements drawn larger"),
-    range,
-    words,
-    button("true size", 1),
-    button("rigid", 0),
-    button(`${number(suited)} times`, suited),
-  );
+  const to = (name, factor) =>
+    button(name, () => {
+      if (factor > 0) range.value = Math.log10(factor);
+      set(factor);
+    });
+  const sizes = [to("true size", 1), to("rigid", 0), to(`${number(suited)} times`, suited)];
+  return bar(labelled("Displacements drawn larger", range), words, sizes);
 }
 
 // The picture as it is, with the page's colours written into it.
@@ -214,9 +183,5 @@ function saveMechanism() {
   });
   copy.setAttribute("xmlns", SVG);
   copy.setAttribute("width", view.svg().clientWidth);
-  download(
-    `${fileName("mechanism")}_${instant.position}.svg`,
-    "image/svg+xml",
-    new XMLSerializer().serializeToString(copy),
-  );
+  downloadSvg("mechanism", copy, `_${instant.position}`);
 }

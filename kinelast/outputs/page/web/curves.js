@@ -3,7 +3,7 @@ const curve = (name, values, colour) => ({ name, values, colour });
 const beamColour = (beam) => model.beams[beam].link - 1;
 
 function curvesSection() {
-  const grid = h("div", { class: "charts" });
+  const grid = h("div.charts");
   section(
     "curves",
     "Curves",
@@ -100,25 +100,15 @@ function outputOf(output) {
 
 // Positions, velocities, accelerations of any point; angles and their rates of any link.
 function kinematicsSection() {
-  const grid = h("div", { class: "charts" });
+  const grid = h("div.charts");
   let shown = [];
-  const pick = h(
-    "select",
-    { id: "kinematics-of", onchange: () => draw() },
-    h("optgroup", { label: "points" }, movingPoints.map(({ point }, k) => h("option", { value: `point ${k}` }, point))),
-    h(
-      "optgroup",
-      { label: "links" },
-      model.links.map((link, k) => (k ? h("option", { value: `link ${k}` }, link.name) : null)),
-    ),
+  const pick = choice(
+    "kinematics-of",
+    () => draw(),
+    h("optgroup", { label: "points" }, movingPoints.map(({ point }, k) => option(`point ${k}`, point))),
+    h("optgroup", { label: "links" }, model.links.map((link, k) => (k ? option(`link ${k}`, link.name) : null))),
   );
-  section(
-    "kinematics",
-    "Kinematics",
-    "Kinematics",
-    h("div", { class: "bar" }, h("label", { for: "kinematics-of" }, "Of"), pick),
-    grid,
-  );
+  section("kinematics", "Kinematics", "Kinematics", bar(labelled("Of", pick)), grid);
   const draw = () => {
     shown.forEach((made) => made.remove());
     const [kind, number] = pick.value.split(" "), at = Number(number), before = charts.length;
@@ -169,12 +159,9 @@ const beamPanel = { charts: [], grid: null };
 
 function beamSection() {
   if (!model.beams.length) return;
-  beamPanel.grid = h("div", { class: "charts" });
-  beamPanel.pick = h(
-    "select",
-    { id: "beam", onchange: (event) => chooseBeam(Number(event.target.value)) },
-    model.beams.map(({ label }, k) => h("option", { value: k }, beamName(label))),
-  );
+  beamPanel.grid = h("div.charts");
+  const names = model.beams.map(({ label }, k) => option(k, beamName(label)));
+  beamPanel.pick = choice("beam", (beam) => chooseBeam(Number(beam)), names);
   section(
     "link",
     "One link",
@@ -183,7 +170,7 @@ function beamSection() {
       "Fields chosen above: along the link at the shown instant (left), and largest along the link over " +
         "the cycle (right).",
     ),
-    h("div", { class: "bar" }, h("label", { for: "beam" }, "Link"), beamPanel.pick),
+    bar(labelled("Link", beamPanel.pick)),
     beamPanel.grid,
   );
   const labels = model.beams.map(({ label }) => label);

@@ -13,10 +13,7 @@ const axes = [...data.numbers, ...data.figures];
 const scaleFor = Object.fromEntries(axes.map((name) => {
   const unit = data.units[name];
   if (unit === "rad") return [name, [180 / Math.PI, "deg"]];
-  return [
-    name,
-    scaleOf(columnOf(name).reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0), unit),
-  ];
+  return [name, scaleOf(largestOf(columnOf(name)), unit)];
 }));
 const valueWords = (name, k, digits = 4) => number(columnOf(name)[k] * scaleFor[name][0], digits);
 const unitOf = (name) => unitWords(scaleFor[name][1]);
@@ -104,8 +101,8 @@ function colours() {
 
 // A canvas as wide as its holder, sharp on any screen, drawn anew when it changes.
 function canvasIn(holder, height, draw, words) {
-  const canvas = h("canvas", { class: "drawn", role: "img", "aria-label": words, tabindex: 0 }),
-    above = h("canvas", { class: "drawn above", "aria-hidden": "true" });
+  const canvas = h("canvas.drawn", { role: "img", "aria-label": words, tabindex: 0 }),
+    above = h("canvas.drawn.above", { "aria-hidden": "true" });
   holder.append(canvas, above);
   const made = { canvas, above, width: 0, height };
   made.pen = (which) => which.getContext("2d");

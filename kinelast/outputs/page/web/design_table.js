@@ -4,26 +4,15 @@ const ROWS = 50;
 function tableSection() {
   const order = { by: data.best === null ? "" : data.figures[0] ?? "", falling: false }, body = h("tbody");
   const full = Object.keys(data.answered).length > 0,
-    heads = ["", ...axes].map((name) =>
-      h(
-        "th",
-        { scope: "col", class: name ? "figure" : null, "aria-sort": "none" },
-        h(
-          "button",
-          { type: "button", onclick: () => sort(name) },
-          name || "design",
-          name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null,
-        ),
-      )
-    );
+    heads = ["", ...axes].map((name) => {
+      const unit = name && unitOf(name) ? h("small", ` [${unitOf(name)}]`) : null;
+      return sortingHead([name || "design", unit], name, () => sort(name));
+    });
   const any = data.reasons.some(Boolean),
-    more = h("button", {
-      type: "button",
-      onclick: () => {
-        shown *= 5;
-        draw();
-      },
-    }, "Show more"),
+    more = button("Show more", () => {
+      shown *= 5;
+      draw();
+    }),
     counted = soft("");
   let shown = ROWS;
   section(
@@ -31,28 +20,12 @@ function tableSection() {
     "Table",
     "All designs",
     counted,
-    h(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" },
-      h(
-        "table",
-        {},
-        h("caption", {}, "Designs"),
-        h(
-          "thead",
-          {},
-          h(
-            "tr",
-            {},
-            heads[0],
-            full ? h("th", { scope: "col" }, "answered") : null,
-            heads.slice(1),
-            any ? h("th", { scope: "col" }, "why there are no figures") : null,
-          ),
-        ),
-        body,
-      ),
-    ),
+    wide("Designs", [
+      heads[0],
+      full ? h("th", { scope: "col" }, "answered") : null,
+      heads.slice(1),
+      any ? h("th", { scope: "col" }, "why there are no figures") : null,
+    ], body),
     more,
   );
   function sort(name) {
@@ -74,28 +47,18 @@ function tableSection() {
           h(
             "th",
             { scope: "row" },
-            h("button", {
-              type: "button",
-              class: "pick",
-              "aria-label": `choose design ${designOf(k)}`,
-              onclick: () => choose(k),
-            }, designOf(k)),
-            k === bestPlace ? h("span", { class: "mark" }, " best") : null,
+            button(designOf(k), () => choose(k), { class: "pick", "aria-label": `choose design ${designOf(k)}` }),
+            k === bestPlace ? h("span.mark", " best") : null,
           ),
-          full ? h("td", {}, answerWords(k)) : null,
-          axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))),
-          any ? h("td", { class: "message" }, reasonOf(k)) : null,
+          full ? h("td", answerWords(k)) : null,
+          axes.map((name) => h("td.figure", valueWords(name, k))),
+          any ? h("td.message", reasonOf(k)) : null,
         )
       ),
     );
-    heads.forEach((head, n) =>
-      head.setAttribute(
-        "aria-sort",
-        ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none",
-      )
-    );
+    markSorted(heads, ["", ...axes].indexOf(order.by), order.falling);
     more.hidden = kept.length <= shown;
-    counted.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${
+    counted.textContent = `${several(kept.length, "design")}${
       kept.length < COUNT ? " within the ranges chosen above" : ""
     }, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.${
       full
@@ -124,18 +87,15 @@ function chosenSection() {
     const rows = data.figures.map((name) =>
       h(
         "tr",
-        {},
         h("th", { scope: "row" }, name),
-        h("td", { class: "figure" }, valueWords(name, k, 6)),
-        beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)),
-        h("td", {}, unitOf(name)),
+        h("td.figure", valueWords(name, k, 6)),
+        beside === null ? null : h("td.figure", valueWords(name, beside, 6)),
+        h("td", unitOf(name)),
       )
     );
     const answer = data.answered[String(designOf(k))], inFull = (name) => fullWords(name, answer.figures[name]);
     if (answer) {
-      rows.forEach((row, n) =>
-        row.insertBefore(h("td", { class: "figure" }, inFull(data.figures[n])), row.children[2])
-      );
+      rows.forEach((row, n) => row.insertBefore(h("td.figure", inFull(data.figures[n])), row.children[2]));
     }
     const heads = [
       "figure",
@@ -148,35 +108,20 @@ function chosenSection() {
     holder.replaceChildren(
       h(
         "p",
-        {},
-        h("b", {}, `Design ${designOf(k)}`),
+        h("b", `Design ${designOf(k)}`),
         k === bestPlace ? ", the best" : "",
-        address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : "",
+        address ? h("span", ": ", h("a", { href: address }, "its page"), ", with vibration where that counts") : "",
       ),
-      answer ? h("p", {}, `Answered in full: ${answerWords(k)}`) : "",
-      reason ? h("p", { class: "verdict poor" }, reason) : "",
+      answer ? h("p", `Answered in full: ${answerWords(k)}`) : "",
+      reason ? h("p.verdict.poor", reason) : "",
       address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
-      h("h3", {}, "Its numbers in the scene"),
+      h("h3", "Its numbers in the scene"),
       h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
-      h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
-      h(
-        "div",
-        { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" },
-        h(
-          "table",
-          {},
-          h("caption", {}, "Its figures"),
-          h(
-            "thead",
-            {},
-            h(
-              "tr",
-              {},
-              heads.map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)),
-            ),
-          ),
-          h("tbody", {}, rows),
-        ),
+      button("Copy", () => navigator.clipboard?.writeText(lines.join("\n"))),
+      wide(
+        "Its figures",
+        heads.map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)),
+        h("tbody", rows),
       ),
     );
   }
@@ -208,7 +153,7 @@ function commandsOf(design) {
     `deflection-report ${quoted(data.scene)} --design ${design} -o .`,
     `deflection-report ${quoted(file)} ${data.options}`.trim(),
   ];
-  return h("div", {}, h("h3", {}, "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
+  return h("div", h("h3", "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
 }
 
 // In the units of the file.

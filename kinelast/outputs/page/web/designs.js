@@ -1,10 +1,7 @@
 // From the data to the page of many designs.
 function aboutDesigns() {
-  const words = [
-    `${data.of} design${data.of === 1 ? "" : "s"} of ${data.numbers.length} number${
-      data.numbers.length === 1 ? "" : "s"
-    }: ${data.numbers.join(", ")}`,
-  ];
+  const { numbers } = data;
+  const words = [`${several(data.of, "design")} of ${several(numbers.length, "number")}: ${numbers.join(", ")}`];
   words.push(data.failed ? `; ${data.failed} ha${data.failed === 1 ? "s" : "ve"} no figures` : "");
   words.push(
     COUNT < data.of

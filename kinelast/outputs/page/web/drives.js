@@ -7,15 +7,13 @@ function drivesSection() {
     name,
     means,
     wraps: true,
-    text: (
-      each,
-    ) => (each.drive[key]
+    text: (each) => (each.drive[key]
       ? unbroken(words(each.drive[key]) + errorWords(each.drive[key])).replace("\u00a0(", " (")
       : ""),
   });
   const motored = rows.filter(({ drive }) => drive.motor),
     pressed = rows.filter(({ drive }) => drive.cylinder),
-    grid = h("div", { class: "charts" });
+    grid = h("div.charts");
   section(
     "drives",
     "Drives",
@@ -43,10 +41,7 @@ function drivesSection() {
     motored.length ? motorTable(motored) : null,
     pressed.length
       ? table(pressed.map(({ name, drive }) => ({ name, drive: drive.cylinder })), [
-        {
-          name: "Cylinder of",
-          text: (each) => each.name,
-        },
+        { name: "Cylinder of", text: (each) => each.name },
         column("pressure", "pressure"),
         column("flow", "flow"),
         column("buckling safety of the rod", "rod_buckling"),
@@ -63,9 +58,7 @@ function drivesSection() {
 
 // Peaks of the laws that drives follow.
 function lawTable(rows) {
-  const jerk = (
-    { drive: { law } },
-  ) => (law.jumps.length
+  const jerk = ({ drive: { law } }) => (law.jumps.length
     ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")}${
       law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""
     }`

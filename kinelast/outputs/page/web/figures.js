@@ -20,9 +20,7 @@ function extremesSection() {
   const place = (field) => ({
     name: "where",
     wraps: true,
-    text: (
-      each,
-    ) => (each.peaks[field].value
+    text: (each) => (each.peaks[field].value
       ? `${unbroken(placeWords(each.label, each.peaks[field]))}, ${unbroken(atWords(each.peaks[field]))}`
       : ""),
   });
@@ -66,9 +64,7 @@ function strengthSection() {
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
       {
         name: "where",
-        text: (
-          each,
-        ) => (each.stress_range.value
+        text: (each) => (each.stress_range.value
           ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre`
           : ""),
       },
@@ -93,11 +89,7 @@ function vibrationSection() {
     "vibration",
     "Frequencies",
     "Natural frequencies",
-    soft(
-      `Mechanism with locked drives, at ${vibration.positions} position${
-        vibration.positions === 1 ? "" : "s"
-      } of the cycle.`,
-    ),
+    soft(`Mechanism with locked drives, at ${several(vibration.positions, "position")} of the cycle.`),
     table(rows, [
       { name: "Mode", text: (each) => String(each.k) },
       { name: "lowest [Hz]", of: (each) => hertz(each.lowest) },
@@ -107,7 +99,6 @@ function vibrationSection() {
     ], "Modes"),
     h(
       "p",
-      {},
       speed.value
         ? `The drive turns at ${number(speed.value / (2 * Math.PI), 3)} Hz, ${number(ratio.value, 2)} of the lowest. `
         : "",
@@ -145,12 +136,7 @@ function errorsSection() {
     ], "Displacement of the points"),
     table(links, [
       { name: "Link", text: (each) => each.name },
-      {
-        name: "error of its angle",
-        unit: "rad",
-        figure: (each) => each.error,
-        worst: true,
-      },
+      { name: "error of its angle", unit: "rad", figure: (each) => each.error, worst: true },
       { name: "at point", text: (each) => (each.error.value ? each.error.point : "") },
       where("at", (each) => each.error),
     ], "Error of the links' angles"),
@@ -176,10 +162,7 @@ function forcesSection() {
       where("at", (each) => each.force),
     ], "Joint forces"),
     table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [
-      {
-        name: "On the ground",
-        text: (each) => `shaking ${each.name}`,
-      },
+      { name: "On the ground", text: (each) => `shaking ${each.name}` },
       { name: "largest", text: (each) => figureWords(each.found) + errorWords(each.found) },
       where("at", (each) => each.found),
     ], "On the ground"),
@@ -197,8 +180,7 @@ function registerSection() {
     ),
     h(
       "details",
-      {},
-      h("summary", {}, `${rows.length} figures`),
+      h("summary", `${rows.length} figures`),
       table(rows, [
         { name: "Figure", text: (each) => each.name },
         { name: "value", text: (each) => figureAngle(each) + errorWords(each) },
@@ -234,7 +216,7 @@ function checkSection() {
 
 function inputsSection() {
   const { inputs, links, rigid_links: rigid } = summary, rows = [];
-  const say = (name, ...words) => rows.push(h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, words)));
+  const say = (name, ...words) => rows.push(h("tr", h("th", { scope: "row" }, name), h("td", words)));
   say("Run", runWords());
   for (const [name, { speed, steady }] of Object.entries(inputs.drives)) {
     say(
@@ -290,9 +272,9 @@ function inputsSection() {
     "Inputs",
     "Inputs of the computation",
     h(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": "Inputs" },
-      h("table", { class: "inputs" }, h("caption", {}, "Speeds, loads, materials"), h("tbody", {}, rows)),
+      "div.wide",
+      { tabindex: 0, role: "region", "aria-label": "Inputs" },
+      h("table.inputs", h("caption", "Speeds, loads, materials"), h("tbody", rows)),
     ),
     links.length
       ? table(links, [
@@ -307,7 +289,7 @@ function inputsSection() {
       ], "Links")
       : null,
     rigid.length ? soft(`Rigid: ${rigid.join(", ")}.`) : null,
-    sceneText ? h("details", {}, h("summary", {}, "Text of the scene"), h("pre", { tabindex: 0 }, sceneText)) : null,
+    sceneText ? h("details", h("summary", "Text of the scene"), h("pre", { tabindex: 0 }, sceneText)) : null,
   );
 }
 

@@ -2,18 +2,14 @@
 function foldAll(parts) {
   for (const part of parts) {
     const [heading, ...rest] = part.children;
-    part.append(h("details", { class: "fold" }, h("summary", {}, heading), rest));
+    part.append(h("details.fold", h("summary", heading), rest));
   }
   const folds = parts.map((part) => part.firstElementChild);
-  const button = h("button", {
-    type: "button",
-    id: "unfold",
-    onclick: () => {
-      const open = folds.some((fold) => !fold.open);
-      for (const fold of folds) fold.open = open;
-    },
-  }, "Open or fold all");
-  document.querySelector("nav").append(button);
+  const openOrFold = () => {
+    const open = folds.some((fold) => !fold.open);
+    for (const fold of folds) fold.open = open;
+  };
+  document.querySelector("nav").append(button("Open or fold all", openOrFold, { id: "unfold" }));
   const follow = () => unfold(decodeURIComponent(location.hash.slice(1)));
   document.addEventListener(
     "click",

@@ -73,20 +73,11 @@ function wentOf(cells) {
 }
 
 const body = h("tbody"),
-  heads = columns.map(({ words }, k) =>
-    h(
-      "th",
-      { scope: "col", class: columns[k].numeric ? "figure" : null, "aria-sort": "none" },
-      h("button", { type: "button", onclick: () => sort(k) }, words),
-    )
-  );
-const more = h("button", {
-  type: "button",
-  onclick: () => {
-    state.shown += 10 * STEP;
-    draw();
-  },
-}, "Show more");
+  heads = columns.map(({ words, numeric }, k) => sortingHead(words, numeric, () => sort(k)));
+const more = button("Show more", () => {
+  state.shown += 10 * STEP;
+  draw();
+});
 
 function sort(k) {
   state.falling = state.by === k ? !state.falling : columns[k].numeric;
@@ -98,25 +89,21 @@ function sort(k) {
 function lineOf(cells) {
   const sentence = figures.length > 0 && cells[message] !== "" && bare(cells),
     kept = sentence ? order.filter((k) => k !== message && !figures.includes(k)) : order;
-  const line = kept.map((
-    k,
-  ) => (k === 0
+  const line = kept.map((k) => (k === 0
     ? h("th", { scope: "row", class: long(cells[k]) }, cellOf(cells, k))
     : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : long(cells[k]) }, cellOf(cells, k)))
   );
-  if (sentence) line.splice(2, 0, h("td", { class: "message", colspan: order.length - kept.length }, cells[message]));
+  if (sentence) line.splice(2, 0, h("td.message", { colspan: order.length - kept.length }, cells[message]));
   return h("tr", { class: cells[1] === "failed" ? "worst" : null }, line);
 }
 
 function draw() {
   const found = matching(), shown = found.slice(0, state.shown);
   body.replaceChildren(...shown.map(lineOf));
-  heads.forEach((each, k) =>
-    each.setAttribute("aria-sort", k === state.by ? (state.falling ? "descending" : "ascending") : "none")
-  );
+  markSorted(heads, state.by, state.falling);
   more.hidden = shown.length === found.length;
   const count = (what) => rows.filter((cells) => cells[1] === what).length;
-  $("about").textContent = `${rows.length} scene${rows.length === 1 ? "" : "s"}: ${
+  $("about").textContent = `${several(rows.length, "scene")}: ${
     ["done", "failed", "skipped"].map((what) => `${count(what)} ${what}`).join(", ")
   }; ${found.length} match, ${shown.length} shown.`;
 }
@@ -126,20 +113,7 @@ $("filter").addEventListener("input", () => {
   state.shown = STEP;
   draw();
 });
-$("main").append(
-  h(
-    "div",
-    { class: "wide", tabindex: 0, role: "region", "aria-label": "Scenes" },
-    h(
-      "table",
-      {},
-      h("caption", {}, "Scenes"),
-      h("thead", {}, h("tr", {}, order.map((k) => heads[k]))),
-      body,
-    ),
-  ),
-  more,
-);
+$("main").append(wide("Scenes", order.map((k) => heads[k]), body), more);
 theme();
 draw();
 document.body.dataset.ready = "yes";

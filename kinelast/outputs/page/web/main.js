@@ -1,11 +1,7 @@
 // From the data to the page.
 function runWords() {
   const { run } = summary,
-    words = [
-      `${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${
-        figureWords(run.end)
-      }`,
-    ];
+    words = [`${several(run.positions, "position")} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
   if (run.locked) words.push(`, ${run.locked} of them possibly locked by friction`);
   if (run.left_out) words.push(`; ${run.left_out} more out of reach, left out`);
@@ -85,6 +81,6 @@ window.kinelast = {
   charts,
 };
 start().catch((error) => {
-  $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));
+  $("main").prepend(h("p.verdict.poor", `This page could not be drawn: ${error.message}`));
   throw error;
 });

@@ -14,12 +14,9 @@ function shade(part) {
 
 function mapsSection() {
   if (!model.beams.length || N < 2) return;
-  const pick = h(
-    "select",
-    { id: "map-field", onchange: () => draw() },
-    fieldsShown.map((field) => h("option", { value: field, selected: field === FIRST_FIELD }, FIELDS[field].name)),
-  );
-  const rows = h("div", { class: "maps" });
+  const names = fieldsShown.map((field) => option(field, FIELDS[field].name, field === FIRST_FIELD));
+  const pick = choice("map-field", () => draw(), names);
+  const rows = h("div.maps");
   section(
     "maps",
     "Maps",
@@ -30,7 +27,7 @@ function mapsSection() {
       ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range.",
     ),
     hint("Hover for values, click to go to that instant."),
-    h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick),
+    h("div.bar.kept", labelled("Field", pick)),
     rows,
   );
   const lines = [];
@@ -53,7 +50,7 @@ function map(beam, field, lines) {
   const values = columns.map((i) =>
     Array.from({ length: UP }, (_, k) => (shownAt(i) ? value(beam, i, k / (UP - 1)) : NaN))
   );
-  const most = values.flat().reduce((largest, each) => (Math.abs(each) > largest ? Math.abs(each) : largest), 0);
+  const most = largestOf(values.flat());
   const canvas = h("canvas", {
       width: across,
       height: UP,
@@ -69,7 +66,7 @@ function map(beam, field, lines) {
     })
   );
   pen.putImageData(image, 0, 0);
-  const line = h("div", { class: "now" }), reading = h("span", { class: "soft" }, `±${quantity(most, unit, 3)}`);
+  const line = h("div.now"), reading = h("span.soft", `±${quantity(most, unit, 3)}`);
   const place = (event) => {
     const box = canvas.getBoundingClientRect(), part = (size, at) => Math.max(0, Math.min(0.999999, at / size));
     return [
@@ -77,7 +74,7 @@ function map(beam, field, lines) {
       1 - part(box.height, event.clientY - box.top),
     ];
   };
-  const holder = h("div", { class: "map" }, canvas, line);
+  const holder = h("div.map", canvas, line);
   holder.addEventListener("pointermove", (event) => {
     const [k, xi] = place(event), i = order[k];
     if (i === null) return;
@@ -94,10 +91,5 @@ function map(beam, field, lines) {
     }
   });
   lines.push(line);
-  return h(
-    "div",
-    { class: "maprow" },
-    h("div", { class: "maplabel" }, h("b", {}, label), h("span", { class: "soft" }, `${start} – ${end}`), reading),
-    holder,
-  );
+  return h("div.maprow", h("div.maplabel", h("b", label), h("span.soft", `${start} – ${end}`), reading), holder);
 }

@@ -45,14 +45,14 @@ function layOut(holder) {
 
 function build() {
   parts = {
-    paths: s("g", { class: "paths" }),
+    paths: s("g.paths"),
     ground: s("g"),
-    rigid: s("g", { class: "rigid" }),
+    rigid: s("g.rigid"),
     diagrams: s("g"),
     links: s("g"),
     joints: s("g"),
     arrows: s("g"),
-    names: s("g", { class: "names" }),
+    names: s("g.names"),
     dot: s("circle", { r: 4, class: "dot", visibility: "hidden" }),
   };
   const title = `The mechanism: ${model.links.slice(1).map((link) => link.name).join(", ")}`;
@@ -68,13 +68,10 @@ function build() {
     return { mark, path: parts[isUnder(mark) ? "ground" : "joints"].appendChild(path) };
   });
   buildNames();
-  parts.forces = model.joints.map((joint) => ({
-    joint,
-    arrow: parts.arrows.appendChild(s("path", { class: "force" })),
-  }));
+  parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path.force")) }));
   parts.first = firstSpot();
   if (parts.first) {
-    parts.ring = s("circle", { class: "first", r: 1.1 * stage.unit }, s("title", {}, parts.first.words));
+    parts.ring = s("circle.first", { r: 1.1 * stage.unit }, s("title", parts.first.words));
     parts.names.parentNode.insertBefore(parts.ring, parts.dot);
   }
   parts.curves = [...view.fields].map((field) =>
@@ -87,7 +84,7 @@ function buildLinks() {
     const style = `stroke:${linkColour(beam.link)};fill:none`;
     return {
       rigid: parts.rigid.appendChild(s("path")),
-      line: parts.links.appendChild(s("path", { class: "link", style, "data-beam": k })),
+      line: parts.links.appendChild(s("path.link", { style, "data-beam": k })),
     };
   });
   parts.bare = bareLinks.map((k) => {
@@ -102,11 +99,11 @@ function buildLinks() {
 }
 
 function buildNames() {
-  parts.leaders = parts.names.appendChild(s("path", { class: "leader" }));
+  parts.leaders = parts.names.appendChild(s("path.leader"));
   const fixed = Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }));
   parts.points = [...movingPoints, ...fixed].map((each) => ({
     ...each,
-    text: parts.names.appendChild(s("text", {}, short(each.point))),
+    text: parts.names.appendChild(s("text", short(each.point))),
   }));
   parts.labels = model.links.slice(1).map((link, n) => {
     const style = `fill:${linkColour(n + 1)}`;
@@ -114,7 +111,7 @@ function buildNames() {
       k: n + 1,
       text: link.name.includes(" ")
         ? null
-        : parts.names.appendChild(s("text", { class: "linkname", style }, short(link.name))),
+        : parts.names.appendChild(s("text.linkname", { style }, short(link.name))),
     }; // a slot's block has no name
   });
 }
@@ -131,8 +128,7 @@ function scaleBar() {
   }`;
   const arrows = view.reactions && largestForce ? `arrows: up to ${quantity(largestForce, "N")}` : null;
   return s(
-    "g",
-    { class: "scale" },
+    "g.scale",
     s("path", { d: line }),
     s("text", { x: x + length * stage.scale + 6, y }, words),
     arrows ? s("text", { x, y: y - 16 }, arrows) : null,
@@ -159,7 +155,7 @@ function update(i) {
     rigid.setAttribute("d", closedLine(ring(k, i, 0)));
   }
   const frame = frameAt(i);
-  for (const each of parts.marks) put(each.path, each.drawn = markAttributes(each.mark, frame), []);
+  for (const each of parts.marks) put(each.path, each.drawn = markAttributes(each.mark, frame));
   if (names) nameAll(i);
   if (reactions) { for (const [k, each] of parts.forces.entries()) drawForce(k, each, i); }
   [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));

@@ -43,9 +43,7 @@ function cloud(grid, name, given, speeds, torques) {
         ? given.stall_torque * Math.max(0, 1 - Math.abs(x) / given.top_speed)
         : Infinity,
     );
-  const rated = (
-    x,
-  ) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
+  const rated = (x) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
     ? given.rated_torque
     : NaN);
   const [least, largest] = [-1, 1].map((way) =>
@@ -67,10 +65,10 @@ function cloud(grid, name, given, speeds, torques) {
     only(most),
     only((x) => -most(x)),
   ];
-  const figure = h("figure", { class: "chart", "aria-label": `Torque over speed of the motor of ${name}` }),
-    canvas = h("div", { class: "plot" });
+  const figure = h("figure.chart", { "aria-label": `Torque over speed of the motor of ${name}` }),
+    canvas = h("div.plot");
   figure.append(
-    h("figcaption", {}, h("h3", {}, `Motor of ${name}: torque over speed`)),
+    h("figcaption", h("h3", `Motor of ${name}: torque over speed`)),
     soft(
       "Dots: all positions of the run. Inner lines: rated torque up to the rated speed. Outer lines: " +
         "largest available torque.",
@@ -78,41 +76,17 @@ function cloud(grid, name, given, speeds, torques) {
     canvas,
   );
   grid.append(figure);
-  const made = {
-    heading: name,
-    follow: () => {},
-    tell: () => {},
-    remove: () => {
-      made.plot?.destroy();
-      charts.splice(charts.indexOf(made), 1);
-      figure.remove();
-    },
-  };
-  made.resize = () => made.plot?.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT + 60 });
+  const made = { heading: name, follow: () => {}, tell: () => {} };
   made.build = () => {
     made.plot?.destroy();
-    const ink = variable("--soft"),
-      axes = {
-        stroke: ink,
-        font: "11px system-ui, sans-serif",
-        labelFont: "11px system-ui, sans-serif",
-        grid: { stroke: variable("--rule"), width: 1 },
-        ticks: { show: false },
-      };
     const edge = (stroke, dash) => ({ stroke, width: 1.4, dash, spanGaps: true, points: { show: false } });
     made.plot = new uPlot(
       {
-        width: Math.max(240, canvas.clientWidth),
-        height: CHART_HEIGHT + 60,
+        ...made.size(),
         legend: { show: false },
         cursor: { show: false },
         scales: { x: { time: false } },
-        axes: [{ ...axes, size: 34, label: "speed [rpm]", labelSize: 16 }, {
-          ...axes,
-          size: 58,
-          label: "[N·m]",
-          labelSize: 16,
-        }],
+        axes: axesOf({ label: "speed [rpm]" }, { label: "[N·m]" }),
         series: [
           {},
           { stroke: colour(0), paths: () => null, points: { show: true, size: 4, fill: colour(0) } },
@@ -127,6 +101,5 @@ function cloud(grid, name, given, speeds, torques) {
     );
     canvas.querySelector("canvas").setAttribute("aria-hidden", "true");
   };
-  charts.push(made);
-  made.build();
+  framed(made, figure, canvas, CHART_HEIGHT + 60);
 }

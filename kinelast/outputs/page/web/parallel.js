@@ -16,16 +16,12 @@ function parallelSection() {
       shown.length < axes.length ? ` ${shown.length} of ${axes.length} columns are drawn.` : "",
     ),
   );
-  const holder = h("div", { class: "stage plane" }),
+  const holder = h("div.stage.plane"),
     spans = Object.fromEntries(shown.map((name) => [name, spanOf(name)]));
-  const counted = h("span", { class: "soft" }),
+  const counted = h("span.soft"),
     from = h("input", { id: "range-from", type: "number", step: "any" }),
     to = h("input", { id: "range-to", type: "number", step: "any" });
-  const which = h(
-    "select",
-    { id: "range-of", onchange: () => fill() },
-    shown.map((name) => h("option", { value: name }, axisWords(name))),
-  );
+  const which = choice("range-of", () => fill(), shown.map((name) => option(name, axisWords(name))));
   const typed = () => {
     const f = scaleFor[which.value][0],
       [low, high] = [from, to].map((each) => (each.value === "" ? NaN : Number(each.value) / f));
@@ -34,25 +30,16 @@ function parallelSection() {
   from.addEventListener("change", typed);
   to.addEventListener("change", typed);
   part.append(
-    h("div", { class: "sideways" }, holder),
-    h(
-      "div",
-      { class: "bar" },
-      h("label", { for: "range-of" }, "Keep those with"),
-      which,
-      h("label", { for: "range-from" }, "from"),
-      from,
-      h("label", { for: "range-to" }, "to"),
-      to,
-      h("button", {
-        type: "button",
-        id: "all-again",
-        onclick: () => {
-          state.within = {};
-          fill();
-          tell("brush");
-        },
-      }, "All again"),
+    h("div.sideways", holder),
+    bar(
+      labelled("Keep those with", which),
+      labelled("from", from),
+      labelled("to", to),
+      button("All again", () => {
+        state.within = {};
+        fill();
+        tell("brush");
+      }, { id: "all-again" }),
       counted,
     ),
   );

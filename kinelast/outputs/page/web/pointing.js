@@ -111,16 +111,13 @@ function listenTo(holder, tip) {
     const { label, length } = model.beams[found.beam],
       fields = new Set([...view.fields, "w", "chord", "M", ...(stressed ? ["mises"] : [])]);
     tip.replaceChildren(
-      h("b", {}, label),
+      h("b", label),
       ` ${quantity(found.xi * length, "m", 3)} along it`,
       h(
         "dl",
-        {},
-        [...fields].map((
-          field,
-        ) => [
-          h("dt", {}, FIELDS[field].name),
-          h("dd", {}, quantity(FIELDS[field].value(found.beam, instant.position, found.xi), FIELDS[field].unit)),
+        [...fields].map((field) => [
+          h("dt", FIELDS[field].name),
+          h("dd", quantity(FIELDS[field].value(found.beam, instant.position, found.xi), FIELDS[field].unit)),
         ]),
       ),
     );

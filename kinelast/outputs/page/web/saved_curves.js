@@ -63,10 +63,7 @@ const SAVES = {
     const dash = (k) => dashOf(made.curves[k]).join(" "),
       mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
     const path = (row) =>
-      made.xs.map((
-        value,
-        k,
-      ) => (isFinite(row[k])
+      made.xs.map((value, k) => (isFinite(row[k])
         ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}`
         : "")
       ).join("");
@@ -77,15 +74,11 @@ const SAVES = {
       { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
       words([left, 20], `${made.heading} [${unitWords(made.prefixed)}]`, "start"),
       s("path", { d: `M${left} ${head}V${foot}H${right}M${left} ${y(0)}H${right}`, fill: "none", stroke: "#888" }),
-      ticks(low, high, 6).map((
-        value,
-      ) => [
+      ticks(low, high, 6).map((value) => [
         mark([left - 4, y(value / made.factor)], [left, y(value / made.factor)]),
         words([left - 7, y(value / made.factor) + 4], number(value), "end"),
       ]),
-      marks.map((
-        value,
-      ) => [
+      marks.map((value) => [
         mark([x(value), foot], [x(value), foot + 4]),
         words([x(value), foot + 17], angles ? turned(value) : number(value)),
       ]),
@@ -97,12 +90,9 @@ const SAVES = {
           stroke: made.colours[k],
           "stroke-width": 1.6,
           "stroke-dasharray": dash(k),
-        }, s("title", {}, made.curves[k].name))
+        }, s("title", made.curves[k].name))
       ),
-      made.rows.map((_, k) => k).filter((k) => !made.hidden.has(k)).map((
-        k,
-        n,
-      ) => [
+      made.rows.map((_, k) => k).filter((k) => !made.hidden.has(k)).map((k, n) => [
         mark([right + 12, head + 18 * n], [right + 36, head + 18 * n], {
           stroke: made.colours[k],
           "stroke-width": 1.6,
@@ -111,6 +101,6 @@ const SAVES = {
         words([right + 42, head + 18 * n + 4], short(made.curves[k].name), "start"),
       ]),
     );
-    download(`${fileName(made.heading)}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
+    downloadSvg(made.heading, picture);
   },
 };

@@ -11,53 +11,19 @@ function scatterSection() {
         "the other. Hover for its values, click to choose it; ← and → go along the front.",
     ),
   );
-  const holder = h("div", { class: "stage plane" }),
-    counted = h("p", { class: "soft", id: "front-words", "aria-live": "polite" });
-  const pick = (id, words, key) => [
-    h("label", { for: id }, words),
-    h(
-      "select",
-      {
-        id,
-        onchange: (event) => {
-          state[key] = event.target.value;
-          tell("change");
-        },
-      },
-      h(
-        "optgroup",
-        { label: "figures" },
-        data.figures.map((name) => h("option", { value: name, selected: state[key] === name }, name)),
-      ),
-      h(
-        "optgroup",
-        { label: "numbers" },
-        data.numbers.map((name) => h("option", { value: name, selected: state[key] === name }, name)),
-      ),
-    ),
-  ];
-  const better = h("span", { class: "bar" });
-  const colour = h(
-    "select",
-    {
-      id: "colour",
-      onchange: (event) => {
-        state.colour = event.target.value;
-        tell("change");
-      },
-    },
-    h("option", { value: "" }, "nothing"),
-    axes.map((name) => h("option", { value: name }, name)),
-  );
+  const holder = h("div.stage.plane"),
+    counted = h("p.soft", { id: "front-words", "aria-live": "polite" });
+  const set = (key) => (value) => {
+    state[key] = value;
+    tell("change");
+  };
+  const names = (key, label) =>
+    h("optgroup", { label }, data[label].map((name) => option(name, name, state[key] === name)));
+  const pick = (id, words, key) => labelled(words, choice(id, set(key), names(key, "figures"), names(key, "numbers")));
+  const colour = choice("colour", set("colour"), option("", "nothing"), axes.map((name) => option(name)));
+  const better = h("span.bar");
   part.append(
-    h(
-      "div",
-      { class: "bar" },
-      pick("across", "Across", "x"),
-      pick("up", "Up", "y"),
-      h("label", { for: "colour" }, "Colour by"),
-      colour,
-    ),
+    bar(pick("across", "Across", "x"), pick("up", "Up", "y"), labelled("Colour by", colour)),
     better,
     holder,
     counted,
@@ -104,7 +70,7 @@ function scatterSection() {
     }
     if (state.colour) legend(pen);
     const left = COUNT - all.length;
-    counted.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${
+    counted.textContent = `${several(among.length, "design")} drawn${
       left ? `, ${left} without these figures left out` : ""
     }${
       among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""
@@ -207,16 +173,12 @@ function scatterSection() {
 
   function choices() {
     better.replaceChildren(
-      h("span", { class: "soft" }, "Better is"),
+      h("span.soft", "Better is"),
       ...[...new Set([state.x, state.y])].map((name) =>
-        h("button", {
-          type: "button",
-          class: "way",
-          onclick: () => {
-            state.greater[state.greater.has(name) ? "delete" : "add"](name);
-            tell("change");
-          },
-        }, `${state.greater.has(name) ? "more" : "less"} ${name}`)
+        button(`${state.greater.has(name) ? "more" : "less"} ${name}`, () => {
+          state.greater[state.greater.has(name) ? "delete" : "add"](name);
+          tell("change");
+        }, { class: "way" })
       ),
     );
   }

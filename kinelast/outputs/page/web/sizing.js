@@ -7,33 +7,14 @@ function studiesSections() {
 
 // Bars with a choice of the figure they are of: rows {name, size, words}.
 function chosenBars(id, figures, rowsOf) {
-  const bars = h("div", { class: "shares" }),
-    pick = h("select", { id, onchange: () => draw() }, figures.map(({ name }, k) => h("option", { value: k }, name)));
+  const bars = h("div.shares"),
+    pick = choice(id, () => draw(), figures.map(({ name }, k) => option(k, name)));
   function draw() {
-    const rows = rowsOf(figures[pick.value]).sort((a, b) => Math.abs(b.size) - Math.abs(a.size)).slice(0, 20),
-      most = Math.max(...rows.map(({ size }) => Math.abs(size)), 1e-300);
-    bars.replaceChildren(
-      h(
-        "ul",
-        {},
-        rows.map(({ name, size, words }) =>
-          h(
-            "li",
-            {},
-            h("span", {}, name),
-            h(
-              "span",
-              { class: "strip", "aria-hidden": "true" },
-              h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" }),
-            ),
-            h("span", {}, words),
-          )
-        ),
-      ),
-    );
+    const rows = rowsOf(figures[pick.value]).sort((a, b) => Math.abs(b.size) - Math.abs(a.size));
+    bars.replaceChildren(strips(rows.slice(0, 20)));
   }
   draw();
-  return [h("div", { class: "bar" }, h("label", { for: id }, "Figure"), pick), bars];
+  return [bar(labelled("Figure", pick)), bars];
 }
 
 function sensitivitiesSection({ numbers, figures }) {
@@ -60,9 +41,7 @@ function sensitivitiesSection({ numbers, figures }) {
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
-const withError = (
-  { in_full: full, error, unit },
-) => (full === null
+const withError = ({ in_full: full, error, unit }) => (full === null
   ? ""
   : sized(full, unit) + errorWords({ value: full, error, unit, unreliable: error > UNRELIABLE * Math.abs(full) }));
 // Angles in degrees.
@@ -114,10 +93,10 @@ function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kep
     "Tolerances",
     "Ranges under the tolerances",
     soft(`Quasi-static figures of ${designs} designs with ${scattered.join(", ")}.`),
-    kept ? h("p", {}, sentence(words.at(-1))) : null,
+    kept ? h("p", sentence(words.at(-1))) : null,
     output,
     table(known, columns, "Figures under tolerances"),
-    h("h3", {}, "Causes of the scatter"),
+    h("h3", "Causes of the scatter"),
     chosenBars("tolerance-of", known, shares),
     soft("All values are in tolerances.csv."),
   );
@@ -135,11 +114,7 @@ function optimumSection({ words, variables, limits }) {
   const kept = limits.length
     ? table(limits, [
       { name: "limit", text: (row) => `${row.figure} ${bound(row)}` },
-      {
-        name: "before",
-        of: ({ before }) => before,
-        words: ({ before, unit }) => sized(before, unit),
-      },
+      { name: "before", of: ({ before }) => before, words: ({ before, unit }) => sized(before, unit) },
       { name: "best", of: ({ value: found }) => found, words: ({ value: found, unit }) => sized(found, unit) },
       {
         name: "in full",
@@ -161,7 +136,7 @@ function optimumSection({ words, variables, limits }) {
     "optimum",
     "Optimum",
     "The best design",
-    h("ul", {}, words.map((each) => h("li", {}, each))),
+    h("ul", words.map((each) => h("li", each))),
     changed,
     kept,
     soft(

@@ -4,7 +4,7 @@ function speedsSection() {
   const { speeds, limits } = { ...summary, ...summary.acceptance };
   if (!speeds) return;
   const { between } = speeds,
-    grid = h("div", { class: "charts" }),
+    grid = h("div.charts"),
     [scale, unitShown] = scaleOf(1, speeds.unit),
     xs = between.speed.map((speed) => speed * scale),
     rpm = speeds.unit === "rad/s" && unitShown !== "rpm" ? 30 / Math.PI : 1;
@@ -57,7 +57,7 @@ function speedsSection() {
     sentences.push(`The lowest natural frequency, which varies over the cycle, is met by ${critical.join(", ")}.`);
   }
   if (!speeds.unstable_ranges.length) sentences.push("A steady state exists at every speed.");
-  $("speeds").append(h("p", {}, sentences.join(" ")), soft("All values are in speeds.csv."));
+  $("speeds").append(h("p", sentences.join(" ")), soft("All values are in speeds.csv."));
 }
 
 // Value at x between values at rising places: by a power of x, or on a line if a value is not positive.

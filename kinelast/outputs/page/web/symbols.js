@@ -1,9 +1,5 @@
 // The display list on the screen, for report and editor: each mark is one path in its own axes, put at its place.
-const COLOURS = {
-  load: "var(--red)",
-  shade: "color-mix(in srgb, var(--soft) 14%, transparent)",
-  none: "none",
-};
+const COLOURS = { load: "var(--red)", shade: "color-mix(in srgb, var(--soft) 14%, transparent)", none: "none" };
 
 /**
  * Path of a mark [pixels, y downwards].

@@ -8,34 +8,21 @@ function table(rows, columns, caption) {
     const column = given.figure ? { ...given, of: (each) => value(given.figure(each)) } : given;
     if (!column.of) return { ...column, head: column.name, cell: column.text };
     const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
-    const largest = known.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-    const [factor, unit] = scaleOf(largest, column.unit ?? "1");
+    const [factor, unit] = scaleOf(largestOf(known), column.unit ?? "1");
     const cell = column.words ??
-      ((
-        each,
-      ) => (column.none && !isFinite(valueOf(column, each))
+      ((each) => (column.none && !isFinite(valueOf(column, each))
         ? column.none
         : number(valueOf(column, each) * factor, column.digits ?? 4) + unreliableMark(column.figure?.(each))));
     return { ...column, unitShown: unitWords(unit), cell };
   });
   const body = h("tbody");
-  const heads = shown.map((column, k) =>
-    h(
-      "th",
-      { scope: "col", class: column.of ? "figure" : null, "aria-sort": "none" },
-      h(
-        "button",
-        { type: "button", title: column.means, onclick: () => sort(k) },
-        column.name,
-        column.unitShown ? h("small", {}, ` [${column.unitShown}]`) : null,
-      ),
-    )
+  const heads = shown.map(({ name, means, of, unitShown }, k) =>
+    sortingHead([name, unitShown ? h("small", ` [${unitShown}]`) : null], of, () => sort(k), means)
   );
   const made = rows.map((each) => ({
     each,
     line: h(
       "tr",
-      {},
       shown.map((column, k) => {
         const words = column.cell(each);
         return k === 0
@@ -52,7 +39,7 @@ function table(rows, columns, caption) {
     );
     if (ranked.length) {
       ranked[0].line.classList.add("worst");
-      ranked[0].line.firstChild.append(h("span", { class: "mark" }, ` ${worst.worst === "least" ? "least" : "most"}`));
+      ranked[0].line.firstChild.append(h("span.mark", ` ${worst.worst === "least" ? "least" : "most"}`));
     }
   }
   let order = null;
@@ -71,16 +58,10 @@ function table(rows, columns, caption) {
       return descending ? -way : way;
     });
     body.replaceChildren(...made.map(({ line }) => line));
-    heads.forEach((head, at) =>
-      head.setAttribute("aria-sort", at === k ? (descending ? "descending" : "ascending") : "none")
-    );
+    markSorted(heads, k, descending);
   }
   body.append(...made.map(({ line }) => line));
-  return h(
-    "div",
-    { class: "wide", tabindex: 0, role: "region", "aria-label": caption },
-    h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, heads)), body),
-  );
+  return wide(caption, heads, body);
 }
 
 const FIRST_ROWS = 8;
@@ -91,7 +72,7 @@ function longTable(rows, columns, caption) {
   if (!others.length) return table(rows, columns, caption);
   const unmarked = columns.map((column) => ({ ...column, worst: undefined }));
   const rest = table(others, unmarked, `${caption}: the others`);
-  const folded = h("details", {}, h("summary", {}, `${others.length} more`), rest);
+  const folded = h("details", h("summary", `${others.length} more`), rest);
   return [table(rows.slice(0, FIRST_ROWS), columns, caption), folded];
 }
 

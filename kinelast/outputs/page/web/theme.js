@@ -6,14 +6,8 @@ function theme(redraw = () => {}) {
     redraw();
   };
   root.dataset.theme = dark.matches ? "dark" : "light";
-  $("tools").append(
-    h("button", {
-      type: "button",
-      id: "theme",
-      "aria-label": "dark or light page",
-      onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark"),
-    }, "◐"),
-  );
+  const turn = () => set(root.dataset.theme === "dark" ? "light" : "dark");
+  $("tools").append(button("◐", turn, { id: "theme", "aria-label": "dark or light page" }));
   dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
   let before = null;
   addEventListener("beforeprint", () => {

@@ -33,10 +33,7 @@ function tiles() {
         "Displaced most across a link",
         quantity(Math.abs(moved.value), moved.unit) + errorWords(moved),
         where(moved),
-        {
-          means: "largest displacement across a link from its place with rigid links, also by other links",
-          at: moved,
-        },
+        { means: "largest displacement across a link from its place with rigid links, also by other links", at: moved },
       ),
     );
   }
@@ -132,7 +129,7 @@ function decidingTile() {
     const { found, least, on, used, outcome } = limit, of = memberOf(found.label) || on;
     const level = { kept: "good", "not kept": "poor" }[outcome] ?? "caution";
     const words = [`${least ? "minimum" : "limit"} ${figureAngle(limit.limit)}`, of, found.drive ? atWords(found) : ""];
-    const share = used === null ? null : h("b", {}, `${number(100 * used, 3)} % used`);
+    const share = used === null ? null : h("b", `${number(100 * used, 3)} % used`);
     return tile(
       `${outcome === "kept" ? "Closest to its limit" : "Deciding limit"}: ${limitName(limit)}`,
       foundWords(limit),
@@ -154,10 +151,7 @@ function decidingTile() {
     `Breaks first: ${link}`,
     `reserve ${reserveWords(reserve).replace("more than", ">")}`,
     [modeName(governs), where].filter(Boolean).join(", "),
-    {
-      level,
-      means,
-    },
+    { level, means },
   );
 }
 
@@ -213,24 +207,18 @@ function leastSafe() {
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
   const go = at && atWords(at)
-    ? h("button", {
-      type: "button",
-      class: "go",
-      "aria-label": `show ${heading}`,
-      onclick: () => {
-        stop();
-        showPosition(positionOf(at));
-        $("stage").scrollIntoView({ block: "nearest" });
-      },
-    }, "show")
+    ? button("show", () => {
+      stop();
+      showPosition(positionOf(at));
+      $("stage").scrollIntoView({ block: "nearest" });
+    }, { class: "go", "aria-label": `show ${heading}` })
     : null;
   const [value, error] = figure.split(" ±");
   return h(
-    "div",
-    { class: "tile" },
-    h("h3", {}, means ? jargon(heading, means) : heading),
-    h("b", { class: level }, h("span", { class: "value" }, value), error ? h("small", {}, ` ±${error}`) : null),
-    h("span", {}, words, " ", go),
+    "div.tile",
+    h("h3", means ? jargon(heading, means) : heading),
+    h("b", { class: level }, h("span.value", value), error ? h("small", ` ±${error}`) : null),
+    h("span", words, " ", go),
   );
 }
 

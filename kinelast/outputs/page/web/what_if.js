@@ -7,7 +7,7 @@ function whatIfSection() {
   const { path, unit, values, here, reasons, figures } = given,
     known = figures.filter(({ values: column }) => column.some((value) => value !== null));
   const words = h("output", { for: "what-if-value" }),
-    why = h("p", { class: "soft", role: "status" }),
+    why = h("p.soft", { role: "status" }),
     cells = known.map(() => [h("td"), h("td")]);
   const slider = h("input", {
     type: "range",
@@ -32,10 +32,10 @@ function whatIfSection() {
     });
   }
   const rows = known.map(({ name, values: column, unit: of }, row) =>
-    h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, sized(column[here], of)), cells[row])
+    h("tr", h("th", { scope: "row" }, name), h("td", sized(column[here], of)), cells[row])
   );
   const heads = ["figure", "in this report's design", "there", "change"].map((head) => h("th", { scope: "col" }, head));
-  const grid = h("div", { class: "charts" });
+  const grid = h("div.charts");
   section(
     "what-if",
     "What if",
@@ -44,12 +44,12 @@ function whatIfSection() {
       `Quasi-static figures of the ${values.length} designs of the sweep, as in designs.csv. The report ` +
         "itself uses the scene's own theory.",
     ),
-    h("div", { class: "bar" }, h("label", { for: "what-if-value" }, path), slider, words),
+    h("div.bar", h("label", { for: "what-if-value" }, path), slider, words),
     why,
     h(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": "Figures along the sweep" },
-      h("table", {}, h("thead", {}, h("tr", {}, heads)), h("tbody", {}, rows)),
+      "div.wide",
+      { tabindex: 0, role: "region", "aria-label": "Figures along the sweep" },
+      h("table", h("thead", h("tr", heads)), h("tbody", rows)),
     ),
     grid,
   );
