@@ -1,4 +1,4 @@
-"""Sizing of a machine's parts from its motion and its forces: array formulas for drives, joints and fatigue life."""
+"""Sizing of machine parts from the computed motion and forces: array formulas for drives, joints and fatigue life."""
 
 from machine.ranges import Range
 

@@ -1,4 +1,4 @@
-"""Ranges of sizing formulas: quantity, bounds, source, and consequence outside."""
+"""Ranges in which the sizing formulas apply."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,20 +10,20 @@ from rigid.arrays import Flags
 
 @dataclass(frozen=True)
 class Range:
-    """Range of a quantity in which a sizing formula applies.
+    """Range of validity of a sizing formula, in terms of one quantity.
 
     Attributes
     ----------
     formula
         Name of the formula's result, such as "life of a rolling bearing".
     quantity
-        Name of the checked quantity.
+        Name of the quantity that is checked.
     source
         Standard or book that states the range.
     least, most
         Bounds of the quantity, both inclusive.
     outside
-        Consequence or advice outside the range, phrased as the end of a sentence.
+        Consequence or advice if the quantity is outside the range, phrased as the end of a sentence.
     """
 
     formula: str
@@ -34,7 +34,7 @@ class Range:
     outside: str = ""
 
     def holds(self, value: Any) -> Flags:
-        """Return True for values inside the range; unknown values (nan) count as inside."""
+        """Return whether values are inside the range. Unknown values (nan) count as inside."""
         return ~np.less(value, self.least) & ~np.greater(value, self.most)
 
     @property

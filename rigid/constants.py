@@ -1,4 +1,4 @@
-"""Constants of all links and beams as arrays, for vectorised operations."""
+"""Constants of all links and beams, stacked as arrays for vectorised operations."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ from rigid.plane import dot
 
 @dataclass(frozen=True, eq=False)
 class BeamConstants:
-    """All beams of a mechanism; arrays (beams, ..., 1) that broadcast to (beams, ..., positions).
+    """Constants of all beams of a mechanism, as arrays (beams, ..., 1) that broadcast to (beams, ..., positions).
 
     Attributes
     ----------
     link
         Link index of each beam.
     start
-        First point in the link's axes [m], complex.
+        Start of the beam in the link's axes (complex) [m].
     unit
-        Unit vector of x' in the link's axes, complex.
+        Unit vector along the beam in the link's axes (complex).
     length, mass_per_length
         Length [m], and mass per length at the start [kg/m].
     mass_taper
-        Coefficients of the mass per length, relative to the start, shape (n, beams, ..., 1).
+        Polynomial coefficients of the mass per length, relative to the start, shape (n, beams, ..., 1).
     rotary
-        Coefficients of the rotary inertia per length [kg m], shape (n, beams, ..., 1); None if all are zero.
+        Polynomial coefficients of the rotary inertia per length [kg m], shape (n, beams, ..., 1); None if all are zero.
     """
 
     link: slice | list[int]
@@ -43,24 +43,24 @@ class BeamConstants:
 
     @cached_property
     def aligned(self) -> bool:
-        """Whether all beams lie along x' of the links."""
+        """Whether all beams lie along the x' axes of their links."""
         return bool(np.all(self.unit == 1.0))
 
     @cached_property
     def offset(self) -> bool:
-        """Whether any beam does not start at its link's origin."""
+        """Whether any beam starts away from its link's origin."""
         return bool(self.start.any())
 
     @cached_property
     def resistance(self) -> tuple[Reals, Reals]:
-        """Inertia per acceleration of the start, and per i eps - w^2, by powers of xi."""
+        """Inertia load per acceleration of the start and per i eps - w^2, as coefficients of powers of xi."""
         mass = -self.mass_per_length * self.mass_taper
         return mass, mass * self.length
 
 
 @lru_cache(maxsize=64)
 def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
-    """Beams of a mechanism, in the order of `Mechanism.beams`, for columns of `ndim` axes."""
+    """Return the constants of `Mechanism.beams`, for columns of `ndim` axes."""
     links = [at for at, _ in mechanism.beams]
     starts, vectors, masses = [], [], []
     for at, beam in mechanism.beams:
@@ -82,7 +82,7 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
 
 
 def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
-    """Polynomials along the beams, padded with zeros to a common degree."""
+    """Return the polynomials along the beams, padded with zeros to a common degree."""
     table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
     for number, taper in enumerate(tapers):
         table[: len(taper), number] = np.reshape(taper, (-1, *(1,) * ndim))
@@ -91,14 +91,14 @@ def _tapers(tapers: Sequence[tuple[float, ...]], ndim: int) -> Reals:
 
 @lru_cache(maxsize=64)
 def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Complexes, Complexes, Reals]:
-    """Mass, first moment (complex) and moment of inertia of links about their origin."""
+    """Return the mass, first moment (complex) and moment of inertia of each link about its origin."""
     moments = [mass_moments(link) for link in mechanism.links]
     mass, first, second = zip(*moments, strict=True)
     return per_row(mass, ndim, complex), per_row(first, ndim, complex), per_row(second, ndim, float)
 
 
 def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
-    """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about its origin."""
+    """Return the mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about its origin."""
     mass: Any = 0.0
     first: Any = 0.0
     second: Any = 0.0
@@ -114,7 +114,7 @@ def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
 
 
 def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Complex, Real]:
-    """Mass, first and second moment of a beam about the link's origin."""
+    """Return the mass, first moment and second moment of a beam about the link's origin."""
     vector = end - start
     mass, once, twice = (
         beam.mass_per_length * np.abs(vector) * sum(part / (k + more) for k, part in enumerate(beam.mass_taper))
@@ -127,7 +127,7 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
 
 
 def per_row(values: Iterable[Any], ndim: int, kind: type) -> Numbers:
-    """Stack scalars or values of shape (designs, 1) to (rows, ..., 1), with `ndim` axes per row."""
+    """Stack values of shape () or (designs, 1) as rows of an array (rows, ..., 1), with `ndim` axes per row."""
     values = list(values)
     if values and all(isinstance(value, float | int | complex) for value in values):
         return np.array(values, kind).reshape(-1, *(1,) * ndim)

@@ -1,4 +1,4 @@
-"""Drawing of a mechanism: point positions that select the assembly branch."""
+"""Drawing of a mechanism: the point positions that select the assembly branch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,32 +12,32 @@ from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 
-COLLINEAR_TOLERANCE = 1e-9  # distance from a line, relative to the drawing's size, of joints that are drawn in line
+COLLINEAR_TOLERANCE = 1e-9  # distance from a line up to which joints count as collinear, relative to the drawing's size
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """Positions, directions and branch signs in the drawing; arrays for designs.
+    """Positions, directions and branch signs as drawn; arrays if they differ between designs.
 
-    `rows` selects designs, by number, for `side`.
+    `rows` are the indices of the designs for which `side` returns signs (default: all).
     """
 
     mechanism: Mechanism
     rows: Integers | None = None
 
     def at(self, point: str) -> Columns:
-        """Drawn position of a point or of a slider's point [m]."""
+        """Return the drawn position of a point, or of a slider's point [m]."""
         if point not in self.mechanism.drawing:
             point = self.mechanism.slider_points.get(point, point)
         if point not in self.mechanism.drawing:
-            missing = f'the point "{point}" is not drawn: give it a place under [points]'
-            raise MechanismError(missing, kind="drawing", joints=(point,))
+            message = f'the point "{point}" is not drawn: give its position under [points]'
+            raise MechanismError(message, kind="drawing", joints=(point,))
         place = self.mechanism.drawing[point]
         return place if isinstance(place, np.ndarray) else complex(place)
 
     @cached_property
     def _directions(self) -> dict[int, Columns]:
-        """Drawn directions of links with two drawn points, and of links that are on sliders with these."""
+        """Directions of links with two drawn points, and of links at a fixed angle to these (sliders and welds)."""
         index = self.mechanism.index
         directions: dict[int, Any] = {0: 1.0 + 0j}
         directions |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
@@ -51,7 +51,7 @@ class Drawing:
         return directions
 
     def _seen(self, link: int) -> Columns | None:
-        """Unit vector of a link's axes from two drawn points, or None."""
+        """Return the unit vector of a link's axes from two drawn points, or None."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
         if len(drawn) < 2:
@@ -59,20 +59,20 @@ class Drawing:
         seen = self.at(drawn[1]) - self.at(drawn[0])
         local: Any = body.points[drawn[1]] - body.points[drawn[0]]
         if np.any(abs(seen) == 0) or np.any(abs(local) == 0):
-            same = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
-            raise MechanismError(same, links=(body.name,))
+            message = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
+            raise MechanismError(message, links=(body.name,))
         return seen / local * abs(local) / abs(seen)
 
     def direction(self, link: int) -> Columns:
-        """Unit vector of a link's axes as drawn; that of the ground if unknown."""
+        """Return the unit vector of a link's axes as drawn; if unknown, that of the ground axes."""
         return self._directions.get(link, 1.0 + 0j)
 
     def along(self, joint: Joint) -> Columns:
-        """Unit vector of a slider's line as drawn."""
+        """Return the unit vector of a slider's line as drawn."""
         return joint.drawn_along(self)
 
     def side(self, distance: Columns, joints: Sequence[str]) -> Real:
-        """Sign of a distance in the drawing [m], which is the branch of a dyad."""
+        """Return the sign of a drawn distance [m], which selects the branch of a dyad."""
         size: Any = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints)
         if np.any(abs(distance) <= COLLINEAR_TOLERANCE * np.where(size, size, 1.0)):
             names = ", ".join(f'"{joint}"' for joint in joints)
@@ -87,5 +87,5 @@ class Drawing:
         return sign if self.rows is None else sign[self.rows]
 
     def coordinate(self, joint: Joint) -> float:
-        """Coordinate of a joint as drawn [rad or m], for the first design."""
+        """Return the coordinate of a joint as drawn, for the first design [rad or m]."""
         return joint.drawn(self)

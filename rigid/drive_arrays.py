@@ -12,7 +12,7 @@ from rigid.plane import ZERO
 def drive_arrays(
     mechanism: Mechanism, drive: ArrayLike, rate: ArrayLike, rate2: ArrayLike, time: ArrayLike | None
 ) -> tuple[Reals, Reals, Reals, Reals]:
-    """Convert arguments of `motion` to (drives, ..., positions), and (..., positions) for time."""
+    """Convert the arguments of `motion` to arrays (drives, ..., positions), and time to (..., positions)."""
     count = len(mechanism.drives)
     coordinates = np.atleast_1d(np.asarray(drive, float))
     if coordinates.ndim == 1:
@@ -29,7 +29,7 @@ def drive_arrays(
 
 def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
     """Broadcast a rate given per drive, position or design to the coordinates' shape."""
-    if isinstance(value, float | int) or np.ndim(value) == 0:  # same as np.broadcast_to, but five times as fast
+    if isinstance(value, float | int) or np.ndim(value) == 0:  # equals np.broadcast_to, but is five times as fast
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
     if np.ndim(value) == 1:
         value = np.reshape(value, (len(coordinates), -1))
@@ -39,7 +39,7 @@ def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
 
 
 def rate_of(rate: Reals, drive: int | None) -> Columns:
-    """Rate of a drive: a scalar if constant, ZERO if zero or without drive."""
+    """Return the rate of a drive: a scalar if it is constant, or ZERO if it is zero or there is no drive."""
     if drive is None:
         return ZERO
     row = rate[drive]

@@ -1,4 +1,4 @@
-"""Joints of placed links, with the tooth contacts of gears."""
+"""Placement of joints, including the tooth contacts of gears."""
 
 import numpy as np
 
@@ -7,15 +7,15 @@ from rigid.teeth import Teeth, pitch_reach, wheel_push
 
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:
-    """Joint of two placed links."""
+    """Return a joint of two placed links."""
     return joint.place(placed, None if joint.gear is None else teeth_of(placed, joint))
 
 
 def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
-    """Tooth contact of a joint that follows a gear, or None if there is no pitch point.
+    """Return the tooth contact of a joint that follows a gear, or None if there is no pitch point.
 
-    A pitch point exists if a common carrier link holds both wheels, or wheel and rack, by pins or sliders. Wheels of
-    ratio 1 or with coincident axes have none.
+    There is a pitch point if one carrier link holds both wheels, or wheel and rack, by pins or sliders. Wheels with a
+    ratio of 1 or with coincident axes have no pitch point.
     """
     gear = joint.gear
     if gear is None or gear.pressure_angle is None or not {joint.parent, joint.child} & set(gear.ends):

@@ -1,4 +1,4 @@
-"""Motion of a mechanism at many positions at once."""
+"""Motion of a mechanism, computed for many positions at once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,29 +24,29 @@ from rigid.postures import Posture
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Positions, velocities and accelerations of all links.
+    """Positions, velocities and accelerations of all links of a mechanism.
 
-    The last axes of each array, the columns, are (positions,) or (designs, positions). Links are in the order of
-    `mechanism.links`, the ground first.
+    The last axes of each array are called columns. Their shape is (positions,) or (designs, positions). The links are
+    in the order of `mechanism.links`, which starts with the ground.
 
     Attributes
     ----------
     time
-        Time of each position [s], shape (positions,), or (designs, positions) if it differs by design.
+        Time of each position [s], shape (positions,), or (designs, positions) if designs differ.
     drive, drive_rate, drive_acceleration
-        Coordinates of the drives [rad or m] and their time derivatives, shape (drives, positions), or
-        (drives, designs, positions) if they differ by design.
+        Drive coordinates [rad or m] and their time derivatives, shape (drives, positions), or (drives, designs,
+        positions) if designs differ.
     origin, velocity, acceleration
-        Origin of each link's axes and its derivatives [m, m/s, m/s^2], complex, shape (links, ..., positions).
+        Origin of each link's axes and its time derivatives (complex) [m, m/s, m/s^2], shape (links, ..., positions).
     direction
-        Unit vector of each link's x' axis, complex, shape (links, ..., positions).
+        Unit vector of each link's x' axis (complex), shape (links, ..., positions).
     angular_velocity
-        [rad/s], shape (links, ..., positions).
+        Angular velocity of each link [rad/s], shape (links, ..., positions).
     turning
-        i eps - w^2 of each link [1/s^2], complex, shape (links, ..., positions). Times an arm, it gives the
-        acceleration of the arm's end relative to its root.
+        i eps - w^2 of each link (complex) [1/s^2], shape (links, ..., positions). Multiplied by a vector on the link,
+        it gives the acceleration of the vector's end relative to its start.
     closures
-        Linearised closure of each group, for small displacements and forces.
+        Factorised linear problem of each group, for small displacements and forces.
     """
 
     mechanism: Mechanism
@@ -87,10 +87,10 @@ class Motion:
 
     @cached_property
     def condition(self) -> Reals:
-        """Amplification of round-off: relative errors are about this times eps, (..., positions).
+        """Amplification of round-off, at least 1, shape (..., positions). Relative errors are about eps times this.
 
-        At least 1. It is infinite beyond SINGULAR, where the velocities and accelerations of the dependent links are
-        nan; it is nan if the mechanism does not close.
+        If it exceeds SINGULAR, the velocities and accelerations of the dependent links are nan, and the value is
+        infinite. It is nan if the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -98,19 +98,19 @@ class Motion:
 
     @cached_property
     def may_be_singular(self) -> bool:
-        """Whether a position may be singular."""
+        """Whether any position may be singular."""
         return may_be_singular(self.mechanism, self.closures)
 
     @cached_property
     def units(self) -> tuple["Motion", ...]:
-        """Motions with one drive at rate 1 and the others at rest; they give influence coefficients."""
+        """For each drive, the motion with this drive at unit rate and all others at rest (influence coefficients)."""
         return tuple(with_rates(self, rates[:, None]) for rates in np.eye(len(self.mechanism.drives)))
 
     @property
     def sine(self) -> Reals:
-        """Smallest sine of the angle between links of a group, (..., positions): 0 if singular.
+        """Smallest sine of the angle between links of a group, shape (..., positions); 0 at a singular position.
 
-        For links that slide on each other, the distance of their pins relative to the links' size replaces the sine.
+        For links that slide on each other, the sine is replaced by the distance of their pins relative to their size.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -125,29 +125,29 @@ def motion(
     near: Posture | None = None,
     lead: Reals | None = None,
 ) -> Motion:
-    """Positions, velocities and accelerations of a mechanism.
+    """Compute the positions, velocities and accelerations of a mechanism.
 
     Parameters
     ----------
     mechanism
-        Lengths may have shape (designs, 1).
+        Mechanism. Its lengths may have shape (designs, 1).
     drive, drive_rate, drive_acceleration
-        Coordinates of the drives [rad or m] and their time derivatives, in shapes that broadcast to (drives,
-        positions); (positions,) is sufficient for a single drive. If they differ between designs, the shapes broadcast
-        to (drives, designs, positions), and the coordinates are those of a single drive.
+        Drive coordinates [rad or m] and their time derivatives, which broadcast to (drives, positions). For a single
+        drive, (positions,) is sufficient. Values that differ between designs broadcast to (drives, designs, positions);
+        coordinates may differ only if there is a single drive.
     time
-        Time of each position [s], shape (positions,) or (designs, positions); by default the position numbers.
+        Time of each position [s], shape (positions,) or (designs, positions) (default: 0, 1, 2, ...).
     near
-        Approximate posture at each position, or one for all. It selects the branch instead of the drawing, so that the
-        positions need not be neighbours.
+        Approximate posture at each position, or one posture for all positions. If given, it selects the branch instead
+        of the drawing, and the positions need not be neighbours.
     lead
-        Drive coordinates between the drawing and the first position, shape (drives, n), for a path that is not
-        straight.
+        Drive coordinates on the path from the drawing to the first position, shape (drives, n) (default: a straight
+        path).
 
     Raises
     ------
     MechanismError
-        The drives do not determine the mechanism, or the drawing does not determine its branch.
+        If the drives do not determine the mechanism, or the drawing does not determine its branch.
 
     Examples
     --------
@@ -167,14 +167,14 @@ def motion(
 
 
 def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
-    """Positions of all links without their velocities; see `motion`."""
+    """Compute the positions of all links, without velocities (see `motion` for those)."""
     return _placed(mechanism, drive_arrays(mechanism, drive, 0.0, 0.0, None)[:1], None, None)[0]
 
 
 def _placed(
     mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
 ) -> tuple[Posture, tuple[Closure, ...]]:
-    """Place all links; `drives`: coordinates of the drives, and rates that may differ by design."""
+    """Place all links. `drives` are the drive coordinates, and optionally rates (whose shape sets the designs)."""
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit
@@ -190,7 +190,7 @@ def _placed(
 
 
 def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayLike = 0.0) -> Motion:
-    """Same positions with other drive rates; see `motion` for the arguments."""
+    """Return a motion with the same positions and other drive rates (see `motion` for the arguments)."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -208,7 +208,7 @@ def _with_velocities(
     closures: tuple[Closure, ...],
     final: bool = False,
 ) -> Motion:
-    """Add velocities and accelerations to placed links; nan at singular positions."""
+    """Add velocities and accelerations to placed links, with nan at singular positions."""
     velocity, rotation, _ = _velocities(mechanism, closures, rate)
     acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
@@ -234,13 +234,13 @@ def _with_velocities(
 
 
 def _openings(motion: Motion) -> tuple[Openings, Openings]:
-    """Velocities and accelerations of the free joints of every group."""
+    """Return the openings of each group's cut joints, for velocities and for accelerations (see `Openings`)."""
     velocity, rotation, first = _velocities(motion.mechanism, motion.closures, motion.drive_rate)
     return first, _accelerations(motion.closures, velocity, rotation, motion.drive_acceleration)[2]
 
 
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
-    """Repeat a motion for several designs that share it; `columns`: new shape."""
+    """Broadcast a motion to several designs that share it. `columns` is the new shape."""
 
     def wide(value: Any) -> Numbers:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()
@@ -253,7 +253,7 @@ def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
 
 
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Numbers:
-    """Stack columns that may be scalars to an array of shape (len(values), *shape)."""
+    """Stack columns or scalars as an array of shape (len(values), *shape)."""
     result: Numbers = np.empty((len(values), *shape), kind)
     for at, value in enumerate(values):
         result[at] = 0.0 if value is ZERO else value
@@ -263,16 +263,16 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Nu
 def _velocities(
     mechanism: Mechanism, closures: tuple[Closure, ...], rate: Reals
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Velocities of the origins, i times angular velocities, and rates of free joints."""
+    """Return the velocities of the origins, i times the angular velocities, and the openings of the cut joints."""
     return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
 
 
 def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
-    """Prescribed displacement and rotation of each joint's child from its parent."""
+    """Return the prescribed rates of each joint (child relative to parent): displacements and rotations."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        asked = hinge.joint.drive is not None
-        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) if asked else (ZERO, ZERO)
+        driven = hinge.joint.drive is not None
+        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) if driven else (ZERO, ZERO)
         gaps.append(gap)
         turns.append(turn)
     return gaps, turns
@@ -281,9 +281,9 @@ def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], 
 def _accelerations(
     closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Reals
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Accelerations of the origins, i eps - w^2, and second rates of free joints.
+    """Return the accelerations of the origins, i eps - w^2 of the links, and the openings of the cut joints.
 
-    The Coriolis acceleration enters as a gap that the other joints close.
+    Coriolis accelerations enter as prescribed gaps.
     """
     gaps, turns = _driven(closures, rate2)
     for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
@@ -292,31 +292,34 @@ def _accelerations(
 
 
 def by_laws(laws: Sequence[MotionLaw], times: Reals) -> tuple[Reals, Reals, Reals]:
-    """Evaluate drive laws: coordinates, rates, accelerations, each (drives, ..., positions)."""
+    """Evaluate drive laws: coordinates, rates and accelerations, shape (drives, ..., positions) each."""
     coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(times) for law in laws), strict=True))
     return coordinates, rates, accelerations
 
 
 def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:
-    """Link number, and the arm from its origin to a point, in ground axes."""
+    """Return the link index, and the vector from the link's origin to a point in ground axes."""
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     local = motion.mechanism.links[at].points[point] if isinstance(point, str) else point
     return at, motion.direction[at] * local
 
 
 def position_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
-    """Position of a link's point, by name or in link axes [m], complex, (..., positions)."""
+    """Return the position of a link's point (complex) [m], shape (..., positions).
+
+    `point` is a name, or coordinates in link axes [m].
+    """
     at, arm = _at(motion, link, point)
     return motion.origin[at] + arm
 
 
 def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
-    """Velocity of a link's point [m/s], complex, shape (..., positions)."""
+    """Return the velocity of a link's point (complex) [m/s], shape (..., positions)."""
     at, arm = _at(motion, link, point)
     return motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
 
 
 def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
-    """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
+    """Return the acceleration of a link's point (complex) [m/s^2], shape (..., positions)."""
     at, arm = _at(motion, link, point)
     return motion.acceleration[at] + motion.turning[at] * arm

@@ -1,4 +1,4 @@
-"""Symbols of a mechanism as one display list, which every renderer reads: films, paper, report page and editor."""
+"""The symbols of a mechanism as a display list for all renderers: films, paper, report page and editor."""
 
 from symbols.hulls import hull
 from symbols.joints import (

@@ -9,12 +9,14 @@ from rigid.arrays import Complexes
 
 
 def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:
-    """Corners of the convex hull, counter-clockwise (monotone chain algorithm); both ends if collinear.
+    """Return the corners of the convex hull in counter-clockwise order, or both ends if the points are collinear.
+
+    Uses the monotone chain algorithm.
 
     Parameters
     ----------
     flat
-        Corners with a smaller area are dropped; relative to the square of the extent.
+        Drop corners whose area is below this fraction of the squared extent.
     """
     ordered = sorted({complex(point) for point in points}, key=lambda place: (place.real, place.imag))
     if len(ordered) < 3:

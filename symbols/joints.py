@@ -1,4 +1,4 @@
-"""Symbols of joints and supports. No other file defines such symbols."""
+"""Symbols of joints and supports."""
 
 from collections.abc import Iterator
 
@@ -10,55 +10,55 @@ from rigid.joints import Placed
 from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Line, Mark, Spot, anchor
 
 BLOCK = "block"
-"""Kind of the marks of sliding blocks."""
+"""Mark kind of sliding blocks."""
 POINTS = ("pin", "weld", "spot")
-"""Kinds of the marks at points."""
+"""Mark kinds at points."""
 JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
-"""Kinds of all marks in this file."""
+"""All mark kinds that this file defines."""
 PIN_RADIUS, SPOT_RADIUS = 0.55, 0.3  # all lengths in this file are in symbol sizes
 PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])
-"""Corners of the triangle under a fixed pin, in symbol sizes, complex."""
+"""Corners of the triangle under a fixed pin (complex, in symbol sizes)."""
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
-"""Corners of the block of a slider, in symbol sizes, complex."""
+"""Corners of a slider's block (complex, in symbol sizes)."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
-STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # length of hatching strokes, and largest distance between them
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector of a stroke, and largest spacing
 RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, overhang, half length
 
-NOWHERE = np.zeros(2, complex)  # `far` of both ends of a line with all lengths in symbol sizes
+NO_LENGTH = np.zeros(2, complex)  # `far` of a line whose ends are given in symbol sizes only
 
 
 def pin(at: Spot) -> Mark:
-    """A circle."""
+    """Return the symbol of a pin: a circle."""
     return Mark("pin", at, radius=(PIN_RADIUS, 0.0), fill=PAPER, width=1.5)
 
 
 def weld(at: Spot) -> Mark:
-    """A filled square."""
+    """Return the symbol of a weld: a filled square."""
     return Mark("weld", at, (Line(0.45 * SQUARE, closed=True),), fill=INK)
 
 
 def spot(at: Spot) -> Mark:
-    """A dot at a point without a joint."""
+    """Return the dot that marks a point without a joint."""
     return Mark("spot", at, radius=(SPOT_RADIUS, 0.0), fill=INK, width=0.5)
 
 
 def support(at: Spot) -> list[Mark]:
-    """A triangle on hatched ground."""
+    """Return the symbol of a fixed pin: a triangle on hatched ground."""
     triangle = Mark("support", at, (Line(PEDESTAL, closed=True),), fill=PAPER, width=1.2, level=GROUND_LEVEL)
-    base = hatched(np.array([-BASE, BASE]) - 2.0j, 2 * BASE, NOWHERE)
+    base = hatched(np.array([-BASE, BASE]) - 2.0j, 2 * BASE, NO_LENGTH)
     return [triangle, Mark("ground", at, (base,), width=1.2, level=GROUND_LEVEL)]
 
 
 def hatched(ends: Complexes, sizes: float, far: Complexes) -> Line:
-    """A line along the x axis with strokes on its right, drawn in one go: each stroke out and back.
+    """Return a line along the x axis with hatching strokes on its right, as a single polyline.
 
     Parameters
     ----------
     ends, far
-        Both ends of the line: `ends` in symbol sizes and `far` in metres. The two are added.
+        The ends of the line are `ends` (in symbol sizes) plus `far` (in metres).
     sizes
-        Approximate length in symbol sizes. It sets the number of strokes.
+        Approximate length in symbol sizes, which sets the number of strokes.
     """
     count = max(3, round(sizes / STROKE_GAP))
     share = np.concatenate([[0.0], np.repeat((np.arange(count) + 0.7) / count, 3), [1.0]])
@@ -68,12 +68,12 @@ def hatched(ends: Complexes, sizes: float, far: Complexes) -> Line:
 
 
 def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | None, size: float) -> Iterator[Mark]:
-    """A block at the slider's point, and rails on the ground or a line on a moving link.
+    """Yield the marks of a slider: its block, and rails on the ground or a line on a moving link.
 
     Parameters
     ----------
     reach
-        Smallest and largest slide coordinate [m]; None unless more than one position is known.
+        Smallest and largest slide coordinate [m], or None if fewer than two positions are known.
     size
         Approximate symbol size [m].
     """
@@ -88,17 +88,17 @@ def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | No
                width=2.0, level=BLOCK_LEVEL)  # fmt: skip
 
 
-def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes: float = 0.0) -> Mark:
-    """Two hatched rails on the ground, or a line on a moving link.
+def rails(at: Spot, on: str, direction: complex, far: Complexes = NO_LENGTH, sizes: float = 0.0) -> Mark:
+    """Return two hatched rails on the ground, or a line on a moving link.
 
     Parameters
     ----------
     at, on, direction
-        Position, guiding link, and direction of sliding in the axes of that link.
+        Position, guiding link, and sliding direction in the axes of the guiding link.
     far
-        Both ends of the travel [m], measured from the position along the direction of sliding.
+        Both ends of the travel [m], measured from `at` along the sliding direction.
     sizes
-        Approximate travel in symbol sizes; 0 draws a short rail centred at the location.
+        Approximate travel in symbol sizes; 0 draws a short rail centred at `at`.
     """
     half = RAIL_MORE if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)
@@ -110,7 +110,7 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NOWHERE, sizes
 
 
 def travel(placed: Placed, slider: Slider) -> tuple[float, float] | None:
-    """Smallest and largest slide coordinate over the positions [m], if two or more positions are known."""
+    """Return the smallest and largest slide coordinate [m], or None if fewer than two positions are known."""
     number = placed.mechanism.index[slider.on]
     place = anchor(placed, Spot(slider.link, slider.point))
     local = np.conj(placed.direction[number]) * (place - placed.origin[number])

@@ -1,8 +1,8 @@
-"""Marks: lines and circles in axes that move with links, as plain data.
+"""Marks: lines and circles, as plain data, in axes that move with the links.
 
-A mark has an anchor on a link, often a second anchor, and axes.
-Renderers know the links' positions; they scale each mark and draw it at its anchor.
-So a list of marks stays valid while the mechanism moves.
+A mark has axes, an anchor on a link and sometimes a second anchor.
+Renderers know the positions of the links. They scale each mark and draw it at its anchor, so that a list of marks
+stays valid while the mechanism moves.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,7 +26,7 @@ DECIMALS = 9  # decimals of coordinates in JSON
 
 
 class Spot(NamedTuple):
-    """A spot on a link: a named point, or `local` coordinates in the link's axes [m]."""
+    """A location on a link: a named point, or `local` coordinates in the link's axes [m]."""
 
     link: str
     point: str = ""
@@ -35,10 +35,10 @@ class Spot(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A polyline or, if `closed`, a filled polygon.
+    """A polyline, or a filled polygon if `closed`.
 
-    Every vertex is the sum of three vectors. `size` [symbol sizes] and `far` [m] are complex, in the axes of the mark.
-    The third is `share` times the vector from the first to the second anchor.
+    Each vertex is the sum of three vectors: `size` [symbol sizes] and `far` [m], which are complex and in the axes of
+    the mark, and `share` times the vector from the first to the second anchor.
     """
 
     size: Any = 0j
@@ -48,7 +48,7 @@ class Line:
 
     @cached_property
     def vertices(self) -> tuple[Complexes, Complexes, Reals]:
-        """Arrays of `size`, `far` and `share`, all of shape (vertices,)."""
+        """`size`, `far` and `share` as arrays of shape (vertices,)."""
         size, far, share = np.broadcast_arrays(
             np.atleast_1d(np.asarray(self.size, complex)), np.asarray(self.far, complex), np.asarray(self.share, float)
         )
@@ -57,31 +57,31 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """One symbol, or a part of it with the same colours.
+    """A symbol, or a part of a symbol drawn in the same colours.
 
     Attributes
     ----------
     kind
         Kind of symbol, such as `pin`.
     at, to
-        First anchor, and second anchor if any. If there are two, the x axis points from the first to the second.
+        First anchor, and optional second anchor. With two anchors, the x axis points from the first to the second.
     axis
-        Link with which the axes turn, and the direction of the x axis in that link's axes.
+        Link that the axes rotate with, and direction of the x axis in the axes of this link.
         None for axes parallel to the ground axes.
     lines
         Polylines and polygons.
     radius
-        Radius of a circle about the anchor: the sum of a part in symbol sizes and a part in metres.
+        Radius of a circle about the anchor, as two summands: one in symbol sizes, one in metres.
     stroke, fill, width, dashed
-        Colours, and line width [pixels] on a page.
+        Colours, line width [pixels on a page], and whether the line is dashed.
     level
         One of `LEVELS`.
     drive
-        Number of a drive, or None. While the drive's rate is negative, the mark is mirrored about its y axis.
+        Drive index, or None. While the rate of this drive is negative, the mark is mirrored about its y axis.
     spin
-        Function that maps a motion to the x axis at each position, for a body that is not a link.
+        For a body that is not a link: function that returns the x axis at each position of a motion.
     replaces
-        Name of a slider if this mark replaces its symbol; otherwise empty.
+        Name of the slider whose symbol this mark replaces, or empty.
     """
 
     kind: str
@@ -101,7 +101,7 @@ class Mark:
 
     @cached_property
     def outlines(self) -> tuple[Line, ...]:
-        """Its lines, and its circle as a polygon."""
+        """Lines of the mark, with the circle (if any) as a polygon."""
         if not any(self.radius):
             return self.lines
         circle = np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS)
@@ -109,23 +109,23 @@ class Mark:
 
     @cached_property
     def vertices(self) -> tuple[Complexes, Complexes, Reals]:
-        """Vertices of all outlines, see `Line.vertices`."""
+        """Vertices of all outlines (see `Line.vertices`)."""
         sizes, fars, shares = zip(*(line.vertices for line in self.outlines), strict=True)
         return np.concatenate(sizes), np.concatenate(fars), np.concatenate(shares)
 
     @property
     def body(self) -> str:
-        """Fill colour if the mark has exactly one polygon, otherwise `NONE`: several polygons may be holes."""
+        """Fill colour if the mark has exactly one polygon, else `NONE` (one of several polygons may be a hole)."""
         return self.fill if sum(line.closed for line in self.outlines) == 1 else NONE
 
     @property
     def cells(self) -> list[Any]:
-        """Vertex numbers of each outline, as cells of a mesh."""
+        """Vertex indices of each outline, as cells of a mesh."""
         ends = np.cumsum([len(line.vertices[0]) for line in self.outlines])
         return [*np.split(np.arange(ends[-1]), ends[:-1])]
 
     def placed(self, place: Any, x_axis: Any, size: float, end: Any = None, mirrored: bool = False) -> Complexes:
-        """Vertices in the plane of motion [m], shape (vertices,).
+        """Return the vertices in the plane of motion [m], shape (vertices,).
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class Mark:
         return place + direction * (-np.conj(local) if mirrored else local) + apart * shares
 
     def direction(self, placed: Placed) -> Any:
-        """Unit vector of the x axis, shape (...)."""
+        """Return the unit vector of the x axis, shape (...)."""
         if self.spin is not None:
             return self.spin(placed)
         if self.axis is None:
@@ -152,7 +152,7 @@ class Mark:
         return np.asarray(placed.direction[placed.mechanism.index[link]]) * way
 
     def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Content for JSON. Links are given by the numbers in `links`, or by name without `links`."""
+        """Return the mark as JSON data. Links appear by their index in `links`, or by name if `links` is None."""
 
         def link(name: str) -> Any:
             return name if links is None else links[name]
@@ -172,7 +172,7 @@ class Mark:
 
 
 def anchor(placed: Placed, at: Spot) -> Complexes:
-    """Position of a spot on the rigid links, without elastic displacement [m], shape (...)."""
+    """Return the position of a spot without elastic displacement [m], shape (...)."""
     number = placed.mechanism.index[at.link]
     local = placed.mechanism.links[number].points[at.point] if at.point else at.local
     return np.asarray(placed.origin[number] + placed.direction[number] * local)
@@ -183,6 +183,6 @@ def _pair(place: complex) -> list[float]:
 
 
 def _plain(values: Any) -> Any:
-    """Rounded numbers as a list; complex numbers become pairs (real, imaginary). None if all are zero."""
+    """Return rounded numbers as a list, with complex numbers as (real, imaginary) pairs, or None if all are zero."""
     parts = np.stack([values.real, values.imag], axis=-1) if np.iscomplexobj(values) else values
     return np.round(parts, DECIMALS).tolist() if values.any() else None

@@ -13,19 +13,19 @@ from symbols.marks import LEVELS, Mark, Spot, anchor
 from symbols.parts import arrow, belt, mass, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
 
 SYMBOLS = 45  # size of a drawing / usual size of a symbol
-ROUND = 1e-6  # largest variation of the distance of two wheels, relative to it
+MAX_VARIATION = 1e-6  # relative variation up to which the centre distance of two wheels counts as constant
 Drive = PinDrive | SliderDrive
 
 
 def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
-    """Return the marks of joints, supports, gears, springs, loads, point masses, drives and parts, from back to front.
+    """Return all marks of a mechanism and its parts, from back to front.
 
     Parameters
     ----------
     placed
-        A posture or a motion. A motion shows the whole travel of sliders.
+        A posture or a motion. With a motion, the rails show the whole travel of the sliders.
     parts
-        Marks of other parts.
+        Marks of parts that are not in the mechanism, such as cylinders.
     """
     mechanism, parts = placed.mechanism, [*parts]
     size = mechanism.size / SYMBOLS
@@ -45,7 +45,7 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
 
 
 def _points(mechanism: Mechanism) -> Iterator[Mark]:
-    """Pins, welds and supports of joints; dots at other points."""
+    """Yield the pins, welds and supports of joints, and dots at other points."""
     owners: dict[str, list[str]] = {}
     for link in mechanism.links:
         for point in link.points:
@@ -62,7 +62,7 @@ def _points(mechanism: Mechanism) -> Iterator[Mark]:
 
 
 def _masses(mechanism: Mechanism) -> Iterator[Mark]:
-    """Discs at point masses. The last lump of a link without beams is its own mass."""
+    """Yield discs at point masses. The last lump of a link without beams is the link's own mass, not a point mass."""
     for link in mechanism.links:
         for lump in link.lumps if link.beams else link.lumps[:-1]:
             if np.any(lump.mass) and not np.any(lump.inertia) and not np.any(lump.offset):
@@ -81,7 +81,7 @@ def _loads(mechanism: Mechanism) -> Iterator[Mark]:
 
 
 def _gears(placed: Placed) -> Iterator[Mark]:
-    """Pitch circles of toothed wheels, or a line without teeth or at a varying distance."""
+    """Yield the pitch circles of toothed wheels, or a line if there are no teeth or the centre distance varies."""
     for gear in placed.mechanism.gears:
         driver, driving, sense = _end(placed.mechanism, gear.driver, gear.follower)
         follower, driven, other_sense = _end(placed.mechanism, gear.follower, gear.driver)
@@ -96,14 +96,14 @@ def _gears(placed: Placed) -> Iterator[Mark]:
                 yield wheel(driver, driving, abs(ratio))
             if gear.follower.turns:
                 yield wheel(follower, driven, abs(1 / ratio))
-        elif apart.size and np.ptp(np.abs(apart)) <= ROUND * abs(apart[0]):
+        elif apart.size and np.ptp(np.abs(apart)) <= MAX_VARIATION * abs(apart[0]):
             yield from wheels_of_pair((driver, follower), (driving, driven), apart[0], ratio)
         else:
             yield belt(driver, follower)
 
 
 def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Spot, str, int]:
-    """Axis of a wheel or point of a rack; its link; and 1, or -1 if the drive turns its carrier."""
+    """Return the centre of a wheel (or point of a rack), its link, and -1 if the drive turns the carrier, else 1."""
     if not drive.turns:
         slider = mechanism.slider(drive.joint)
         return Spot(slider.link, slider.point), slider.link, 1
@@ -114,13 +114,13 @@ def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Spot, str, int
 
 
 def plain_marks(marks: Iterable[Mark], mechanism: Mechanism) -> list[dict[str, Any]]:
-    """Content of marks for JSON. Marks of bodies that are not links have a number under `spin`."""
+    """Return marks as JSON data. Marks with a `spin` function are numbered under this key."""
     counter = count()
     return [{**mark.plain(mechanism.index), "spin": next(counter) if mark.spin else None} for mark in marks]
 
 
 def extent_of(placed: Placed, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
-    """Corners of the box around all points of links and marks [m], if any position is known."""
+    """Return two opposite corners of the bounding box of all links and marks [m], or None if no position is known."""
     links = placed.mechanism.links
     places = [np.ravel(anchor(placed, Spot(link.name, point))) for link in links for point in link.points]
     for mark in marks:

@@ -9,41 +9,41 @@ from rigid.teeth import pitch_reach
 from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, SOFT, UNDER, Line, Mark, Spot
 
 DRIVE = "drive"
-"""Kind of the arrows of drives."""
+"""Mark kind of the arrows at drives."""
 MASS = "mass"
-"""Kind of the discs at point masses."""
-TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angle of the arrow around a driven pin
+"""Mark kind of the discs at point masses."""
+TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angles along the arrow around a driven pin
 TURN_RADIUS = 2.2
 HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # arrow head that points to the right
 COILS = 8
-LOAD_LENGTH, TURN_COILS = 6.0, 2.2  # length of a force's arrow; turns of a torsion spring
-BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # across the line of a cylinder
+LOAD_LENGTH, TURN_COILS = 6.0, 2.2  # length of a force arrow, and number of turns of a torsion spring
+BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # corners of a barrel, measured across the axis of the cylinder
 
 
 def turn_arrow(at: Spot, drive: int | None) -> Mark:
-    """An arrow around a driven pin."""
+    """Return an arrow around a driven pin."""
     arc = TURN_RADIUS * np.exp(1j * TURN)
     return _arrow(DRIVE, at, arc, 1j * np.exp(3.55j), ACCENT, drive=drive)
 
 
 def slide_arrow(at: Spot, on: str, direction: complex, drive: int | None) -> Mark:
-    """An arrow ahead of a driven block."""
+    """Return an arrow in front of a driven block."""
     return _arrow(DRIVE, at, np.array([2.0, 5.4], complex), 1.0, ACCENT, drive=drive, axis=(on, direction))
 
 
 def arrow(at: Spot, axis: tuple[str, complex] | None) -> Mark:
-    """A force along the x axis."""
+    """Return the arrow of a force along the x axis."""
     return _arrow("load", at, np.array([0.0, LOAD_LENGTH], complex), 1.0, LOAD, axis=axis)
 
 
 def _arrow(kind: str, at: Spot, shaft: Any, way: complex, colour: str, **more: Any) -> Mark:
-    """A line with a filled head; the line doubles back, so it encloses no area."""
+    """Return a line with a filled arrow head. The line runs back on itself, so that it encloses no area."""
     lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + way * HEAD, closed=True)
     return Mark(kind, at, lines, stroke=colour, fill=colour, width=1.8, level=OVER, **more)
 
 
 def spring(at: Spot, to: Spot) -> Mark:
-    """A zigzag between two points."""
+    """Return a zigzag between two points."""
     inner = (np.arange(2 * COILS) + 0.5) / (2 * COILS)
     share = np.concatenate([[0.0, 0.15], 0.15 + 0.7 * inner, [0.85, 1.0]])
     aside = 0.75j * np.concatenate([[0, 0], np.tile([1, -1], COILS), [0, 0]])
@@ -51,13 +51,13 @@ def spring(at: Spot, to: Spot) -> Mark:
 
 
 def torsion_spring(at: Spot) -> Mark:
-    """A spiral about a pin."""
+    """Return a spiral about a pin."""
     turn = np.linspace(0.0, 2 * np.pi * TURN_COILS, 41)
     return Mark("spring", at, (Line((0.8 + 0.155 * turn) * np.exp(1j * turn)),))
 
 
 def wheels_of_pair(pins: tuple[Spot, Spot], carried: tuple[str, str], apart: complex, ratio: float) -> list[Mark]:
-    """Pitch circles of two wheels, each with a spoke.
+    """Return the pitch circles of two wheels, each with a spoke.
 
     Parameters
     ----------
@@ -68,30 +68,30 @@ def wheels_of_pair(pins: tuple[Spot, Spot], carried: tuple[str, str], apart: com
     apart
         Vector between the centres [m].
     ratio
-        Driven rate / driving rate, seen from the link that carries both centres.
+        Driven rate / driving rate, relative to the link that carries both centres.
     """
     radius = abs(complex(pitch_reach(np.asarray(apart), np.asarray(ratio))))
     return [wheel(*each) for each in zip(pins, carried, (abs(ratio) * radius, radius), strict=True)]
 
 
 def wheel(at: Spot, link: str, radius: float) -> Mark:
-    """A pitch circle with a spoke that turns with a link."""
+    """Return a pitch circle with a spoke that rotates with a link."""
     spoke = () if link == GROUND else (Line(far=np.array([0.0, radius])),)
     return Mark("wheel", at, spoke, (0.0, radius), axis=(link, 1.0), stroke=LINK, dashed=True, level=UNDER)
 
 
 def belt(at: Spot, to: Spot) -> Mark:
-    """A line between the axes of two bodies that are geared together without pitch circles."""
+    """Return a line between two bodies that are geared together without pitch circles."""
     return Mark("belt", at, (Line(share=np.array([0.0, 1.0])),), to=to, stroke=SOFT, width=1.6, dashed=True)
 
 
 def mass(at: Spot) -> Mark:
-    """A disc behind the pin."""
+    """Return a disc behind the pin."""
     return Mark(MASS, at, radius=(1.35, 0.0), stroke=NONE, fill=SOFT, level=GROUND_LEVEL)
 
 
 def cylinder(at: Spot, to: Spot, length: float, slider: str) -> list[Mark]:
-    """Barrel and rod between two points, which are `length` [m] apart in the drawing."""
+    """Return a barrel and a rod between two points that are `length` [m] apart in the drawing."""
     barrel = Line(BARREL + 0.8 * np.array([1, 0, 0, 1]), far=0.62 * length * np.array([0, 1, 1, 0]), closed=True)
     neck = Line(np.array([0.0, 0.8]))
     piston = Line(np.array([-0.7j, 0.7j]), far=-0.6 * length, share=1.0)

@@ -325,7 +325,7 @@ class TestForceLaws:
     @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
     def test_a_table_raises_or_holds_beyond_its_ends(self, interpolation):
         at, value = [0.0, 1.0, 2.0, 3.0], [5.0, 6.0, 8.0, 1.0]
-        with pytest.raises(TableError, match=r"asked at 3\.5, but the table goes from 0 to 3"):
+        with pytest.raises(TableError, match=r"evaluated at 3\.5, but the table covers 0 to 3"):
             table_curve(at, value, interpolation)([1.0, 3.5])
         held = table_curve(at, value, interpolation, extend="hold")
         np.testing.assert_allclose(held([-2.0, 3.5]), [5.0, 1.0])

@@ -412,5 +412,5 @@ class TestErrors:
 
     def test_times_beyond_the_integration(self):
         course = forward(flywheel(), [Effort(lambda course: np.ones(course.columns))], 0.0, 0.0, 1.0)
-        with pytest.raises(ForwardError, match=r"asked at 0 to 1\.5 s, integrated from 0 to 1 s"):
+        with pytest.raises(ForwardError, match=r"requested from 0 to 1\.5 s, but it is integrated from 0 to 1 s"):
             motion_during(course, [0.0, 1.5])

@@ -170,7 +170,7 @@ def test_a_train_driven_by_its_sun_or_its_carrier_moves_alike():
 
 def test_gears_that_lock_each_other_are_an_error():
     """With this ring the carrier is free, and the sun is locked in its drawn position."""
-    with pytest.raises(MechanismError, match='the gears of "carrier", "planet" lock one another or leave'):
+    with pytest.raises(MechanismError, match='the gears of "carrier", "planet" lock one another or do'):
         motion(driven_by_its_sun(-2.0), [0.0], 1.0)
 
 

@@ -116,7 +116,7 @@ class TestRuns:
         assert (run.duration, run.turn) == (pytest.approx(5 * 2 * pi / 100), True)
         run = run_of(wheel, points, link, ("[[drives]]", mesh.replace("0.4", "0.4142")), text=FOUR_BAR)
         assert (run.duration, run.turn) == (pytest.approx(2 * pi / 100), False)
-        assert "not back where it was within 32" in run.no_cycle
+        assert "do not return to the start within 32" in run.no_cycle
 
     def test_a_drive_that_stops_or_slides_on_has_no_cycle(self):
         law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}]'

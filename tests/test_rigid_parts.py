@@ -106,6 +106,6 @@ class TestErrors:
         assert (found.value.time, found.value.links, found.value.drives) == (0.0, ("arm",), (0,))
 
     def test_an_instant_after_the_end_of_a_table(self):
-        with pytest.raises(TableError, match="asked at 3") as found:
+        with pytest.raises(TableError, match="evaluated at 3") as found:
             table_curve([0.0, 2.0], [1.0, 1.0])(3.0)
         assert (found.value.place, found.value.ends) == (3.0, (0.0, 2.0))

@@ -178,7 +178,7 @@ class TestEfforts:
 
     def test_a_table_that_ends_too_soon_is_an_error(self):
         table = 'table = [[-1, 1], [0, -1]]\nagainst = {link = "wheel"}'
-        with pytest.raises(SceneError, match=r"but the table goes from -57.2958° to 0°") as caught:
+        with pytest.raises(SceneError, match=r"but the table covers -57.2958° to 0°") as caught:
             scene_motion(scene_from_text(driven("start = -0.5", "speed = 9", "effort = 1", table)))
         assert caught.value.table == "drives"
 
@@ -245,7 +245,7 @@ class TestLoadsByAngle:
     def test_outside_of_the_table_raises_or_holds(self):
         text = edited(WHEEL, ("[[drives]]", f"{self.load}[[0, 1], [1, 3]]\n[[drives]]"), ("speed = 2", "speed = 0.5"))
         with pytest.raises(
-            SceneError, match=r"\[\[loads\]\] no. 1 table: asked at 85.9437°, but the table goes from 0° to 57.2958°"
+            SceneError, match=r"\[\[loads\]\] no. 1 table: evaluated at 85.9437°, but the table covers 0° to 57.2958°"
         ):
             scene_motion(scene_from_text(text))
         _, found = efforts(edited(text, ("table =", 'extend = "hold"\ntable =')))

@@ -123,9 +123,9 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
         times.append(reached)
         if judged:
             return
-        from rigid.dynamics import steps_ahead
+        from rigid.dynamics import remaining_steps
 
-        ahead = steps_ahead(times, end)
+        ahead = remaining_steps(times, end)
         if not ahead:
             return
         judged = True

@@ -1,8 +1,8 @@
-"""Cams from the motion of their followers: pitch curve and profile, pressure angle, curvature, force, torque.
+"""Cam geometry from the motion of the follower: pitch curve, profile, pressure angle, curvature, force and torque.
 
-A cam rotates at constant speed about a fixed shaft. Its profile is the envelope of its follower in cam axes; the
-follower is a roller or a flat face of any link. Tangents and curvatures follow from exact velocities and accelerations,
-without numerical differentiation.
+A cam rotates at constant speed about a fixed shaft. The follower is a roller or a flat face of any link, and the
+profile is the envelope of the follower in cam axes. Tangents and curvatures are computed from exact velocities and
+accelerations, without numerical differentiation.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
-MAX_DISTANCES = 2_000_000  # computed at a time
+MAX_DISTANCES = 2_000_000  # distances computed at a time, which limits the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,21 +27,21 @@ class Cam:
     Attributes
     ----------
     link, drive
-        Numbers of the follower's link and of the drive coordinate that the cam moves.
+        Indices of the follower's link and of the drive coordinate that the cam moves.
     centre
-        Centre of the camshaft in ground axes [m], complex.
+        Centre of the camshaft in ground axes (complex) [m].
     speed
-        Speed of the camshaft, counter-clockwise [rad/s].
+        Speed of the camshaft, positive counter-clockwise [rad/s].
     follower, points
-        Names of the link, and of the roller centre or the two points of the face.
+        Name of the follower's link, and names of the roller centre or of the two points of the face.
     roller, radius
-        Centre of the roller in link axes [m], complex, or None; its radius [m], 0 for a knife edge.
+        Centre of the roller in link axes (complex) [m], or None; and roller radius [m], 0 for a knife edge.
     face
-        Two points of the flat face in link axes [m], instead of a roller.
+        Two points of the flat face in link axes [m], for a follower without a roller.
     flank
-        Position of the cam: `INNER` on the side of its shaft, `OUTER` a ring around the roller, `BOTH` a groove.
+        `INNER` for a cam between its shaft and the follower, `OUTER` for a ring around the roller, `BOTH` for a groove.
     width
-        Width of the contact [m]; nan if unknown.
+        Contact width [m]; nan if unknown.
     modulus
         Contact modulus E* of both materials [Pa]; nan if unknown.
     yield_stress
@@ -70,34 +70,34 @@ class Cam:
 
     @property
     def flanks(self) -> tuple[bool, ...]:
-        """For each flank, True for an outer flank."""
+        """Whether each flank is an outer one."""
         return {INNER: (False,), OUTER: (True,), BOTH: (False, True)}[self.flank]
 
 
 @dataclass(frozen=True, eq=False)
 class CamCourse:
-    """One flank of a cam over a motion; vectors in ground axes, complex, shape (..., positions).
+    """One flank of a cam over a motion. Vectors are complex, in ground axes, with shape (..., positions).
 
     Attributes
     ----------
     cam
         The cam.
     turn
-        Unit vector of the cam axes; these are the ground axes at time 0.
+        Unit vector of the cam axes, which coincide with the ground axes at time 0.
     follower
         Vector from the shaft to the roller centre, or to the first point of the face [m].
     contact
         Vector from the shaft to the contact [m].
     normal
-        Unit normal at the contact, from the cam to the follower.
+        Unit normal at the contact, pointing from the cam to the follower.
     influence
-        Displacement of the follower at the contact (or of the roller centre) per unit of the drive's coordinate.
+        Displacement of the follower at the contact (or of the roller centre) per unit of the drive coordinate.
     pitch_curvature
         Curvature of the roller centre's path in cam axes [1/m], positive if convex; nan for a face.
     radius
         Radius of curvature of the cam [m], negative if concave; meaningless if `undercut`.
     undercut
-        True if the profile would turn back on itself.
+        Whether the profile would turn back on itself.
     along
         Distance of the contact from the first point of a face [m]; nan for a roller.
     """
@@ -125,14 +125,14 @@ class CamCourse:
 
     @cached_property
     def lever(self) -> Reals:
-        """Normal component of `influence`: drive effort / contact force."""
+        """Normal component of `influence`, which equals drive effort / contact force."""
         return np.asarray(dot(self.normal, self.influence))
 
     @property
     def pressure_angle(self) -> Reals:
-        """Angle between the normal and the displacement of the contact by the drive [rad], within a quarter turn.
+        """Angle between the normal and the displacement of the contact by the drive [rad], between -pi/2 and pi/2.
 
-        It is also defined in a dwell; nan if the drive does not move the contact.
+        The angle is also defined in a dwell. It is nan if the drive does not move the contact.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -152,7 +152,7 @@ class CamCourse:
         return np.where((self.radius < 0.0) & ~self.undercut, -self.radius, np.inf)
 
     def force(self, effort: Any) -> Reals:
-        """Return the contact force along the normal that replaces a drive effort [N]; negative if the cam would pull.
+        """Return the normal contact force that replaces a drive effort [N]; negative if the cam would have to pull.
 
         The force follows from virtual work, so it is also defined at rest.
         """
@@ -160,13 +160,13 @@ class CamCourse:
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
-        """Return the torque of the shaft for a contact force [N m], counter-clockwise."""
+        """Return the shaft torque for a contact force [N m], positive counter-clockwise."""
         with np.errstate(invalid="ignore"):  # an infinite force may act along a line through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
     def relative_curvature(self) -> Reals:
-        """Sum of the curvatures of cam and follower [1/m]; nan for a knife edge and for undercut."""
+        """Sum of the curvatures of cam and follower [1/m]; nan for a knife edge or an undercut cam."""
         with np.errstate(divide="ignore", invalid="ignore"):
             if self.cam.roller is None:
                 sum_ = 1.0 / self.radius
@@ -181,7 +181,7 @@ class CamCourse:
 
     @property
     def face_margin(self) -> Reals:
-        """Return the distance from the contact to the nearer end of the face [m], negative beyond; nan for a roller."""
+        """Distance from the contact to the nearer end of the face [m], negative beyond the end; nan for a roller."""
         if self.cam.face is None:
             return self.along
         start, end = self.cam.face
@@ -194,9 +194,9 @@ def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -
     Parameters
     ----------
     pace
-        Speed of the motion / speed of the cam; broadcasts to (..., positions).
+        Speed of the motion / nominal speed of the cam; broadcasts to (..., positions).
     outer
-        True for the flank of a ring around the roller.
+        Whether the flank belongs to a ring around the roller.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)
@@ -210,14 +210,13 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
     assert cam.roller is not None
     point = cam.link, cam.roller
     arm, moved = position_of(motion, *point) - cam.centre, velocity_of(motion, *point)
-    relative = (
-        moved - 1j * speed * arm
-    )  # velocity of the roller centre relative to the cam; `bent` is its rate in cam axes
-    bent = acceleration_of(motion, *point) - 2j * speed * moved - speed**2 * arm
+    # velocity and acceleration of the roller centre relative to the cam
+    relative = moved - 1j * speed * arm
+    relative_rate = acceleration_of(motion, *point) - 2j * speed * moved - speed**2 * arm
     side = np.sign(speed) * (-1.0 if outer else 1.0)
     size = np.abs(relative)
     normal = 1j * side * relative / size
-    curvature = -side * cross(relative, bent) / size**3
+    curvature = -side * cross(relative, relative_rate) / size**3
     undercut = curvature * cam.radius >= 1.0
     radius = 1.0 / curvature - cam.radius
     influence = velocity_of(motion.units[cam.drive], *point)
@@ -226,10 +225,11 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
 
 
 def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
-    """Return the contact of a face through P along e, with n = i e, at which the relative velocity is along it.
+    """Return the contact of a flat face, at the point where the relative velocity is along the face.
 
-    Let u be the velocity of P relative to the cam and D the angular velocity of the face relative to the cam. The
-    contact is then at s = -n.u/D from P. The radius of the cam is the speed of the contact along the cam divided by D.
+    The face passes through P along the unit vector e, with the normal n = i e. Let u be the velocity of P relative to
+    the cam and D the angular velocity of the face relative to the cam. The contact is then at the distance s = -n.u/D
+    from P. The radius of curvature of the cam is the speed of the contact along the cam divided by D.
     """
     assert cam.face is not None
     start, end = cam.face
@@ -252,9 +252,10 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
 
 
 def cut_depth(course: CamCourse) -> Reals:
-    """Return the depth to which the follower at other positions cuts into each profile point [m], shape (positions,).
+    """Return how deep the follower at other positions cuts into each profile point [m], shape (positions,).
 
-    It is zero for a feasible cam, within the resolution of the positions. Needs one design over a turn of the cam.
+    The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
+    over one turn of the cam.
     """
     profile, cam, centres = np.ravel(course.profile), course.cam, np.ravel(course.pitch)
     lines = np.ravel(course.normal * np.conj(course.turn))

@@ -1,4 +1,4 @@
-"""Contact of cams and followers: forces in place of drive efforts, and Hertz pressure."""
+"""Contact between cam and follower: forces that replace drive efforts, and Hertz pressure."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,32 +15,32 @@ from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-MIN_DETERMINANT = 1e-12  # smallest relative size of the levers; below it the forces of several cams are undetermined
+MIN_DETERMINANT = 1e-12  # relative determinant of the levers, below which the forces of several cams are undetermined
 HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
     outside="the softer body yields below its surface: use a harder material or a wider contact",
 )  # fmt: skip
-"""Hertz pressure for which elastic contact holds."""
+"""Hertz pressure / yield stress for which the contact is elastic."""
 
 
 @dataclass(frozen=True, eq=False)
 class CamPush:
-    """Load from cams: the contact forces that replace the drive efforts of the rigid mechanism.
+    """Load of cams: the contact forces that replace the drive efforts of the rigid mechanism.
 
-    A drive keeps its effort at positions at which its cam has no lever.
+    At positions where a cam has no lever, its drive keeps its effort.
 
     Attributes
     ----------
     cams
         The cams with contact forces.
     laws
-        Laws of all drives, from time to coordinate, rate and acceleration. The normals always belong to this motion,
-        even if the mechanism is at rest in the same positions.
+        Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The normals follow
+        from these laws even if the mechanism is at rest in the same positions.
     names
         Names of the cams.
     differ
-        Zeros of shape (designs, 1) if a cam differs between designs, so that the mechanism can read the number of
-        designs.
+        Zeros of shape (designs, 1) if a cam differs between designs. The mechanism reads the number of designs from
+        this shape.
     """
 
     cams: tuple[Cam, ...]
@@ -54,7 +54,7 @@ class CamPush:
         return [(cam.follower, point) for cam in self.cams for point in cam.points]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
-        """Return forces on the followers in ground axes at every position."""
+        """Yield link, point, force and moment of each force on a follower, in ground axes."""
         courses = self._courses(motion)
         for cam, course, force in zip(self.cams, courses, self._pressing(motion, courses), strict=True):
             push = force * course.normal
@@ -75,7 +75,7 @@ class CamPush:
         return [cam_course(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
     def _pressing(self, motion: Motion, courses: Sequence[CamCourse]) -> Reals:
-        """Solve the contact forces by virtual work: no effort remains in the drives that cams move."""
+        """Solve for the contact forces by virtual work: the drives that cams move need no effort."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [motion.units[cam.drive] for cam in self.cams]
@@ -89,7 +89,7 @@ class CamPush:
 
 
 def _lever(unit: Motion, course: CamCourse) -> Any:
-    """Return the drive effort that corresponds to a contact force of 1 N."""
+    """Return the drive effort that replaces a contact force of 1 N."""
     cam = course.cam
     arm = course.follower if cam.face is None else course.contact
     velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (
@@ -110,7 +110,7 @@ def _solved(levers: Reals, efforts: Reals) -> Reals:
 
 
 def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
-    """Return the virtual work of link loads at link origins, shape (..., positions)."""
+    """Return the virtual work of forces and moments at the link origins, shape (..., positions)."""
     whole: Any = np.zeros(unit.columns)
     for at, (pull, couple) in enumerate(zip(force, moment, strict=True)):
         if at:
@@ -125,10 +125,7 @@ def _without(mechanism: Mechanism, push: CamPush) -> Mechanism:
 
 
 def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poisson: Real) -> Real:
-    """Return the contact modulus E* of two materials in plane strain [Pa].
-
-    1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2, with Young's moduli [Pa] and Poisson's ratios.
-    """
+    """Return the contact modulus E* of two materials [Pa]: 1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2."""
     return 1.0 / ((1.0 - first_poisson**2) / first + (1.0 - second_poisson**2) / second)
 
 
@@ -140,7 +137,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
     force
         Compressive force [N].
     width
-        Length of the line of contact [m].
+        Length of the contact line [m].
     curvature
         Sum of both curvatures [1/m], negative for a concave surface.
     modulus
@@ -152,7 +149,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
 
     Examples
     --------
-    Roark's coefficient is 0.591 for a cylinder on a plane of the same material, with Poisson's ratio 0.3:
+    A cylinder on a plane of the same material, with Poisson's ratio 0.3. Roark gives the coefficient 0.591.
 
     >>> modulus = contact_modulus(1.0, 0.3, 1.0, 0.3)
     >>> round(float(line_pressure(1.0, 1.0, 2.0, modulus)), 3)

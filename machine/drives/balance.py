@@ -1,8 +1,8 @@
-"""Counterweights and springs that balance a machine, by closed-form least squares over its cycle.
+"""Counterweights and springs that balance a machine, by linear least squares over a cycle.
 
 A counterweight on a link pinned to the ground adds to the link's first moment of mass. The shaking force and the effort
-of gravity are linear in that moment. The effort of a torsion spring at the pin is linear in its stiffness and its
-moment. Derivation: docs/machine.md.
+due to gravity are linear in the first moment. The effort due to a torsion spring at the pin is linear in the stiffness
+and in the preload moment. Derivation: docs/machine.md.
 """
 
 from collections.abc import Sequence
@@ -16,19 +16,19 @@ from rigid.arrays import Numbers, Reals
 from rigid.constants import mass_constants
 from rigid.plane import cross, dot
 
-ROUND_OFF = 1e-10  # smallest singular value that counts, relative to the largest
+ROUND_OFF = 1e-10  # relative cutoff for small singular values
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Values of the corrections that minimize the mean square of a quantity.
+    """Counterweights or springs that minimize the mean square of a quantity.
 
     Attributes
     ----------
     amounts
-        One per influence, in its unit, shape (influences,): the minimum-norm solution.
+        Minimum-norm solution: one amount per influence, in the unit of the influence, shape (influences,).
     before, after
-        The quantity without and with these amounts, real or complex, shape (..., positions).
+        The quantity without and with the amounts (real or complex), shape (..., positions).
     """
 
     amounts: Numbers
@@ -37,7 +37,7 @@ class Balance:
 
     @property
     def share(self) -> float:
-        """Root mean square with the amounts, relative to that without them; 0 if the quantity is zero."""
+        """Root mean square after / before balancing; 0 if the quantity is zero."""
         before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
         return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
 
@@ -48,7 +48,8 @@ def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | f
     Parameters
     ----------
     quantity, influences
-        Real or complex, shape (..., positions) each. The result is the quantity plus amounts times influences.
+        Real or complex arrays of shape (..., positions). The balanced quantity is `quantity` plus the sum of amounts
+        times `influences`.
     weight
         Time weight of every position, shape (positions,).
     """
@@ -65,19 +66,19 @@ def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | f
 
 
 def pivoted_links(motion: Motion) -> dict[int, str]:
-    """Return the pins of the links that rotate about the ground, by link number."""
+    """Return the names of the pins between links and the ground, by link index."""
     joints = structure(motion.mechanism).joints
     return {joint.child: joint.name for joint in joints if joint.parent == 0 and joint.turns and joint.freedoms}
 
 
 def inertia_force(motion: Motion) -> Numbers:
-    """Shaking force: inertia force of all links on the ground [N], complex, shape (..., positions)."""
+    """Return the shaking force: the inertia force of all links on the ground (complex) [N], shape (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     return -(mass * motion.acceleration + motion.turning * motion.direction * first)[1:].sum(axis=0)
 
 
 def inertia_moment(motion: Motion) -> Reals:
-    """Shaking moment: inertia moment of all links on the ground about the origin [N m]."""
+    """Return the shaking moment: the inertia moment of all links on the ground, about the origin [N m]."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     force = mass * motion.acceleration + motion.turning * arm
@@ -86,13 +87,13 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Shaking force due to a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
+    """Return the shaking forces for a unit first moment of a link along x' and along y' (complex) [N/(kg m)]."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 
 
 def weight_effort(motion: Motion) -> Reals:
-    """Efforts that hold the mechanism at rest against gravity [N m or N], shape (drives, ..., positions)."""
+    """Return the efforts that hold the mechanism at rest under gravity [N m or N], shape (drives, ..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     weight = mass * motion.mechanism.gravity
     tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)
@@ -101,7 +102,7 @@ def weight_effort(motion: Motion) -> Reals:
 
 
 def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
-    """Efforts of the drives for a unit first moment of mass of a link along x' and y', (drives, ..., positions)."""
+    """Return the drive efforts for a unit first moment of a link along x' and along y', (drives, ..., positions)."""
     arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, motion.units
     along, across = (
         -np.array([unit.angular_velocity[link] * cross(part * arm, gravity) for unit in units]) for part in (1.0, 1j)
@@ -110,10 +111,10 @@ def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
 
 
 def spring_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
-    """Efforts of the drives for a torsion spring between a link and the ground, shape (drives, ..., positions).
+    """Return the drive efforts for a torsion spring between a link and the ground, shape (drives, ..., positions).
 
-    For a unit stiffness [N m/rad] about the angle of the link's axes at the first position, and for a unit moment
-    against the link [N m].
+    The first array is for a unit stiffness [N m/rad], with the spring relaxed at the first position. The second is for
+    a unit moment against the link [N m].
     """
     angle = np.unwrap(np.angle(motion.direction[link]), axis=-1)
     turned = np.array([unit.angular_velocity[link] for unit in motion.units])

@@ -1,4 +1,4 @@
-"""Cylinders as drives: pressure for a given bore, flow, and rod buckling."""
+"""Cylinders as drives: working pressure, flow rate, and buckling of the rod."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -29,9 +29,9 @@ class Cylinder:
     modulus
         Young's modulus of the rod [Pa].
     pressure, flow
-        Largest supply pressure and flow [Pa, m^3/s].
+        Available pressure [Pa] and flow [m^3/s].
     buckling_safety
-        Smallest allowed Euler load / push force.
+        Required Euler load / push force.
     """
 
     bore: Real
@@ -49,7 +49,7 @@ class Cylinder:
 
     @property
     def annulus(self) -> Reals:
-        """Area of the piston on the rod side [m^2]."""
+        """Ring area of the piston on the rod side [m^2]."""
         return np.asarray(np.pi * (np.square(self.bore) - np.square(self.rod)) / 4)
 
     @property
@@ -59,29 +59,29 @@ class Cylinder:
 
     @property
     def slenderness(self) -> Reals:
-        """Slenderness of the rod, 4 l / d: length / radius of gyration."""
+        """Slenderness of the rod, length / radius of gyration = 4 l / d."""
         with np.errstate(divide="ignore"):
             return np.asarray(4.0 * np.asarray(self.length) / self.rod)
 
 
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
-    """Return the pressure difference across the piston [Pa]: force / piston area, or / ring area if the rod pulls.
+    """Return the pressure difference across the piston [Pa]: force / area, with the ring area if the rod pulls.
 
-    `force` [N] is along the drive's coordinate, which extends the rod. Range: any static force; friction is neglected.
+    `force` [N] is positive if the rod pushes. Range: any static force; friction is neglected.
     """
     return np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
-    """Return the flow into the cylinder at a rate of its stroke [m^3/s].
+    """Return the flow into the cylinder for a piston speed [m^3/s].
 
-    Area times rate. Range: incompressible fluid, no leakage, any rate.
+    Range: incompressible fluid without leakage, any speed.
     """
     return np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
 
 
 def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:
-    """Return Euler load / push force of the rod; infinite if it pulls. Range: `ROD_RANGE`."""
+    """Return Euler load / push force, infinite if the rod pulls. Range: `ROD_RANGE`."""
     push = np.maximum(force, 0.0)
     with np.errstate(divide="ignore"):
         safety: Reals = np.where(push > 0, cylinder.buckling_load / np.where(push > 0, push, 1.0), np.inf)

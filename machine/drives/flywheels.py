@@ -1,4 +1,4 @@
-"""Flywheels: energy fluctuation of a cycle, and inertia for an allowed speed fluctuation."""
+"""Flywheels: energy fluctuation over a cycle, and inertia for an allowed speed fluctuation."""
 
 from typing import Any
 
@@ -15,7 +15,9 @@ UNEVENNESS_RANGE = Range(
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
-    """Return largest minus smallest stored energy in a cycle with constant mean effort [J], shape (...).
+    """Return the energy fluctuation over a cycle: largest minus smallest stored energy [J], shape (...).
+
+    The drive is assumed to supply the mean effort at all times.
 
     Parameters
     ----------
@@ -24,11 +26,11 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
     coordinate
         Coordinate of the drive [rad], shape (..., positions).
     travel
-        Change of the coordinate in a cycle [rad].
+        Change of the coordinate over a cycle [rad].
 
     References
     ----------
-    R. L. Norton, Design of Machinery, chapter 11: the torque about its mean, integrated pulse by pulse.
+    R. L. Norton, Design of Machinery, chapter 11: integrate the torque about its mean, pulse by pulse.
     """
     effort, coordinate = np.broadcast_arrays(np.asarray(effort, float), np.asarray(coordinate, float))
     ends = np.concatenate([coordinate, coordinate[..., :1] + travel], axis=-1)
@@ -40,7 +42,7 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Return the total inertia [kg m^2] that gives a speed fluctuation, (largest - smallest) / mean speed.
+    """Return the total inertia for a given unevenness [kg m^2]: (largest - smallest) / mean speed.
 
     The total includes flywheel, machine, motor and gear; `added_inertia` gives the flywheel alone.
 
@@ -55,9 +57,9 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 
 
 def added_inertia(total: Any, machine: Any) -> Reals:
-    """Return the inertia to add to a machine for a total inertia, at least 0 [kg m^2], shape (...).
+    """Return the inertia to add to a machine to reach a total inertia [kg m^2], at least 0, shape (...).
 
-    The smallest inertia of the machine is used, so that the fluctuation stays within its limit if the inertia varies.
+    If the inertia of the machine varies, its smallest value is used, so that the fluctuation stays within the limit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Averages over time, and motors with gearboxes: torque, speed and inertia at the shaft, best gear ratio."""
+"""Motors with gearboxes (torque, speed, inertia, best gear ratio), and averages over time."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")
-MAX_DIFFERENCE = 1e-6  # tolerance of equal time steps, relative to a step
+MAX_DIFFERENCE = 1e-6  # relative difference up to which two time steps count as equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,16 +18,16 @@ class Motor:
     Attributes
     ----------
     rated_torque, peak_torque, stall_torque
-        Continuous torque, short-term torque at any speed, and torque at rest [N m], at the motor shaft. The available
-        torque falls linearly from stall to zero at `top_speed`.
+        Continuous torque, short-term torque at any speed, and torque at rest, all at the motor shaft [N m]. The
+        available torque falls linearly from the stall torque to zero at `top_speed`.
     rated_speed, top_speed
-        Highest speed at the rated torque, and highest speed of all [rad/s].
+        Highest speed at rated torque, and highest speed without load [rad/s].
     rotor_inertia, gear_inertia
         Inertias at the motor shaft [kg m^2].
     gear_ratio
         Motor angle / drive coordinate [1 or rad/m].
     efficiency
-        Efficiency of the gearbox, equal in both directions.
+        Efficiency of the gearbox, the same in both directions.
     inertia_ratio
         Largest allowed load inertia / (motor + gearbox inertia).
     """
@@ -55,51 +55,50 @@ class Motor:
 
 
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
-    """Return the effort at the gearbox input, not yet divided by the ratio [N m or N].
+    """Return the effort including gearbox losses, not yet divided by the gear ratio [N m or N].
 
-    The efficiency divides the effort if the motor drives, and multiplies it if the load drives. Range: an efficiency
-    that is equal in both directions, at any load and speed.
+    The effort is divided by the efficiency if the motor drives, and multiplied by it if the load drives. Range: an
+    efficiency that is the same in both directions, and at any load and speed.
 
     Parameters
     ----------
     effort, rate
-        Effort of the drive without the rotor's inertia [N m or N], and its rate, shape (..., positions).
+        Effort of the drive without rotor inertia [N m or N], and rate of the drive, shape (..., positions).
     """
     drives = np.asarray(effort) * rate > 0
     return np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
 
 
 def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Reals:
-    """Return the motor torque for the load and the rotor's inertia [N m], shape (..., positions).
+    """Return the motor torque for the load and the rotor inertia [N m], shape (..., positions).
 
-    Equation of motion of a rigid rotor and gearbox without backlash. Range: see `gear_effort`.
+    The rotor and the gearbox are rigid and have no backlash. Range: see `gear_effort`.
 
     Parameters
     ----------
     effort, rate, acceleration
-        Effort without the rotor's inertia, and rates of the drive's coordinate.
+        Effort of the drive without rotor inertia, and rate and acceleration of the drive coordinate.
     """
     ratio = motor.gear_ratio
     return gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
 
 
 def available_torque(motor: Motor, speed: Any) -> Reals:
-    """Return the available torque of the motor at a speed [rad/s], shape of the speed; nan if unknown.
+    """Return the available motor torque at given speeds [rad/s], in the shape of `speed`; nan if unknown.
 
-    The smaller of the peak torque and the line from stall torque to zero at the top speed. This models the data sheet
-    of a motor with a linear torque curve.
+    The torque falls linearly from the stall torque to zero at the top speed, and is limited to the peak torque.
     """
     falling = motor.stall_torque * np.clip(1.0 - np.abs(speed) / motor.top_speed, 0.0, None)
     return np.fmin(motor.peak_torque + np.zeros_like(falling), falling)
 
 
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
-    """Return the gear ratio that minimises the rms motor torque, shape (...).
+    """Return the gear ratio that minimizes the rms motor torque, shape (...).
 
-    The mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of the effort at the gearbox, and C is
-    that of the torque that accelerates the rotor and gearbox. Hence n^4 = A / C. The ratio is limited to the one at
-    which the motor reaches its rated or top speed; a drive without acceleration gets this limit. Range: the efficiency
-    and the rotor do not depend on the ratio.
+    The mean square of the torque is A / n^2 + 2 B + C n^2, where A is the mean square of the effort at the gearbox and
+    C the mean square of the torque that accelerates rotor and gearbox. The minimum is at n^4 = A / C. The ratio is
+    limited to the value at which the motor reaches its rated or top speed; a drive without acceleration gets this
+    limit. Range: efficiency and rotor do not depend on the ratio.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -113,7 +112,7 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
 
 def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
-    """Return the gear ratio that accelerates an inertia with the least torque: sqrt(load / motor inertia).
+    """Return the gear ratio that accelerates a load with the least torque: sqrt(load inertia / motor inertia).
 
     Range: a constant inertia as the only load.
 
@@ -124,7 +123,7 @@ def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
 
 
 def mean(values: Any, weight: Any = 1.0) -> Reals:
-    """Weighted mean over the last axis.
+    """Return the weighted mean over the last axis.
 
     Parameters
     ----------
@@ -138,29 +137,29 @@ def mean(values: Any, weight: Any = 1.0) -> Reals:
 
 
 def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
-    """Weighted root mean square over the last axis, see `mean`.
+    """Return the weighted root mean square over the last axis (see `mean`).
 
-    >>> float(root_mean_square([3.0, 0.0, -3.0]))  # a trapezoidal profile in thirds: peak times the root of 2/3
+    >>> float(root_mean_square([3.0, 0.0, -3.0]))  # trapezoidal speed profile in thirds: peak times sqrt(2/3)
     2.449...
     """
     return np.sqrt(mean(np.abs(values) ** 2, weight))
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Weighted mean of the positive part. For a power, this mean times the duration is the consumed energy."""
+    """Return the weighted mean of the positive part. For a power, this times the duration is the consumed energy."""
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 
 def time_weights(time: Any, period: Any = np.nan) -> Reals:
-    """Trapezoidal weights of instants [s], shape of the instants.
+    """Return the weights of the trapezoidal rule [s], in the shape of `time`.
 
     Parameters
     ----------
     time
         Instants [s], shape (..., positions).
     period
-        Period of the motion [s]. If the instants cover one period without repeating its start, the interval from the
-        last to the first is included.
+        Period of the motion [s]. If the instants cover one period and the end is not repeated, the interval from the
+        last to the first instant is included.
     """
     time = np.asarray(time, float)
     if time.shape[-1] < 2:

@@ -1,4 +1,4 @@
-"""Joints of a machine: force over the cycle, bearings, pins, eyes and clearance."""
+"""Joints of a machine: forces over a cycle, bearings, pins, eyes and clearance."""
 
 from machine.joints.bearings import (
     EDGE_RANGE,

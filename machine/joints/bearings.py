@@ -1,4 +1,4 @@
-"""Rolling and plain bearings, pins and eyes: load, life and stresses from the joint force."""
+"""Rolling and plain bearings, pins and eyes: loads, life and stresses due to the joint force."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99:
 """Life factor a_1 by reliability (ISO 281:2007, table 12)."""
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
 MIN_LOADS = {"ball": 0.01, "roller": 0.02}
-"""Minimum load against skidding of the rolling elements, relative to C (bearing makers)."""
+"""Minimum load that prevents skidding of the rolling elements, relative to C (bearing makers)."""
 SHEAR_FACTOR = 4.0 / 3.0  # largest / mean shear stress of a solid round section
 BEARING_LIFE = "life of a rolling bearing"
 LOAD_RANGE = Range(
@@ -23,9 +23,9 @@ LOAD_RANGE = Range(
 """Equivalent load / dynamic rating for which ISO 281 applies."""
 SLIP_RANGE = Range(
     BEARING_LIFE, "equivalent load over the minimum load", "bearing makers: 0.01 C for balls, 0.02 C for rollers",
-    least=1.0, outside="under a smaller load the elements slide: choose a smaller bearing, or preload it",
+    least=1.0, outside="under a smaller load the elements skid: choose a smaller bearing, or preload it",
 )  # fmt: skip
-"""Equivalent load / minimum load (`MIN_LOADS`)."""
+"""Equivalent load / minimum load (`MIN_LOADS`) above which the rolling elements do not skid."""
 STATIC_RANGE = Range(
     BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
     outside="a larger load leaves dents in the raceways: choose a larger bearing",
@@ -40,12 +40,12 @@ PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
     outside="the pin yields, and the formula no longer holds",
 )  # fmt: skip
-"""Yield stress / stress for which a pin is elastic."""
+"""Yield stress / stress for which a pin stays elastic."""
 EYE_RANGE = Range(
     "stress of an eye", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic", least=1.0,
     outside="the eye yields, and the formula no longer holds",
 )  # fmt: skip
-"""Yield stress / stress for which an eye is elastic."""
+"""Yield stress / stress for which an eye stays elastic."""
 HOLE_RANGE = Range(
     "notch factor of an eye", "hole over the width", "Roark's Formulas, 7th ed. 2002, table 17.1", 0.15, 0.75
 )
@@ -87,16 +87,16 @@ class Rolling:
         return EXPONENTS[self.kind]
 
     def equivalent_load(self, course: JointCourse) -> Reals:
-        """Equivalent load P [N], shape (...): power mean with exponent p over the angle of rotation."""
+        """Return the equivalent load P [N], shape (...): the power mean with exponent p over the angle of rotation."""
         return course.mean_force(self.exponent)
 
     def revolutions(self, course: JointCourse) -> Reals:
-        """Life in revolutions, shape (...). A swing counts by the angle that it covers back and forth.
+        """Return the life in revolutions, shape (...). A swing counts with the angle covered back and forth.
 
         References
         ----------
         ISO 281:2007, equations (3), (9) and (27): L_nm = a_1 a_ISO (C/P)^p million revolutions. Ranges: `LOAD_RANGE`,
-        `STATIC_RANGE`, `SLIP_RANGE`, and `OVERLAP_RANGE` if it swings.
+        `STATIC_RANGE`, `SLIP_RANGE`, and `OVERLAP_RANGE` for a swinging bearing.
         """
         with np.errstate(divide="ignore"):
             ratio = of_designs(self.dynamic) / self.equivalent_load(course)
@@ -106,7 +106,7 @@ class Rolling:
     def life(self, course: JointCourse) -> Reals:
         """Return the life [s], shape (...); infinite if the bearing does not turn.
 
-        The angle that a swinging bearing covers is converted to revolutions. Ranges: see `revolutions`.
+        For a swinging bearing, the angle covered is converted to revolutions. Ranges: see `revolutions`.
 
         References
         ----------
@@ -126,10 +126,10 @@ class Rolling:
         return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
 
     def overlap(self, course: JointCourse) -> Reals:
-        """Return the swing / critical swing, at which each rolling element reaches its neighbour's place, shape (...).
+        """Return swing / critical swing, at which each rolling element reaches the next one's place, shape (...).
 
-        Elements move half as far as the ring, so the reference swing is 4 pi / Z. The result is nan at rest, or if the
-        number of elements is unknown.
+        The elements move half as far as the ring, so the critical swing of Z elements is 4 pi / Z. The result is nan
+        at rest, or if the number of elements is unknown.
         """
         turning = np.where(course.travel > 0.0, self.elements, np.nan)
         return np.asarray(course.swing * turning / (4.0 * np.pi))
@@ -137,60 +137,60 @@ class Rolling:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A plain bearing with its diameter and width [m]."""
+    """A plain bearing, with diameter and width [m]."""
 
     diameter: Real
     width: Real
 
     def pressure(self, course: JointCourse) -> Reals:
-        """Return force / projected area [Pa], shape (..., positions), for any load."""
+        """Return the mean pressure, force / projected area [Pa], shape (..., positions). Range: any load."""
         return np.asarray(np.abs(course.force) / (self.diameter * self.width))
 
     def speed(self, course: JointCourse) -> Reals:
-        """Sliding speed [m/s], shape (..., positions)."""
+        """Return the sliding speed [m/s], shape (..., positions)."""
         return np.asarray(np.abs(course.rate) * self.diameter / 2.0)
 
     def pressure_times_speed(self, course: JointCourse) -> Reals:
-        """Return the time average of p v [W/m^2], shape (...), to compare with the manufacturer's p v limit."""
+        """Return the time average of p v [W/m^2], shape (...), for comparison with the manufacturer's limit."""
         product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
         return course.mean(product)
 
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """The guide of a sliding block with two bearing sides: length along its line, and width [m]."""
+    """A guide of a block with two bearing sides: length along the sliding direction, and width [m]."""
 
     length: Real
     width: Real
 
     def _parts(self, course: JointCourse) -> tuple[Reals, Reals]:
-        """Pressure of the transverse force, and that of the moment at the ends [Pa], shape (..., positions) each."""
+        """Return the pressures due to the transverse force and, at the ends, the moment [Pa], (..., positions) each."""
         even = np.abs(course.across) / (self.length * self.width)
         return even, np.abs(course.moment) * 6.0 / (self.width * np.square(self.length))
 
     def pressure(self, course: JointCourse) -> Reals:
-        """Largest pressure at an end, F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
+        """Return the largest pressure, at an end of the block: F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
 
-        The eccentricity of the force is e = M/F, and the pressure is linear along a rigid block: F/(l b) (1 + 6 e/l).
-        Beyond e = l/6 one end bears on the opposite side.
+        The pressure varies linearly along a rigid block. With the eccentricity e = M/F it is F/(l b) (1 + 6 e/l). If e
+        exceeds l/6, one end bears on the opposite side.
 
         References
         ----------
         Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle. Range: any
-        eccentricity, since the block bears on both sides.
+        eccentricity, because the block can bear on both sides.
         """
         even, ends = self._parts(course)
         return np.asarray(even + ends)
 
     def speed(self, course: JointCourse) -> Reals:
-        """Sliding speed [m/s], shape (..., positions)."""
+        """Return the sliding speed [m/s], shape (..., positions)."""
         return np.abs(course.rate)
 
     def pressure_times_speed(self, course: JointCourse) -> Reals:
-        """Mean of p v over time and area [W/m^2], shape (...), which heats the guide.
+        """Return the mean of p v over time and area [W/m^2], shape (...), which governs the heating of the guide.
 
-        If both sides bear, the pressure is linear from f - m to f + m with f = F/(l b) and m = 6 M/(l^2 b), and its
-        magnitude has the mean (f^2 + m^2)/(2 m).
+        If both sides bear, the pressure varies linearly from f - m to f + m, with f = F/(l b) and m = 6 M/(l^2 b). The
+        mean of its magnitude is (f^2 + m^2)/(2 m).
         """
         even, ends = self._parts(course)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -206,11 +206,11 @@ class Pin:
     Attributes
     ----------
     diameter, eye, cheek
-        Diameter of the pin, thickness of the eye and of one cheek [m].
+        Diameter of the pin, thickness of the eye, and thickness of one cheek [m].
     gap
         Gap between eye and cheek [m].
     overhung
-        True if one side supports the pin.
+        Whether the pin is supported on one side only.
     yield_stress
         Yield stress [Pa]; nan if unknown.
     """
@@ -223,14 +223,15 @@ class Pin:
     yield_stress: Real = np.nan
 
     def shear(self, course: JointCourse) -> Reals:
-        """Largest shear stress, at the neutral axis of the pin [Pa], shape (..., positions): 4/3 of the mean stress."""
+        """Return the largest shear stress, 4/3 of the mean, at the neutral axis [Pa], shape (..., positions)."""
         area = np.pi * np.square(self.diameter) / 4.0
         return np.asarray(SHEAR_FACTOR * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
 
     def bending(self, course: JointCourse) -> Reals:
-        """Largest bending stress [Pa], shape (..., positions), for uniform pressure in eye and cheeks.
+        """Return the largest bending stress for uniform pressure in eye and cheeks [Pa], shape (..., positions).
 
-        Between cheeks M = F (eye + 2 cheek + 4 gap)/8; overhung M = F (gap + eye/2), for a beam clamped at the cheek.
+        The moment is M = F (eye + 2 cheek + 4 gap)/8 between two cheeks. For an overhung pin, clamped at the cheek, it
+        is M = F (gap + eye/2).
 
         References
         ----------
@@ -241,7 +242,7 @@ class Pin:
         return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
 
     def safety(self, course: JointCourse) -> Reals:
-        """Yield stress / largest of bending (surface) and sqrt(3) shear (axis) stress, shape (..., positions)."""
+        """Return yield stress / larger of bending stress and sqrt(3) times shear stress, shape (..., positions)."""
         worst = np.maximum(self.bending(course), np.sqrt(3.0) * self.shear(course))
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
@@ -254,7 +255,7 @@ class Eye:
     Attributes
     ----------
     diameter, width, thickness
-        Diameter of the hole, width and thickness of the plate [m].
+        Diameter of the hole, and width and thickness of the plate [m].
     edge
         Distance from the centre of the hole to the end of the plate [m].
     yield_stress
@@ -274,7 +275,7 @@ class Eye:
 
     @property
     def stress_concentration(self) -> Reals:
-        """Stress at the hole / stress in the net section, for a close fit and a pull along the plate.
+        """Stress at the hole / stress in the net section, for a close fit and tension along the plate.
 
         References
         ----------
@@ -290,21 +291,21 @@ class Eye:
         return np.asarray(np.abs(course.force) / (self.diameter * self.thickness))
 
     def net(self, course: JointCourse) -> Reals:
-        """Return the tension of the net section F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
+        """Return the tensile stress in the net section, F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
-        The whole force is used, whatever its direction.
+        The full force is used for any direction.
         """
         return np.asarray(np.abs(course.force) / self.net_area)
 
     def tear_out(self, course: JointCourse) -> Reals:
-        """Return the shear stress in the two planes from the hole to the end [Pa], shape (..., positions).
+        """Return the shear stress F/(2 t (e - d/2)) in two planes from hole to end [Pa], shape (..., positions).
 
-        F/(2 t (e - d/2)): the planes are as long as the plate behind the hole. Range: `EYE_RANGE`.
+        Each plane is as long as the plate behind the hole. Range: `EYE_RANGE`.
         """
         return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 
     def safety(self, course: JointCourse) -> Reals:
-        """Yield stress / largest of bearing stress, net tension and sqrt(3) tear-out, shape (..., positions)."""
+        """Return yield stress / largest of bearing, net and sqrt(3) times tear-out stress, shape (..., positions)."""
         shear = np.sqrt(3.0) * self.tear_out(course)
         worst = np.maximum(np.maximum(self.bearing(course), self.net(course)), shear)
         with np.errstate(divide="ignore"):
@@ -313,7 +314,7 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class JointParts:
-    """Parts of a joint: bearings, pin, eye, and clearance [m]; missing parts are None."""
+    """Parts of a joint: bearings, pin, eye and clearance [m]. Missing parts are None."""
 
     rolling: Rolling | None = None
     plain: Plain | Guide | None = None

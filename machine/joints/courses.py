@@ -1,4 +1,4 @@
-"""Force and motion of a joint over the cycle: mean force for life, swing, sense of rotation, clearance."""
+"""Force and motion of a joint over a run: mean force, swing, sense of rotation, and effects of clearance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from rigid.closures import displacements
 from rigid.plane import ZERO
 
 CUBE = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # a joint with fewer net turns in a run only swings
-MIN_FORCE = 0.01  # contact is lost below this force, relative to the largest
-DIRECTIONS = 180  # number of directions searched for the worst displacement of a point
+MIN_TURNS = 0.5  # a joint with fewer net turns in a run swings, but does not rotate
+MIN_FORCE = 0.01  # contact counts as lost below this force, relative to the largest
+DIRECTIONS = 180  # number of directions in the search for the largest displacement of a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,17 +25,17 @@ class JointCourse:
     Attributes
     ----------
     force
-        Force on the child in ground axes [N], complex, shape (..., positions).
+        Force on the child link in ground axes (complex) [N], shape (..., positions).
     child, parent
-        Directions of the links' x' axes, complex, same shape.
+        Directions of the x' axes of both links (complex), same shape.
     rate
-        Rate of the child relative to the parent [rad/s], or of a slider [m/s], same shape.
+        Rate of the child relative to the parent [rad/s], or sliding rate [m/s], same shape.
     weight
         Time weight of each position [s], same shape.
     turns
-        True if the coordinate is an angle.
+        Whether the joint coordinate is an angle.
     across, moment
-        For a slider: transverse force [N] and moment about its point [N m] on the child, same shape.
+        For a slider: transverse force [N], and moment about the slider's point [N m], on the child, same shape.
     """
 
     force: Complexes
@@ -49,7 +49,7 @@ class JointCourse:
 
     @cached_property
     def known(self) -> Reals:
-        """1 if force and rate are known, otherwise 0; shape (..., positions)."""
+        """1 if force and rate are known, else 0; shape (..., positions)."""
         return np.where(np.isfinite(self.force) & np.isfinite(self.rate) & (self.weight > 0.0), 1.0, 0.0)
 
     @cached_property
@@ -59,11 +59,11 @@ class JointCourse:
 
     @cached_property
     def path(self) -> Reals:
-        """Distance covered in the time that each position represents [rad or m], shape (..., positions)."""
+        """Distance covered during the time weight of each position [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     def mean(self, values: Reals) -> Reals:
-        """Time average over the known positions, shape (...); `values` must be 0 at the others."""
+        """Return the time average over the known positions, shape (...). `values` must be 0 at unknown positions."""
         return np.asarray((values * self.weight).sum(axis=-1) / (self.weight * self.known).sum(axis=-1))
 
     @property
@@ -72,9 +72,9 @@ class JointCourse:
         return np.asarray(self.path.sum(axis=-1))
 
     def mean_force(self, exponent: float = CUBE) -> Reals:
-        """Constant force that gives the same life [N], shape (...): power mean over the distance covered.
+        """Return the constant force that gives the same life [N], shape (...): the power mean over the distance.
 
-        For a joint at rest it is the power mean over time.
+        For a joint at rest, the power mean is over time.
 
         References
         ----------
@@ -90,18 +90,18 @@ class JointCourse:
 
     @cached_property
     def angle(self) -> Reals:
-        """Angle of the child relative to the parent, continuous over turns [rad], shape (..., positions)."""
+        """Angle of the child relative to the parent, unwrapped [rad], shape (..., positions)."""
         way = self.child * np.conj(self.parent)
         return np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
 
     @property
     def swing(self) -> Reals:
-        """Angle between the extreme positions, or net angle if the joint keeps turning [rad], shape (...)."""
+        """Angle between the extreme positions, or net angle if larger [rad], shape (...)."""
         return np.asarray(np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns)))
 
     @property
     def net_turns(self) -> Reals:
-        """Net turns in the run, counter-clockwise, shape (...)."""
+        """Net number of turns in the run, positive counter-clockwise, shape (...)."""
         return np.asarray(((self.rate * self.weight * self.known).sum(axis=-1)) / (2.0 * np.pi))
 
     @property
@@ -111,14 +111,15 @@ class JointCourse:
         return np.where(np.abs(turns) >= MIN_TURNS, np.sign(turns), 0.0).astype(int)
 
     def polar(self, of_child: bool) -> Complexes:
-        """Polar diagram: force on a link in its own axes [N], complex, shape (..., positions)."""
+        """Return the polar load diagram: the force on a link in its own axes (complex) [N], shape (..., positions)."""
         return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
-        """Number of turns of the force direction in a link's axes during a run, shape (...).
+        """Return how many turns the force makes in a link's axes during a run, shape (...).
 
-        If it is about 0, the force stays on one side of the ring: a point load, which allows a loose fit. At 1 or
-        more, it moves around the ring: a circumferential load, which needs a tight fit.
+        If the number is about 0, the force stays on one side of the ring. This is a point load, which allows a loose
+        fit. If it is 1 or more, the force moves around the ring. This is a circumferential load, which needs a tight
+        fit.
         """
         way = self.polar(of_child)
         known = np.where(np.isfinite(way) & (np.abs(way) > 0.0), way, 1.0)
@@ -127,14 +128,14 @@ class JointCourse:
 
 
 def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals) -> JointCourse:
-    """Return force and motion of a joint.
+    """Return the force and motion of a joint.
 
     Parameters
     ----------
     number
-        Number of the joint in the order of `motion.structure.joints`.
+        Index of the joint in `motion.structure.joints`.
     weight
-        Time weight of each position [s], shape (..., positions); 0 if the position does not count.
+        Time weight of each position [s], shape (..., positions); 0 excludes a position.
     """
     place = motion.places[number]
 
@@ -154,11 +155,11 @@ def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals
 
 
 def contact_losses(course: JointCourse, closed: bool) -> Flags:
-    """Flag the loss of contact between each position and the next, bool, shape (..., positions).
+    """Return whether contact is lost between each position and the next, shape (..., positions).
 
-    Contact is lost if the force, linear between positions, falls below `MIN_FORCE` of its maximum, or if its direction
-    turns by more than a right angle. The pin then moves to the other side of its hole and knocks. The direction is in
-    ground axes, so a link that rotates under a constant force keeps its contact.
+    The force is interpolated linearly between positions. Contact is lost if the force falls below `MIN_FORCE` of its
+    maximum, or if it turns by more than a right angle. The pin then moves to the other side of the hole and knocks.
+    The force direction is in ground axes, so a link that rotates under a constant force does not lose contact.
     """
     now = course.force
     after = np.roll(now, -1, axis=-1)
@@ -173,7 +174,7 @@ def contact_losses(course: JointCourse, closed: bool) -> Flags:
 
 
 def knocks(lost: Flags, closed: bool) -> Integers:
-    """Number of contact losses, shape (...); adjacent flags count once."""
+    """Return the number of contact losses, shape (...). Adjacent flags count as one loss."""
     before = np.roll(lost, 1, axis=-1)
     if not closed:
         before[..., 0] = False
@@ -183,25 +184,25 @@ def knocks(lost: Flags, closed: bool) -> Integers:
 def clearance_effects(
     motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
 ) -> tuple[Reals, Reals]:
-    """Return displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
+    """Return the displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
 
-    The result is of first order in the clearances and holds for rigid links: each pin displaces the output by its
-    offset times the displacement per unit joint gap. Range: clearances and displacements that are small relative to the
-    links, away from dead points.
+    The links are rigid and the result is of first order in the clearances: each pin displaces the output by its offset
+    in the hole times the displacement per unit joint gap. Range: clearances and displacements that are small compared
+    with the links, away from dead points.
 
     Parameters
     ----------
     clearances
-        Hole diameter minus pin diameter by joint number [m]; the pin moves by half of it.
+        Hole diameter minus pin diameter [m], by joint index. The pin can move by half of this.
     forces
-        Force on the child of each of these joints in ground axes [N].
+        Force on the child of each of these joints in ground axes [N], by joint index.
     link, point
-        Link of the output, and the point in its axes; None for its angle.
+        Output link, and the point in its axes; None for the angle of the link.
 
     Returns
     -------
-    The worst displacement: the sum of the pins' largest contributions in one direction, for the worst direction; and
-    the displacement if the joint forces press all pins against their holes.
+    The worst displacement, which is the sum of the largest contributions of all pins in the worst direction; and the
+    displacement when the joint forces press all pins against their holes.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():
@@ -220,7 +221,7 @@ def clearance_effects(
 
 
 def _influence(motion: Motion, number: int, gap: complex, link: int, point: complex | None) -> Complexes:
-    """Return the displacement of an output due to a joint gap given in ground axes."""
+    """Return the displacement of an output due to a joint gap in ground axes."""
     none = [ZERO] * len(motion.places)
     gaps = [*none[:number], np.asarray(gap), *none[number + 1 :]]
     shift, turning, _ = displacements(motion.closures, gaps, none, [ZERO] * len(motion.mechanism.links))

@@ -1,4 +1,4 @@
-"""Life of links under stresses that change over the cycle: endurance, S-N line, rainflow, Miner's sum."""
+"""Fatigue life of links under varying stress: endurance limit, S-N line, rainflow counting, Miner's sum."""
 
 from machine.life.damage import cycles_of, damage
 from machine.life.endurance import (

@@ -1,4 +1,4 @@
-"""Rainflow cycles of a repeating stress, and Miner's sum of their damage."""
+"""Rainflow counting of a repeating stress, and Miner's sum of the damage."""
 
 from typing import Any
 
@@ -11,21 +11,22 @@ from rigid.arrays import Integers, Reals
 def cycles_of(course: Any) -> Reals:
     """Count the rainflow cycles of a repeating stress.
 
-    The count starts and ends at the largest value. The largest range then goes from peak to valley, and all cycles are
-    complete.
+    The count starts and ends at the largest value, so that the largest range goes from peak to valley and all cycles
+    are complete.
 
     Parameters
     ----------
     course
-        Values of one repetition [Pa], shape (positions,).
+        Stress over one repetition [Pa], shape (positions,).
 
     Returns
     -------
-    Range and mean [Pa] and number of each, shape (3, cycles).
+    Range [Pa], mean [Pa] and count of each cycle, shape (3, cycles).
 
     References
     ----------
-    ASTM E1049-85 (2017), section 5.4.5, simplified rainflow counting for repeating histories, by the package rainflow.
+    ASTM E1049-85 (2017), section 5.4.5: simplified rainflow counting for repeating histories, as implemented by the
+    package rainflow.
     """
     from rainflow import extract_cycles
 
@@ -37,9 +38,9 @@ def cycles_of(course: Any) -> Reals:
 
 
 def reversals(courses: Any) -> Integers:
-    """Number of turning points of repeating stresses along the last axis, shape (...)."""
+    """Return the number of turning points of repeating stresses along the last axis, shape (...)."""
     signs = np.sign(np.diff(courses, axis=-1, append=courses[..., :1]))
-    for _ in range(2):  # a constant piece takes the sign of the previous piece, cyclically
+    for _ in range(2):  # a constant interval takes the sign of the previous interval, cyclically
         at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
         last = np.maximum.accumulate(at, axis=-1)
         signs = np.take_along_axis(signs, last, -1)
@@ -50,19 +51,19 @@ def reversals(courses: Any) -> Integers:
 def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
     """Return Miner's sum of one repetition of a stress: the consumed share of the life.
 
-    It is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles also count, see
-    `FatigueStrength.cycles`.
+    The sum is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles also count (see
+    `FatigueStrength.cycles`).
 
     Parameters
     ----------
     course
         Stress [Pa], shape (positions,).
     strength
-        Strength of one design, as numbers.
+        Strength of a single design.
 
     References
     ----------
-    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Range: that of the S-N line.
+    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Range: as for the S-N line.
     """
     values = np.asarray(course, float)
     most, least = float(values.max()), float(values.min())

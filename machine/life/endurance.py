@@ -1,4 +1,4 @@
-"""Fatigue strength of a material, the factors by which a part lowers it, and the effect of the mean stress."""
+"""Fatigue strength: material data, factors for a part's surface, size and reliability, and effect of mean stress."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,15 +9,15 @@ from machine.ranges import Range
 from rigid.arrays import Real, Reals
 
 GOODMAN, GERBER, SODERBERG = "goodman", "gerber", "soderberg"
-SURFACES = {  # surface factor of steel: a and b of k_a = a (S_ut / MPa)^b
+SURFACES = {
     "polished": (1.0, 0.0),
     "ground": (1.58, -0.085),
     "machined": (4.51, -0.265),
     "hot-rolled": (57.7, -0.718),
     "as-forged": (272.0, -0.995),
 }
-"""Marin's factor of a steel's surface, k_a = a (S_ut / MPa)^b: a and b."""
-LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] bounds of the size factor's formulas
+"""Coefficients (a, b) of Marin's surface factor of steel, k_a = a (S_ut / MPa)^b."""
+LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter of the size factor, and limit between its two formulas
 SPREAD = 0.08  # standard deviation / mean of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
@@ -30,31 +30,31 @@ SIZE_RANGE = Range(
 """Diameter for which the size factor applies."""
 CYCLES_RANGE = Range(
     "S-N line", "number of runs", "FKM guideline, 6th ed. 2012, section 2.4: 10^4 cycles or more", least=1e4,
-    outside="the true life is known only by strains (low-cycle fatigue)",
+    outside="low-cycle fatigue: the life must be computed from strains",
 )  # fmt: skip
-"""Number of cycles for which the stress-life line applies."""
+"""Number of cycles for which the S-N line applies."""
 YIELD_RANGE = Range(
     "S-N line", "yield stress over stress", "FKM guideline, 6th ed. 2012, section 0.0: elastic stresses", least=1.0,
-    outside="the link is bent for good in the first cycle, and its life is not that of the formula",
+    outside="the link yields in the first cycle, and the formula no longer holds",
 )  # fmt: skip
-"""Stress / yield stress for which the stress-life line applies."""
+"""Yield stress / stress for which the S-N line applies."""
 
 
 @dataclass(frozen=True, eq=False)
 class FatigueStrength:
-    """Fatigue strength of a beam; shapes () or (designs, 1).
+    """Fatigue strength of a beam. All values have shape () or (designs, 1).
 
     Attributes
     ----------
     ultimate, yield_stress
         Tensile and yield strength [Pa]; nan if unknown.
     endurance
-        Amplitude of fully reversed stress at the knee, including the factors of the part [Pa].
+        Amplitude of fully reversed stress at the knee of the S-N line, including the factors of the part [Pa].
     slope, knee
-        k and N_D of the S-N line N = N_D (endurance / amplitude)^k.
+        Exponent k and number of cycles N_D of the S-N line N = N_D (endurance / amplitude)^k.
     second_knee, second_slope
-        Number of cycles at which a second line from the knee ends, and its exponent. They are 10^8 and 15 for aluminium
-        and austenitic steel, and nan if there is only one knee.
+        End of a second line that starts at the knee, in cycles, and exponent of this line: 10^8 and 15 for aluminium
+        and austenitic steel. `second_knee` is nan if there is only one knee.
 
     References
     ----------
@@ -77,13 +77,13 @@ class FatigueStrength:
         return np.asarray(self.endurance * np.where(np.isnan(left), 1.0, left))
 
     def cycles(self, amplitude: Any, below: bool = False) -> Reals:
-        """Return the life in cycles under a fully reversed stress amplitude [Pa], infinite up to the endurance limit.
+        """Return the life in cycles for an amplitude of fully reversed stress [Pa]; infinite up to the endurance limit.
 
         Parameters
         ----------
         below
-            Include the damage of amplitudes below the limit, for a spectrum that exceeds it: by the slope 2 k - 1, or
-            by extending the second line.
+            Whether amplitudes below the limit do damage, as in a spectrum that exceeds the limit. The line then
+            continues with the slope 2 k - 1, or the second line is extended.
 
         References
         ----------
@@ -98,14 +98,14 @@ class FatigueStrength:
             return np.where(endless, np.inf, lines)
 
     def of_mean(self, criterion: str) -> Real:
-        """Strength to compare a steady stress with [Pa]: yield stress for Soderberg's line, else ultimate strength."""
+        """Return the strength for the mean stress [Pa]: yield for Soderberg's criterion, else ultimate strength."""
         return self.yield_stress if criterion == SODERBERG else self.ultimate
 
 
 def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Return the amplitude of fully reversed stress that is as damaging as an amplitude about a mean stress [Pa].
+    """Return the fully reversed amplitude that is as damaging as an amplitude with a mean stress [Pa].
 
-    A compressive mean counts as zero. Infinite if the mean reaches the strength.
+    A compressive mean stress counts as zero. The result is infinite if the mean stress reaches the strength.
 
     References
     ----------
@@ -119,24 +119,24 @@ def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, c
 
 
 def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Return the factor by which amplitude and mean can both be scaled before they reach the endurance limit.
+    """Return the factor by which amplitude and mean stress can be scaled together up to the endurance limit.
 
-    Infinite if there is no stress. A compressive mean counts as zero.
+    The result is infinite without stress. A compressive mean stress counts as zero.
 
     Parameters
     ----------
     amplitude, mean
-        Amplitude and mean of the stress [Pa]; their shapes broadcast with those of the strength.
+        Amplitude and mean of the stress [Pa], which broadcast with the strength.
 
     References
     ----------
     Shigley's Mechanical Engineering Design, 9th ed. 2011, table 6-7 (Gerber) and equations (6-41), (6-46) for the
-    straight lines. Range: the peak stress below yield.
+    straight lines. Range: peak stress below the yield stress.
 
     Examples
     --------
-    An amplitude of 100 MPa about a mean of 100 MPa, for a steel with 200 MPa endurance and 400 MPa ultimate strength:
-    1/(100/200 + 100/400).
+    An amplitude of 100 MPa with a mean of 100 MPa, for a steel with an endurance limit of 200 MPa and an ultimate
+    strength of 400 MPa, gives 1/(100/200 + 100/400):
 
     >>> strength = FatigueStrength(400e6, 250e6, 200e6, 5.0, 1e6)
     >>> float(endurance_safety(100e6, 100e6, strength))
@@ -151,7 +151,7 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
 
 
 def surface_factor(finish: str, ultimate: Any) -> Reals:
-    """Return the factor of the endurance limit for the surface of a steel part, at most 1.
+    """Return the surface factor on the endurance limit of a steel part, at most 1.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def surface_factor(finish: str, ultimate: Any) -> Reals:
 
     Examples
     --------
-    Its example 6-3:
+    Example 6-3 of Shigley:
 
     >>> round(float(surface_factor("machined", 520e6)), 3)
     0.86
@@ -176,11 +176,11 @@ def surface_factor(finish: str, ultimate: Any) -> Reals:
 
 
 def size_factor(diameter: Any) -> Reals:
-    """Return the factor of the endurance limit for the diameter of a rotating bar in bending [m], at most 1.
+    """Return the size factor on the endurance limit of a rotating bar in bending with a diameter [m], at most 1.
 
     References
     ----------
-    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-20). Range: `SIZE_RANGE`; nan beyond it.
+    Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-20). Range: `SIZE_RANGE`; nan outside.
     """
     size = np.maximum(1e3 * np.asarray(diameter), LEAST_SIZE)
     factor = np.where(size <= MIDDLE_SIZE, (size / 7.62) ** -0.107, 1.51 * size**-0.157)
@@ -188,14 +188,14 @@ def size_factor(diameter: Any) -> Reals:
 
 
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
-    """Return the diameter of the rotating bar that has the same area above 95 % of the largest stress [m].
+    """Return the diameter of a rotating bar with the same area above 95 % of the largest stress [m].
 
     Parameters
     ----------
     depth, width
-        In and across the plane of bending [m]; the width of a round section is ignored.
+        Dimensions of the section in and across the plane of bending [m]. The width of a round section is ignored.
     rounded
-        True for a round section, false for a rectangle, box or I.
+        True for a round section; False for a rectangle, box or I section.
 
     References
     ----------
@@ -205,7 +205,7 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Return the factor from the mean endurance limit to the limit that a given share of all parts reaches.
+    """Return the endurance limit that a given share of all parts reaches / mean endurance limit.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Fatigue of beams: stresses in both outer fibres at all stations over the cycle, safety factor and damage."""
+"""Fatigue of beams: stresses in both outer fibres at all stations, safety factor and damage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from machine.life.damage import damage, reversals
 from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
 from rigid.arrays import Integers, Real, Reals
 
-STATIONS = np.linspace(0.0, 1.0, 21)  # along a beam
+STATIONS = np.linspace(0.0, 1.0, 21)  # positions along a beam / length
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +22,13 @@ class FatigueTask:
     Attributes
     ----------
     strengths
-        Strength of every beam.
+        Fatigue strength of each beam.
     criterion
         "goodman", "gerber" or "soderberg".
     notches
-        Fatigue notch factors that multiply the stress at the start and end of every beam, shape () or (designs, 1).
+        Fatigue notch factors at the start and end of each beam, which multiply the stress; shape () or (designs, 1).
     factors
-        Factors of the material's endurance limit for every beam, by name.
+        Factors on the endurance limit of the material for each beam, by name.
     """
 
     strengths: tuple[FatigueStrength, ...]
@@ -38,7 +38,7 @@ class FatigueTask:
 
     @property
     def factors_along(self) -> Reals:
-        """Notch factors at all stations, shape (beams, designs or 1, stations)."""
+        """Notch factors at all stations, shape (beams, designs or 1, stations); 1 between the ends."""
         ends = [np.broadcast_arrays(*map(np.ravel, pair)) for pair in self.notches]
         count = max((len(start) for start, _ in ends), default=1)
         factors = np.ones((len(self.strengths), count, len(STATIONS)))
@@ -49,21 +49,21 @@ class FatigueTask:
 
 @dataclass(frozen=True, eq=False)
 class Fatigue:
-    """Fatigue of every beam at its critical point.
+    """Fatigue of each beam at its critical point.
 
     Attributes
     ----------
     safety
         Smallest safety factor over both fibres and all stations, shape (beams, ...). `row` is 0 for the left fibre and
-        1 for the right; `position` has the largest stress.
+        1 for the right. `position` is the one with the largest stress.
     amplitude, mean
-        Stress there, with the notch [Pa], shape (beams, ...).
+        Stress at this point, including the notch [Pa], shape (beams, ...).
     task
         Input of the analysis.
     stresses, excess
-        Stresses of the left and right fibres without notches, shape (beams, ..., positions, stations) each; and
-        equivalent amplitude / endurance limit, shape (2, beams, ..., stations), infinite if the stress without notches
-        reaches the ultimate strength.
+        `stresses`: stresses in the left and right fibres without notches, shape (beams, ..., positions, stations) each.
+        `excess`: equivalent amplitude / endurance limit, shape (2, beams, ..., stations); infinite if the stress
+        without notches reaches the ultimate strength.
     """
 
     safety: Largest
@@ -75,7 +75,7 @@ class Fatigue:
 
     @cached_property
     def damage(self) -> Largest:
-        """Largest Miner's sum of one run for each beam, and its location; infinite if the beam breaks."""
+        """Largest Miner's sum of one run for each beam, with its location; infinite if the beam breaks."""
         excess = _places(self.excess)  # (beams, ..., places)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
@@ -93,10 +93,10 @@ class Fatigue:
 
 
 def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
-    """Return the fatigue of the beams by the normal stress in their outer fibres.
+    """Return the fatigue of the beams due to the normal stress in the outer fibres.
 
-    Positions with unknown stress do not count. The largest cycle, from peak to valley, is the worst for any criterion:
-    a smaller cycle with a lower peak has a smaller equivalent amplitude.
+    Positions with unknown stress are ignored. The safety factor is that of the largest cycle, from peak to valley. It
+    is the worst for any criterion, because a smaller cycle has a lower peak and a smaller equivalent amplitude.
     """
     strengths, criterion = task.strengths, task.criterion
     sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
@@ -122,7 +122,7 @@ def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
 
 
 def _ends(values: Any) -> tuple[Reals, Reals]:
-    """Return the smallest and largest known value over the positions, the last axis but one; nan if all are unknown."""
+    """Return the smallest and largest known value over the positions (axis -2); nan if all are unknown."""
     least, most = values.min(axis=-2), values.max(axis=-2)
     if np.isfinite(most - least).all():
         return least, most
@@ -133,21 +133,21 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
 
 
 def _course(sides: Sequence[Any], index: Any) -> Reals:
-    """Return the stress at points by their numbers, shape (beams, ..., positions)."""
+    """Return the stress histories at points given by index, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
     return np.where(fibre[..., None] == 0, left, right)
 
 
 def _least_place(safety: Any) -> tuple[Reals, Any]:
-    """Return the smallest value over fibres and stations, shape (beams, ...), and its location; nan if unknown."""
+    """Return the smallest value over fibres and stations, shape (beams, ...), and its index; nan if unknown."""
     rows = _places(safety)
     index = rows.argmin(axis=-1)
     return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
 
 
 def _places(values: Reals) -> Reals:
-    """Reshape values from (2, beams, ..., stations) to (beams, ..., places)."""
+    """Reshape values from (2, beams, ..., stations) to (beams, ..., points)."""
     moved = np.moveaxis(values, 0, -2)
     return moved.reshape(*moved.shape[:-2], moved.shape[-2] * moved.shape[-1])
 
@@ -157,15 +157,15 @@ def _taken(values: Reals, index: Integers) -> Reals:
 
 
 def _place(index: Integers) -> tuple[Reals, Integers]:
-    """Return the abscissa and fibre of numbered points."""
+    """Return the abscissa and the fibre of points given by index."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
 
 def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
-    """Return the largest Miner's sum of stress histories, shape (places, positions), and the number of its location.
+    """Return the largest Miner's sum of stress histories, shape (points, positions), and the index of the point.
 
-    The number of cycles is at most half the number of turning points, and no cycle is worse than the largest. If this
-    bound is below the largest sum so far, the stress history need not be counted.
+    A stress history is counted only if its upper bound exceeds the largest sum so far. The bound is the damage of the
+    largest cycle times half the number of turning points.
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
@@ -179,7 +179,7 @@ def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: s
 
 
 def _of_design(strength: FatigueStrength, design: tuple[int, ...], columns: tuple[int, ...]) -> FatigueStrength:
-    """Return the strength of one design as numbers."""
+    """Return the strength of one design as scalars."""
 
     def number(value: Any) -> float:
         wide = np.broadcast_to(np.asarray(value, float).reshape(-1) if np.ndim(value) else value, columns)

@@ -1,4 +1,4 @@
-"""Analysis of a motion: limits, reach, transmission, inverse kinematics."""
+"""Analysis of a motion: limit positions, reach, transmission angles, inverse kinematics."""
 
 from rigid.analysis.coordinates import (
     Coordinate,

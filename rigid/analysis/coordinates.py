@@ -1,4 +1,4 @@
-"""Coordinates of a motion with rates: link angles, slides, point positions, distances."""
+"""Coordinates of a motion and their rates: link angles, slides, point positions, distances."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,43 +13,43 @@ from rigid.plane import dot
 
 
 class Rated(Protocol):
-    """Quantity with a known rate."""
+    """A quantity with a known rate."""
 
     def rate(self, motion: Motion) -> Reals:
-        """Time derivative, shape (..., positions)."""
+        """Return the time derivative, shape (..., positions)."""
         ...
 
 
 class Coordinate(Rated, Protocol):
-    """A quantity with a value and a rate."""
+    """A quantity with a known value and rate."""
 
     def value(self, motion: Motion) -> Reals:
-        """Value, shape (..., positions)."""
+        """Return the value, shape (..., positions)."""
         ...
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Difference from a value, within half a turn for angles. Shape (..., positions)."""
+        """Return the difference from a value, for angles in (-pi, pi]; shape (..., positions)."""
         ...
 
 
 @dataclass(frozen=True)
 class LinkAngle:
-    """Angle of a link relative to another [rad], counter-clockwise, continuous over positions."""
+    """Angle of a link relative to another [rad], positive counter-clockwise, unwrapped over the positions."""
 
     link: str
     on: str = GROUND
 
     def value(self, motion: Motion) -> Reals:
-        """Angle, starting in (-pi, pi]."""
+        """Return the angle, which starts in (-pi, pi]."""
         return np.unwrap(np.angle(self._direction(motion)), axis=-1)
 
     def rate(self, motion: Motion) -> Reals:
-        """Angular velocity [rad/s]."""
+        """Return the angular velocity [rad/s]."""
         index = motion.mechanism.index
         return motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Difference from a value, in (-pi, pi]."""
+        """Return the difference from a value, in (-pi, pi]."""
         return np.angle(self._direction(motion) * np.exp(-1j * np.asarray(value)))
 
     def _direction(self, motion: Motion) -> Complexes:
@@ -58,13 +58,13 @@ class LinkAngle:
 
 
 class _Plain:
-    """Coordinate that is a plain number, not an angle."""
+    """A coordinate that is not an angle."""
 
     def value(self, motion: Motion) -> Reals:
         raise NotImplementedError
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Difference from a value."""
+        """Return the difference from a value."""
         return self.value(motion) - value
 
 
@@ -75,11 +75,11 @@ class Slide(_Plain):
     slider: str
 
     def value(self, motion: Motion) -> Reals:
-        """Slide [m]."""
+        """Return the slide [m]."""
         return self._joint(motion).coordinate(motion)
 
     def rate(self, motion: Motion) -> Reals:
-        """Rate [m/s]."""
+        """Return the rate [m/s]."""
         joint = self._joint(motion)
         block = velocity_of(motion, joint.block, joint.at(joint.block))
         arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
@@ -102,11 +102,11 @@ class PointCoordinate(_Plain):
     along: complex = 1.0
 
     def value(self, motion: Motion) -> Reals:
-        """Component [m]."""
+        """Return the component [m]."""
         return dot(self.along, position_of(motion, self.link, self.point))
 
     def rate(self, motion: Motion) -> Reals:
-        """Rate [m/s]."""
+        """Return the rate [m/s]."""
         return dot(self.along, velocity_of(motion, self.link, self.point))
 
 
@@ -121,12 +121,12 @@ class Offset(_Plain):
     along: complex = 1j
 
     def value(self, motion: Motion) -> Reals:
-        """Offset [m]."""
+        """Return the offset [m]."""
         one, other = self._ends
         return one.value(motion) - other.value(motion)
 
     def rate(self, motion: Motion) -> Reals:
-        """Rate [m/s]."""
+        """Return the rate [m/s]."""
         one, other = self._ends
         return one.rate(motion) - other.rate(motion)
 
@@ -140,7 +140,7 @@ class Offset(_Plain):
 
 @dataclass(frozen=True)
 class Distance(_Plain):
-    """Distance of two points [m]."""
+    """Distance between two points [m]."""
 
     link: str
     point: str
@@ -148,11 +148,11 @@ class Distance(_Plain):
     other_point: str
 
     def value(self, motion: Motion) -> Reals:
-        """Distance [m]."""
+        """Return the distance [m]."""
         return np.abs(self._vector(motion))
 
     def rate(self, motion: Motion) -> Reals:
-        """Rate [m/s]; nan if the points coincide."""
+        """Return the rate [m/s]; nan if the points coincide."""
         opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
         vector = self._vector(motion)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -164,11 +164,11 @@ class Distance(_Plain):
 
 @dataclass(frozen=True)
 class PathLength:
-    """Path length of a point [m]; only its rate, the speed [m/s], is available."""
+    """Length of a point's path [m]. Only its rate, the speed [m/s], is available."""
 
     link: str
     point: str
 
     def rate(self, motion: Motion) -> Reals:
-        """Speed of the point."""
+        """Return the speed of the point [m/s]."""
         return np.abs(velocity_of(motion, self.link, self.point))

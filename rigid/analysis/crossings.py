@@ -1,4 +1,4 @@
-"""Zeros of a quantity, found from its sign changes between the positions of a motion."""
+"""Zeros of a quantity between the positions of a motion."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,25 +12,25 @@ from rigid.kinematics import Motion, motion
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-CLOSING_TOLERANCE = 1e-6  # largest closing error of a cycle, relative to the extent of each drive's coordinate
-MAX_STEPS = 60  # maximum number of steps to a zero
-FINAL_STEP = 1e-10  # [intervals] last step to a zero: the error after it is below 1e-16
+CLOSING_TOLERANCE = 1e-6  # closing error up to which a motion is a cycle, relative to the range of each drive
+MAX_STEPS = 60  # maximum number of iterations for a zero
+FINAL_STEP = 1e-10  # [intervals] stop after a step this small: the remaining error is below 1e-16
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Intervals between neighbouring positions, in which each drive coordinate changes linearly.
+    """Intervals between neighbouring positions. The drive coordinates are linear in each interval.
 
-    If the motion closes, the last interval leads back to the first position.
+    If the motion is a closed cycle, the last interval leads back to the first position.
 
     Attributes
     ----------
     course
-        Motion of one design.
+        Motion of a single design.
     left, right
-        Position numbers at the ends of each interval, shape (intervals,).
+        Indices of the positions at the ends of each interval, shape (intervals,).
     low, change
-        Drive coordinates at the left end, and their change to the right end, shape (drives, intervals).
+        Drive coordinates at the left end, and their change over the interval, shape (drives, intervals).
     """
 
     course: Motion
@@ -40,9 +40,9 @@ class Intervals:
     change: Reals
 
     def at(self, number: Integers, part: Reals) -> Motion:
-        """Motion at fractions `part` (0 to 1) of the intervals `number`; both arrays have shape (n,).
+        """Return the motion at fractions `part` (0 to 1) of the intervals `number`, both of shape (n,).
 
-        Time is measured as the fraction of an interval, so rates are per interval.
+        The time unit is one interval, so rates are per interval.
         """
         near = self.left[number]
         here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
@@ -50,19 +50,19 @@ class Intervals:
         return motion(self.course.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
     def rates(self, coordinate: Rated) -> tuple[Reals, Reals]:
-        """Rates of a coordinate at the left and at the right ends of all intervals, per interval."""
+        """Return the rates of a coordinate at the left and at the right end of each interval, per interval."""
         influence = np.array([coordinate.rate(unit) for unit in self.course.units])
         low, high = ((influence[:, at] * self.change).sum(axis=0) for at in (self.left, self.right))
         return low, high
 
 
 def intervals(course: Motion) -> Intervals:
-    """Intervals between the positions of a motion.
+    """Return the intervals between the positions of a motion.
 
     Raises
     ------
     MechanismError
-        Several designs, or fewer than two positions.
+        If there are several designs, or fewer than two positions.
     """
     if len(course.columns) != 1 or course.columns[0] < 2:
         raise MechanismError(f"columns of shape {course.columns}: expected one design and at least two positions")
@@ -76,7 +76,7 @@ def intervals(course: Motion) -> Intervals:
 
 
 def turn_closes(course: Motion) -> bool:
-    """Whether one more step, equal to the last, returns all drives to the start (full turns are ignored)."""
+    """Return whether one more step, equal to the last, would return all drives to the start (modulo full turns)."""
     drive = course.drive
     if drive.shape[-1] < 3:
         return False
@@ -91,7 +91,7 @@ def turn_closes(course: Motion) -> bool:
 
 
 def positions(course: Motion, at: Integers) -> Motion:
-    """Select positions of a motion by number."""
+    """Select positions of a motion by index."""
     here = Posture(course.mechanism, course.origin[:, at], course.direction[:, at])
     return motion(
         course.mechanism,
@@ -104,16 +104,14 @@ def positions(course: Motion, at: Integers) -> Motion:
 
 
 def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
-    """Zeros of functions on the interval 0 to 1, to round-off, by Chandrupatla's method.
-
-    The first step is a secant step.
+    """Find zeros of functions in the interval 0 to 1 by Chandrupatla's method, starting with a secant step.
 
     Parameters
     ----------
     function
-        Maps arguments of shape (n,) to values of shape (n,).
+        Function from arguments of shape (n,) to values of shape (n,).
     first, last
-        Values at 0 and at 1, of opposite signs, shape (n,).
+        Function values at 0 and at 1, which have opposite signs, shape (n,).
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Period of a mechanism: common period of the drives, and number of these periods until the links return."""
+"""Period of a mechanism: the common period of the drives, and how many of them pass until the links return."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,27 +15,27 @@ from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle, which leaves 11 of 360 positions for each
-RATIO_TOLERANCE = 1e-9  # relative difference of equal ratios, which differ by round-off
-TURNS = (1, 2, 4, 8)  # numbers of turns after which links of a mechanism without gears may return
-CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the size, or of a unit vector
-NEAR_STEPS = 72  # steps per turn, so fine that a mechanism far from change points need not be tracked
-STEPS_PER_TURN = 64  # positions per turn or period for tracking several drives
+MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle (360 positions then give 11 for each)
+RATIO_TOLERANCE = 1e-9  # relative difference up to which two ratios count as equal
+TURNS = (1, 2, 4, 8)  # numbers of periods to try for a mechanism without gears
+CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the mechanism's size
+NEAR_STEPS = 72  # steps per turn, fine enough that a mechanism far from change points needs no tracking
+STEPS_PER_TURN = 64  # steps per turn or period with several drives, whose path must be tracked
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """Repetition of the drives of a mechanism, or of the mechanism.
+    """Repetition of a mechanism or of its drives.
 
     Attributes
     ----------
     turn
-        Duration of one turn of the first drive at constant speed [s]. Without such a drive, the longest time after
-        which a repeated law returns its drive; None without either.
+        Duration of one turn of the first drive at constant speed [s]. Without such a drive, longest time after which a
+        repeated law returns its drive. None without either.
     period
-        Period of the whole state [s], shape (designs, 1) if it differs between designs; nan without a period.
+        Common period [s], or nan. Shape (designs, 1) if designs differ.
     why
-        Reason why there is no period, otherwise "".
+        Reason why there is no period, or "".
     """
 
     turn: Any
@@ -44,7 +44,7 @@ class Repetition:
 
 
 def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Repetition:
-    """Common period of drives at constant speed, with repeated laws, or at rest; a drive by effort has the law None."""
+    """Return the common period of the drives. The law of a drive with a given effort is None."""
     turns: list[Any] = []
     rounds: list[float] = []
     why = ""
@@ -57,12 +57,12 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
                 with np.errstate(divide="ignore"):
                     turns.append(2 * pi / abs(speed))
             else:
-                why = why or f"drive no. {number} slides on at constant speed"
+                why = why or f"drive no. {number} slides at constant speed and does not return"
         elif isinstance(law, RepeatedLaw):
             count = law.rounds(MAX_ROUNDS) if drive.turns else int(law.closes(False))
             rounds.append(law.duration * max(count, 1))
             if not count:
-                why = why or f"repeated, the law of drive no. {number} does not bring it back"
+                why = why or f"the repeated law of drive no. {number} does not return it to the start"
         elif law is None:
             why = why or f"drive no. {number} is an effort"
         elif isinstance(law, TableLaw) or (
@@ -74,14 +74,14 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
         return Repetition(first, nan, why)
     period = common_period([*turns, *rounds])
     if np.isnan(period).any():
-        why = f"the drives have no common period: none within {MAX_ROUNDS} turns or rounds of each"
+        why = f"the drives have no common period within {MAX_ROUNDS} turns or periods of each drive"
     return Repetition(first, period, why)
 
 
 def common_period(periods: Sequence[Real]) -> Real:
-    """Least common multiple of durations [s], or nan.
+    """Return the least common multiple of durations [s], or nan.
 
-    Each duration may occur up to `MAX_ROUNDS` times. Durations of shape (designs, 1) give one result per design.
+    Each duration may fit into it up to `MAX_ROUNDS` times. Durations of shape (designs, 1) give one result per design.
     """
     if not any(isinstance(period, np.ndarray) for period in periods):
         return _least_common([float(period) for period in periods])
@@ -91,7 +91,7 @@ def common_period(periods: Sequence[Real]) -> Real:
 
 
 def _least_common(periods: Sequence[float]) -> float:
-    """Least common multiple of durations; nan if one occurs more than `MAX_ROUNDS` times."""
+    """Return the least common multiple of durations; nan if it is more than `MAX_ROUNDS` times one of them."""
     first = periods[0]
     if len(periods) == 1 or not np.isfinite(periods).all():
         return first
@@ -99,16 +99,16 @@ def _least_common(periods: Sequence[float]) -> float:
     pairs = zip(ratios, periods, strict=True)
     if not all(isclose(float(ratio), period / first, rel_tol=RATIO_TOLERANCE) for ratio, period in pairs):
         return nan
-    # first * n is a multiple of each first * p / q if p divides n q: the smallest n is the l.c.m. of all p
+    # first * n is a multiple of each first * p / q if p divides n q, so the smallest n is the l.c.m. of all p
     times = lcm(*(ratio.numerator for ratio in ratios))
     return first * times if max(times / ratio for ratio in ratios) <= MAX_ROUNDS else nan
 
 
 def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], drives: Repetition) -> Repetition:
-    """Number of common drive periods until the mechanism returns.
+    """Return the period of the mechanism, which is the smallest multiple of the drives' period that closes.
 
-    Gears, and links that reach another assembly, may need several periods. For a mechanism that does not close
-    throughout the first period, the input is returned unchanged.
+    Several drive periods may be needed with gears, or if the links change their assembly. If the mechanism cannot move
+    through the first period, `drives` is returned unchanged.
     """
     if drives.why or drives.turn is None:
         return drives
@@ -128,12 +128,12 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
             return replace(drives, period=drives.period * (times[:, None] if times.ndim else int(times)))
         if np.isnan(away).any():
             break
-    why = "the mechanism comes to another assembly, or its wheels to other places, and"
-    return replace(drives, period=nan, why=f"{why} is not back where it was within {most} rounds of its drives")
+    why = f"the links or wheels of the mechanism do not return to the start within {most} periods of its drives"
+    return replace(drives, period=nan, why=why)
 
 
 def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, most: int) -> Reals:
-    """Distance of links from their start after each period [m], shape (..., most)."""
+    """Return the largest distance of the links from their start after each period [m], shape (..., most)."""
     one = NEAR_STEPS if most == 1 else 1
     steps = STEPS_PER_TURN * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
     times = np.asarray(drives.period * (np.arange(most * steps + 1) / steps))

@@ -1,4 +1,4 @@
-"""Analysis of a moving linkage: extreme positions, dead centres, time and velocity ratios, drive values for a value."""
+"""Extreme positions and dead points of a motion, time and velocity ratios, and drive coordinates for a given value."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -15,21 +15,21 @@ from rigid.parts import MechanismError
 from rigid.reach import stops
 from rigid.transmission import transmission_angles
 
-GOLDEN = (np.sqrt(5) - 1) / 2  # golden section ratio
-MAX_ITERATIONS = 80  # number of golden-section steps that reaches round-off
-TOUCH_TOLERANCE = 64 * np.finfo(float).eps  # largest distance that counts as touching / size of the coordinate
+GOLDEN = (np.sqrt(5) - 1) / 2  # inverse golden ratio
+MAX_ITERATIONS = 80  # number of golden-section steps, enough for full precision
+TOUCH_TOLERANCE = 64 * np.finfo(float).eps  # distance up to which a value counts as reached / size of the coordinate
 
 
 @dataclass(frozen=True, eq=False)
 class LimitPosition:
-    """Extreme value of a coordinate. If this coordinate were driven, it would have a dead centre here.
+    """Extreme value of a coordinate. A drive of this coordinate would have a dead point here.
 
     Attributes
     ----------
     kind
         "maximum" or "minimum".
     value
-        Value of the coordinate.
+        Extreme value of the coordinate.
     drive
         Drive coordinates at the limit [rad or m], shape (drives,).
     """
@@ -41,17 +41,16 @@ class LimitPosition:
 
 @dataclass(frozen=True, eq=False)
 class DeadPoint:
-    """Position at which the drives do not determine the motion.
+    """A position at which the drives do not determine the motion.
 
     Attributes
     ----------
     kind
-        "stop": the end of the reachable range.
-        "singular": the mechanism can pass it, and two branches continue from it.
+        "stop" at the end of the reachable range; "singular" if the mechanism can continue on two branches.
     drive
         Drive coordinates at the position [rad or m], shape (drives,).
     joint
-        Joint between the links that become aligned, or joint that opens.
+        Name of the joint between the links that become aligned, or of the joint that opens.
     """
 
     kind: Literal["stop", "singular"]
@@ -60,10 +59,10 @@ class DeadPoint:
 
 
 def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
-    """Extreme values of a coordinate over a motion, found as zeros of its rate to round-off.
+    """Return the extreme values of a coordinate over a motion, as zeros of its rate.
 
-    This works for one design. Extremes closer together than two positions are not detected, and the ends of the motion
-    are excluded.
+    The motion must have a single design. Two extremes between neighbouring positions are not detected. The ends of the
+    motion do not count as extremes.
     """
     between = intervals(course)
     turns = turning_points(between, coordinate)
@@ -80,7 +79,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
-    """Reversals of a coordinate: interval number, fraction of the interval, and whether it was rising before."""
+    """Return the reversals of a coordinate: interval index, fraction of the interval, and True for a maximum."""
     low, high = between.rates(coordinate)
     after = np.sign(np.roll(high, -1))
     if not turn_closes(between.course):
@@ -93,43 +92,43 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
 
 
 def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
-    """Lowest minimum and highest maximum of a coordinate.
+    """Return the lowest minimum and the highest maximum of a coordinate.
 
     Raises
     ------
     MechanismError
-        The coordinate does not reverse in this motion.
+        If the coordinate has no minimum or no maximum in this motion.
     """
     turned_back = limits(course, coordinate)
     low = min((each for each in turned_back if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
     high = max((each for each in turned_back if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
     if low is None or high is None:
         raise MechanismError(
-            f"{coordinate} does not swing on this course: it turns back {counted(len(turned_back), 'time')}"
+            f"{coordinate} does not swing in this motion: it reverses {counted(len(turned_back), 'time')}"
         )
     return low, high
 
 
 def time_ratio(course: Motion, coordinate: Coordinate) -> float:
-    """Time ratio K >= 1 of a quick-return motion: longer drive angle between the limits, divided by the shorter one.
+    """Return the time ratio of a quick-return motion: longer / shorter drive angle between the limits.
 
     Raises
     ------
     MechanismError
-        The motion is not a full turn of one pin drive, or the coordinate does not swing.
+        If the motion is not a full turn of one pin drive, or if the coordinate does not swing.
     """
     if len(course.drive) != 1 or not course.mechanism.drives[0].turns or not turn_closes(course):
-        raise MechanismError("a time ratio belongs to one drive that turns fully, its end not repeated")
+        raise MechanismError("a time ratio needs one drive that turns fully, without repeating the first position")
     low, high = swing(course, coordinate)
     part = float(abs(high.drive[0] - low.drive[0])) % (2 * np.pi)
     return max(part, 2 * np.pi - part) / min(part, 2 * np.pi - part)
 
 
 def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
-    """Rate of one coordinate / rate of another, shape (..., positions).
+    """Return rate of one coordinate / rate of another, shape (..., positions).
 
-    With one drive, the ratio does not depend on the drive's rate, which may be zero. With several drives, it is
-    computed from the rates of this motion.
+    With a single drive, the ratio does not depend on the drive rate, which may be zero. With several drives, the rates
+    of the motion are used.
     """
     if len(course.drive) == 1:
         (course,) = course.units
@@ -138,10 +137,10 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:
-    """Stops of a mechanism, and singular positions that it passes. For one design only.
+    """Return the stops of a mechanism, and the singular positions that it passes.
 
-    Between positions, minima of the sine between links are sought. A singular position is only detected if the
-    neighbouring positions are close enough.
+    The motion must have a single design. Singular positions are found as minima of the sine of the angle between links.
+    They are detected only if the positions are close enough.
     """
     points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
     between = intervals(course)
@@ -159,7 +158,7 @@ def dead_points(course: Motion) -> list[DeadPoint]:
 
 
 def _lowest(between: Intervals, number: int) -> Motion:
-    """Position of the smallest sine within one interval before or after an interval's start, by golden section."""
+    """Return the position of smallest sine within one interval of an interval's start, by golden-section search."""
 
     def at(place: float) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
@@ -183,7 +182,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
 
 
 def aligned_joint(place: Motion) -> str:
-    """Name of the joint at which the mechanism is nearest to singular, for a motion of one position."""
+    """Return the name of the joint at which a motion of one position is closest to singular."""
     worst, name = np.inf, ""
     for transmission in transmission_angles(place):
         if transmission.angle[0] < worst:
@@ -195,24 +194,24 @@ def aligned_joint(place: Motion) -> str:
 
 
 def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
-    """All drive coordinates of a motion at which a coordinate has a value, to round-off.
+    """Return all drive coordinates of a motion at which a coordinate has a given value.
 
     Parameters
     ----------
     course
-        Motion of one design, which is the search range; a closed motion includes the step from the last position to the
-        first.
+        Motion of a single design, which is the range of the search. For a closed cycle, the range includes the step
+        from the last position to the first.
     coordinate
-        A `PointCoordinate` (a point's x or y), `LinkAngle`, `Slide`, `Distance` or `Offset` (height difference of two
-        points). Angles that differ by full turns are equal.
+        A `PointCoordinate` (x or y of a point), `LinkAngle`, `Slide`, `Distance` or `Offset` (height difference of two
+        points). Angles are compared modulo full turns.
     value
-        [rad or m].
+        Value of the coordinate [rad or m].
 
     Returns
     -------
-    Shape (drives, solutions), in the order of the motion; empty if the value is not reached. A value touched at a
-    limit of the coordinate gives one solution. Two reversals of the coordinate between neighbouring positions are not
-    detected.
+    Drive coordinates of shape (drives, solutions), in the order of the motion; empty if the value is not reached. A
+    value that is only touched at a limit of the coordinate gives one solution. Two reversals of the coordinate between
+    neighbouring positions are not detected.
     """
     between = intervals(course)
     turns = turning_points(between, coordinate)
@@ -240,12 +239,12 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
 
 
 def _turns(coordinate: Coordinate) -> bool:
-    """Whether the coordinate is an angle, with differences modulo full turns."""
+    """Return whether the coordinate is an angle, whose differences are modulo full turns."""
     return isinstance(coordinate, LinkAngle)
 
 
 def _scale(course: Motion, coordinate: Coordinate, value: float) -> float:
-    """Reference size for round-off of a coordinate."""
+    """Return the reference size for round-off of a coordinate."""
     if _turns(coordinate):
         return 1.0
     sizes = np.abs(coordinate.value(course))

@@ -1,4 +1,4 @@
-"""Linear problem of each placed group, for displacements and forces, and its condition number."""
+"""The linear problem of each placed group for displacements and forces, and its condition number."""
 
 from rigid.closures.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.closures.displacements import displacements

@@ -1,4 +1,4 @@
-"""Placed groups, each factorised once for all small displacements and forces.
+"""Placed groups of links, factorised once for all small displacements and forces.
 
 Velocities, accelerations and elastic displacements solve the same problem: which rigid-body motion of the links opens
 the joints by given gaps? Joint forces solve its transpose. Derivation: docs/theory.md, "One linear problem".
@@ -26,16 +26,18 @@ class Closure:
     Attributes
     ----------
     tree, cut, rings
-        Placed joints of the group.
+        Placed joints of the group (see `Group`).
     duals
-        Complex, shape (free, cuts, ..., positions): to open the cut joints by r_c, free tree joint k
-        needs the coordinate Im(sum over c of duals[k, c] r_c).
+        Complex, shape (free, cuts, ..., positions). To open the cut joints by r_c, free tree joint k must move by
+        Im(sum over c of duals[k, c] r_c).
     tensions
-        tensions[s][c]: multipliers of the cut joints in self-equilibrium, one set per redundant constraint.
+        tensions[s][c] is the multiplier of cut joint c in self-stress s. There is one self-stress per redundant
+        constraint.
     sine
-        Sine of the angle at which the links of a dyad meet, or `sine_of` another group; nan if it does not close.
+        For a dyad, sine of the angle between its links; for other groups, see `sine_of`. nan if the group does not
+        close.
     whole
-        The group before `marked` set singular positions to nan, or None.
+        The closure before `marked` set singular positions to nan, or None.
     """
 
     group: Group
@@ -49,12 +51,12 @@ class Closure:
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:
-        """Tree joints, cut joints, welds that close rings."""
+        """Tree joints, cut joints, and welds that close rings."""
         return self.tree + self.cut + self.rings
 
     @property
     def redundancy(self) -> int:
-        """Number of self-stresses: one per set of `tensions`, three per ring (x, y, moment)."""
+        """Number of self-stresses: one per entry of `tensions`, and three per ring (x, y, moment)."""
         return len(self.tensions) + LINK_CONSTRAINTS * len(self.rings)
 
 
@@ -65,7 +67,7 @@ def closure(
     sine: Columns = 1.0,
     rings: tuple[JointPlace, ...] = (),
 ) -> Closure:
-    """Factorise a placed group for all right-hand sides."""
+    """Factorise the linear problem of a placed group for all right-hand sides."""
     effects = columns(group, tree, cut)
     duals, tensions = (
         _redundant_duals(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
@@ -74,7 +76,7 @@ def closure(
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:
-    """Gap at cut joint c per unit of free coordinate k: columns[k][c]."""
+    """Return the gap at cut joint c per unit of free coordinate k, as columns[k][c]."""
     effects: list[list[Columns]] = [[ZERO] * len(cut) for _ in group.free]
     carrier = {link: number for number, link in enumerate(group.links)}
     for c, closing in enumerate(cut):
@@ -94,11 +96,11 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
 
 
 def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
-    """Dual vectors of the columns: in closed form for one loop, else by batched inversion."""
+    """Return the dual vectors of the columns: in closed form for one loop, otherwise by batched inversion."""
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        first, second = (number(effect) for (effect,) in effects)  # aligned joints give zero instead of nan
+        first, second = (number(effect) for (effect,) in effects)  # number: aligned joints give zero instead of nan
         across = np.conj(second)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = 1.0 / np.asarray((across * first).imag)
@@ -110,7 +112,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
 
 
 def _redundant_duals(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tuple[Columns, ...], ...]]:
-    """Dual vectors by least squares, and multipliers in self-equilibrium, of a group with redundant constraints."""
+    """Return least-squares dual vectors and self-stress multipliers of a group with redundant constraints."""
     if not effects:
         unit = np.eye(2 * cuts)
         return np.empty((0, cuts)), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
@@ -126,19 +128,19 @@ def _redundant_duals(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, 
 
 
 def equations(effects: list[list[Columns]]) -> Reals:
-    """Real and imaginary parts of the columns as one matrix per position, shape (..., positions, 2 cuts, free)."""
+    """Return real and imaginary parts of the columns as matrices, shape (..., positions, 2 cuts, free)."""
     entries = np.array(np.broadcast_arrays(*(entry for column in effects for entry in column)), complex)
     entries = np.moveaxis(entries.reshape(len(effects), -1, *entries.shape[1:]), (1, 0), (-2, -1))
     return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
 
 
 def _complex_rows(rows: Reals) -> Complexes:
-    """Convert the rows of an inverse to dual vectors, shape (free, 2 cuts, ..., positions)."""
+    """Convert the rows of an inverse, shape (free, 2 cuts, ..., positions), to dual vectors."""
     return rows[:, 1::2] + 1j * rows[:, 0::2]
 
 
 def _inverse(matrix: Reals) -> Reals:
-    """Invert matrices; nan if singular or not finite."""
+    """Invert matrices, with nan for those that are singular or not finite."""
     good: Any = np.isfinite(matrix).all(axis=(-2, -1))
     good[good] = np.linalg.slogdet(matrix[good])[0] != 0
     inverse = np.full_like(matrix, np.nan)
@@ -147,7 +149,7 @@ def _inverse(matrix: Reals) -> Reals:
 
 
 def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
-    """Vector to the last joint of a chain from the origin of the link that its first joint carries [m], complex."""
+    """Return the vector to the last joint of a chain, from the origin of the first joint's child (complex) [m]."""
     reach = closed.tree[chain[0]].arm_child
     for below, above in pairwise(chain):
         reach = reach - closed.tree[below].arm_parent + closed.tree[above].arm_child

@@ -1,4 +1,4 @@
-"""Condition number of a position (amplification of round-off); marking of singular positions.
+"""Condition number of a position (amplification of round-off), and marking of singular positions.
 
 Derivation: docs/theory.md, "Accuracy".
 """
@@ -17,43 +17,43 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ZERO, number
 
 SINGULAR = 1e12
-"""Condition number above which velocities and forces of a position are nan."""
+"""Condition number above which the velocities and forces of a position are set to nan."""
 MIN_REGULAR_SINE = 1e-2  # positions with a larger sine are never singular
-MIN_CANCELLATION = 4.0  # cancellation is ignored up to this ratio of the parts to the sum
-TINY = np.finfo(float).tiny  # divisor in place of zero
+MIN_CANCELLATION = 4.0  # ignore cancellation up to this ratio of the terms to the sum
+TINY = np.finfo(float).tiny  # replaces a zero divisor
 
 
 class MotionState(Protocol):
-    """Part of a `Motion` that determines its condition number."""
+    """The part of a `Motion` that determines the condition number."""
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism."""
+        """Mechanism."""
 
     @property
     def closures(self) -> tuple[Closure, ...]:
-        """Its placed groups."""
+        """Placed groups."""
 
     @property
     def angular_velocity(self) -> Reals:
-        """Angular velocity of every link [rad/s]."""
+        """Angular velocity of each link [rad/s]."""
 
     @property
     def turning(self) -> Complexes:
-        """i eps - w^2 of every link [1/s^2]."""
+        """i eps - w^2 of each link [1/s^2]."""
 
     @property
     def sine(self) -> Reals:
-        """Smallest sine of all groups."""
+        """Smallest sine over all groups."""
 
 
 def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
-    """Upper bound on a free pin's rotation for openings of these magnitudes, shape (..., positions).
+    """Return an upper bound on the rotation of a free pin for given openings, shape (..., positions).
 
     Parameters
     ----------
     openings
-        Displacement, complex, and rotation of each cut joint, including a slider's free component.
+        Displacement (complex) and rotation of each cut joint, including the free component of a slider.
     """
     total: Columns = ZERO
     for c, (displacement, rotation) in enumerate(openings):
@@ -63,7 +63,7 @@ def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns
 
 
 def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
-    """Upper bound on the force at a cut joint [N] for loads of these magnitudes, shape (..., positions)."""
+    """Return an upper bound on the force at a cut joint for given magnitudes of loads [N], shape (..., positions)."""
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
@@ -76,7 +76,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 
 
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
-    """Largest rotation of a free pin for a unit displacement [rad/m] and for a unit rotation of a cut joint."""
+    """Return the largest rotation of a free pin per displacement [rad/m] and per rotation of a cut joint."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO
@@ -84,7 +84,7 @@ def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
 
 
 def _displacement_ratio(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
-    """Displacement of the links' ends divided by the opening of a cut joint that causes it, at least 1."""
+    """Return displacement of the links' ends / opening of a cut joint that causes it, at least 1."""
     sizes = extents(mechanism)
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
@@ -103,7 +103,7 @@ def _pins(closed: Closure) -> list[int]:
 
 
 def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
-    """Sine of a group; if the group closes at sliders, their short levers also limit it."""
+    """Return the sine of a group, which is also limited by short levers at sliders that close the group."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
         if not closing.turns:
@@ -112,7 +112,7 @@ def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
 
 
 def _links(closed: Closure) -> list[int]:
-    """Moving links of a group's joints."""
+    """Return the moving links of a group's joints."""
     return sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
 
 
@@ -122,7 +122,7 @@ def _greatest(values: Numbers, closed: Closure) -> Reals:
 
 @lru_cache(maxsize=64)
 def extents(mechanism: Mechanism) -> list[Columns]:
-    """Largest distance of a link's other points from its first point [m]."""
+    """Return for each link the largest distance of a point from the link's first point [m]."""
     distances = []
     for link in mechanism.links:
         places = list(link.points.values())
@@ -131,21 +131,22 @@ def extents(mechanism: Mechanism) -> list[Columns]:
 
 
 def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
-    """True if a position may be singular."""
+    """Return whether any position may be singular."""
     free = (closed for closed in closures if closed.group.free)
     return any(not closure_sine(mechanism, closed).min() >= MIN_REGULAR_SINE for closed in free)
 
 
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
-    """Condition number of every group in motion: relative errors are this times eps, shape (..., positions).
+    """Return the condition number of each group, shape (..., positions). Relative errors are eps times this number.
 
-    It is 1/s^2 at rest, and larger after another singular group. At a smooth passage through a singular position it is
-    r^2 times the ratio r of accelerations, where r is the largest rotation for the openings / the actual rotation.
+    At rest, the number is 1/s^2 for the sine s of the group, and larger if an earlier group is nearly singular. At a
+    smooth passage through a singular position it is r^2 times the corresponding ratio of accelerations. Here r is the
+    largest rotation that the openings allow / the actual rotation.
 
     Parameters
     ----------
     openings
-        Residuals from `displacements`, of the velocities and of the accelerations.
+        Openings that `displacements` returns for the velocities and for the accelerations.
     """
     conditions: list[Columns] = []
     before: Columns = 1.0
@@ -169,17 +170,17 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
-    """Growth of relative round-off by cancellation: upper bound on a figure / its size, at least 1."""
+    """Return the growth of relative round-off by cancellation: upper bound of a result / its size, at least 1."""
     return np.maximum(1.0, bound / (MIN_CANCELLATION * np.maximum(done, TINY)))
 
 
 def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
-    """True if a condition number exceeds SINGULAR next to a singular position, shape (..., positions)."""
+    """Return whether each position is near singular and its condition exceeds SINGULAR, shape (..., positions)."""
     return (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
 
 
 def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
-    """Set the groups' solutions to nan at positions with a condition number above SINGULAR."""
+    """Return the groups with solutions set to nan at positions with a condition number above SINGULAR."""
     groups = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):
         singular = np.logical_not(condition <= SINGULAR)

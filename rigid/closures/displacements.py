@@ -1,4 +1,4 @@
-"""Rigid-body displacements that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
+"""Displacements of rigid links that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
 Openings = list[list[tuple[Columns, Columns]]]
-"""For each group, the residual of each cut joint before its free joints move: displacement, complex, and rotation."""
+"""Opening of each cut joint of each group before the free joints move: displacement (complex) and rotation."""
 
 
 def displacements(
@@ -26,19 +26,20 @@ def displacements(
     closures
         Placed groups in the order of solution.
     gaps, turns
-        Per joint, in the order of `Structure.joints`: displacement of the child's point from the parent's, complex, and
-        rotation of the child from the parent. Components that the joint leaves free are ignored.
+        For each joint of `Structure.joints`: displacement (complex) and rotation of the child relative to the parent.
+        Components that the joint leaves free are ignored.
     turning
-        Per link, factor of an arm that gives the displacement of its end: i times the rotation for small displacements
-        (start with ZERO), i eps - w^2 for accelerations (start with -w^2).
+        For each link: factor that, times an arm, gives the displacement of the arm's end. For small displacements it
+        is i times the rotation, with the initial value ZERO. For accelerations it is i eps - w^2, with the initial
+        value -w^2.
     flank
-        Loaded flanks of gear teeth, see `JointForces`; the teeth then stay in contact for any gaps. Without it, the
-        gear ratios apply, as in a motion without gaps.
+        Loaded flanks of gear teeth (see `JointForces`). If given, the teeth stay in contact for any gaps. Otherwise
+        the gear ratios apply, as in a motion without gaps.
 
     Returns
     -------
-    Displacements (complex) and `turning`, lists over the links, shape (..., positions), ZERO for the ground; residuals
-    of the cut joints. The rotations are the imaginary part of `turning`.
+    Displacements (complex) and `turning` of all links, shape (..., positions) each, ZERO for the ground; and the
+    openings of the cut joints. The imaginary part of `turning` is the rotation.
     """
     shift: list[Columns] = [ZERO] * len(turning)
     turning = list(turning)
@@ -73,7 +74,7 @@ def displacements(
 def _gear_input(
     place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
 ) -> Columns:
-    """Motion that a gear imposes on its follower, child from parent; `at_joint` is the child's displacement so far."""
+    """Return the motion that a gear imposes on its follower. `at_joint` is the child's displacement so far."""
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:
@@ -86,14 +87,14 @@ def _gear_input(
 
 
 def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns) -> Columns:
-    """Displacement of the end of an arm of a link."""
+    """Return the displacement of the end of a link's arm."""
     return shift[link] + turning[link] * arm
 
 
 def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """Residual of a cut joint: displacement, and rotation if the joint prevents it."""
+    """Return the opening of a cut joint: displacement, and rotation if the joint prevents rotation."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
     if closing.turns:
@@ -105,7 +106,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
     """Move the free tree joints so that the cut joints close."""
     for k, number in enumerate(closed.group.free):
         hinge = closed.tree[number]
-        rotation: Columns = ZERO  # the imaginary part is the coordinate
+        rotation: Columns = ZERO  # its imaginary part is the joint coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
         if hinge.turns and rotation.ndim:
@@ -118,7 +119,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
 def _release_gears(
     closed: Closure, first: int, shift: list[Columns], turning: list[Columns], flank: Mapping[int, Columns] | None
 ) -> None:
-    """Move the followers of gears that drive one another; `first` is the index of the first tree joint."""
+    """Move the followers of mutually driving gears. `first` is the index of the group's first tree joint."""
     loop = closed.group.loop
     assert loop is not None
     given = []
@@ -140,7 +141,7 @@ def _carry(
     shift: list[Columns],
     turning: list[Columns],
 ) -> None:
-    """Move the links that a tree joint carries by its coordinate, the imaginary part of `rotation`."""
+    """Move the links that a tree joint carries. The imaginary part of `rotation` is the joint coordinate."""
     for link, chain in carried:
         if hinge.turns:
             shift[link] = shift[link] - rotation * reach_from(closed, chain)

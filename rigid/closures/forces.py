@@ -1,4 +1,4 @@
-"""Joint forces in equilibrium with given loads on the links: the transpose of the displacements."""
+"""Joint forces in equilibrium with given loads on the links (the transpose of `rigid.closures.displacements`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,34 +15,35 @@ from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
 MAX_UNSTRESSED = 1e-9
-"""A joint takes no part in a self-stress of unit size if its component is smaller than this."""
+"""Largest component of a unit self-stress at a joint that counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointForces:
-    """Force and moment of every joint on its child link; the opposite acts on the parent.
+    """Force and moment of each joint on its child link. The opposite acts on the parent.
 
     Attributes
     ----------
     closures
         Placed groups.
     force
-        Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
+        For each joint of `Structure.joints`, force (complex) [N] of shape (..., positions).
     moment
-        About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is the
-        effort of the gear. It acts through the teeth instead of on the parent (`rigid.closures.gears.gear_loads`).
+        Moment about the joint's point [N m]; 0.0 for a free pin. If the joint coordinate follows a gear, the component
+        along it is the effort of the gear. This effort acts through the teeth and not on the parent (see
+        `rigid.closures.gears.gear_loads`).
     ground_load
-        Load on the ground in addition to joints, springs and gears: force [N], complex, and moment about the origin of
-        coordinates [N m].
+        Load on the ground from springs, gears and other loads, without the joints: force (complex) [N], and moment
+        about the origin of coordinates [N m].
     flank
-        Loaded flank (sign of the effort) of each toothed gear, by the index of the follower's joint.
+        Loaded flank (sign of the effort) of each toothed gear, by index of the follower's joint.
     friction
-        Part of `force` or `moment` along the free motion due to friction [N or N m], by joint index.
+        Friction: the component of `force` or `moment` along the free motion [N or N m], by joint index.
     sliding
-        Sliding rate of the joint, child from parent [rad/s or m/s], by joint index; friction opposes it.
+        Sliding rate of the child relative to the parent, which friction opposes [rad/s or m/s], by joint index.
     feedback
-        Loop gain of friction, shape (..., positions): growth of friction due to the loads it causes. At 1 or more the
-        mechanism may lock: equilibrium has no solution or several, and all forces are nan.
+        Loop gain of friction, shape (..., positions): the growth of friction by the loads that it causes. If the gain
+        is 1 or more, the mechanism may lock: there is no equilibrium or more than one, and all forces are nan.
     """
 
     closures: tuple[Closure, ...]
@@ -59,7 +60,7 @@ class JointForces:
 
     @cached_property
     def ground_force(self) -> Columns:
-        """Force of the mechanism on the ground [N], complex, shape (..., positions)."""
+        """Force of the mechanism on the ground (complex) [N], shape (..., positions)."""
         on_ground = [self.force[at] for at, place in enumerate(self._places) if place.joint.parent == 0]
         return self.ground_load[0] - sum(on_ground)
 
@@ -74,22 +75,22 @@ class JointForces:
 
     @property
     def locked(self) -> Flags:
-        """True if friction may lock the mechanism, shape (..., positions)."""
+        """Whether friction may lock the mechanism, shape (..., positions)."""
         return np.greater_equal(self.feedback, 1.0)
 
     def without_friction(self, number: int) -> tuple[Columns, Columns]:
-        """Force and moment of a joint on its child from constraint, drive and gear, without friction."""
+        """Return the force and moment of a joint on its child due to constraint, drive and gear, without friction."""
         force, moment = self.force[number], self.moment[number]
         if number in self.friction:
             pull, couple = self._places[number].driven(self.friction[number])
             force, moment = force - pull, moment - couple
         return force, moment
 
-    def mark(self, lost: Flags | bool) -> None:
-        """Set the forces to nan at the positions in `lost`, bool, shape (..., positions)."""
+    def mark(self, invalid: Flags | bool) -> None:
+        """Set the forces to nan where `invalid` is True, shape (..., positions)."""
         for values in (self.force, self.moment):
-            values[:] = [np.where(lost, np.nan, value) if np.ndim(value) or value else value for value in values]
-        self.friction.update({at: np.where(lost, np.nan, value) for at, value in self.friction.items()})
+            values[:] = [np.where(invalid, np.nan, value) if np.ndim(value) or value else value for value in values]
+        self.friction.update({at: np.where(invalid, np.nan, value) for at, value in self.friction.items()})
 
     @property
     def _places(self) -> list[JointPlace]:
@@ -104,18 +105,18 @@ def joint_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Find joint forces in equilibrium with a force, and a moment about the origin, on every link.
+    """Return the joint forces in equilibrium with a force and a moment about the origin on each link.
 
     Parameters
     ----------
     closures
-        Placed groups in the order of solution; they are processed backwards.
+        Placed groups in the order of solution. They are processed in reverse.
     force, moment
-        Per link, complex [N] and real [N m], shape (..., positions).
+        For each link: force (complex) [N] and moment [N m], shape (..., positions).
     tension
-        Group index, and index of one of its self-stresses (see `Closure.redundancy`), to be added.
+        Self-stress to add: index of the group, and index of the self-stress in the group (see `Closure.redundancy`).
     flank
-        Loaded flanks of gear teeth, see `JointForces`; by default, those that the efforts load.
+        Loaded flanks of gear teeth (see `JointForces`). By default they follow from the signs of the efforts.
     friction
         See `JointForces`.
     """
@@ -167,7 +168,7 @@ def joint_forces(
 
 
 def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
-    """Force and moment on the child of a weld that closes a ring: unit loads for self-stresses from `number` on."""
+    """Return the load on the child of a weld that closes a ring: a unit load for its three self-stresses, else zero."""
     if stressed is None or not number <= stressed < number + LINK_CONSTRAINTS:
         return ZERO, ZERO
     return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
@@ -176,7 +177,7 @@ def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
 def _load_gears(
     closed: Closure, first: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
 ) -> None:
-    """Load the links by gears that drive one another: the transpose of `_release_gears`."""
+    """Add the loads of mutually driving gears to the links (the transpose of `_release_gears`)."""
     loop = closed.group.loop
     assert loop is not None
     hinges = [closed.tree[number] for number in loop.followers]
@@ -201,9 +202,9 @@ def _load_gears(
 def _balance(
     hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns], by_gear: bool
 ) -> tuple[Columns, Columns]:
-    """Force and moment of tree joint `at` on its child; all other loads of the child are already known.
+    """Return the force and moment of tree joint `at` on its child, whose other loads are already known.
 
-    `by_gear`: True if the joint's own gear has not yet loaded the other links.
+    `by_gear` tells whether to add the loads of the joint's own gear to the other links.
     """
     child = hinge.joint.child
     if by_gear and hinge.joint.gear is not None:
@@ -222,7 +223,7 @@ def _balance(
 
 
 def _generalised_load(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
-    """Generalised force of the link loads on free tree joint k."""
+    """Return the generalised force of the link loads on free tree joint k."""
     return _load_along(closed, closed.tree[closed.group.free[k]], closed.group.carried[k], force, moment)
 
 
@@ -233,7 +234,7 @@ def _load_along(
     force: Sequence[Columns],
     moment: Sequence[Columns],
 ) -> Columns:
-    """Generalised force of the links' loads on a tree joint and the links that it carries."""
+    """Return the generalised force on a tree joint due to the loads on the links that it carries."""
     total: Columns = ZERO
     for link, chain in carried:
         if hinge.turns:
@@ -246,14 +247,14 @@ def _load_along(
 def _add_load(
     link: int, arm: Columns, pull: Columns, couple: Columns, force: list[Columns], moment: list[Columns]
 ) -> None:
-    """Add a force at the end of an arm, and a moment, to the loads of a moving link."""
+    """Add a force at the end of an arm, and a moment, to the loads on a moving link."""
     if link:
         force[link] = force[link] + pull
         moment[link] = moment[link] + (cross(arm, pull) + couple)
 
 
 def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
-    """Loaded flank of each gear's teeth; see `JointForces`."""
+    """Return the loaded flank of each toothed gear (see `JointForces`)."""
     flanks = {}
     for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
         if place.teeth is not None:
@@ -263,15 +264,15 @@ def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
 
 
 def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:
-    """Joint forces in self-equilibrium, one set per redundant constraint of the mechanism.
+    """Return the self-stresses: joint forces without loads, one set per redundant constraint.
 
-    `flank`: loaded flanks of gear teeth, see `JointForces`; by default, those that each set loads.
+    `flank` gives the loaded flanks of gear teeth (see `JointForces`). By default they follow from each set.
     """
     if not any(closed.redundancy for closed in closures):
         return []
-    nothing = [ZERO] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
+    unloaded = [ZERO] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
     return [
-        joint_forces(closures, nothing, nothing, (place, which), flank)
+        joint_forces(closures, unloaded, unloaded, (place, which), flank)
         for place, closed in enumerate(closures)
         for which in range(closed.redundancy)
     ]

@@ -1,6 +1,6 @@
-"""Gears: motion of a follower from the driving links, and loads of a gear on the links.
+"""Gears: the motion of a follower due to the driving links, and the loads of a gear on the links.
 
-`gear_input` (small displacements) and `gear_loads` (forces) are transposes of one another.
+`gear_loads` (forces) is the transpose of `gear_input` (small displacements).
 """
 
 from collections.abc import Callable, Sequence
@@ -11,21 +11,21 @@ from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, cross, dot
 
 Moved = Callable[[Joint, int], tuple[Columns, Columns]]
-"""Function that returns displacement [m], complex, and rotation [rad] of a link at a joint."""
+"""Function that returns the displacement (complex) [m] and the rotation [rad] of a link at a joint."""
 
 
 @dataclass(frozen=True, eq=False)
 class GearLoad:
-    """Load of a gear on a link, in addition to the follower's own force and moment.
+    """Load of a gear on a link, in addition to the force and moment of the follower's joint.
 
     Attributes
     ----------
     link
         Index of the link.
     joint, arm
-        Joint at whose point the load acts; vector to it from the origin of the link's axes [m], complex.
+        Joint at which the load acts, and vector from the link's origin to the joint's point (complex) [m].
     force, moment
-        Force, complex [N]; moment about the joint's point [N m].
+        Force (complex) [N], and moment about the joint's point [N m].
     """
 
     link: int
@@ -36,17 +36,17 @@ class GearLoad:
 
 
 def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) -> Columns:
-    """Motion that a gear imposes on its follower, child from parent, when links move.
+    """Return the motion that a gear imposes on its follower (child relative to parent) when links move.
 
     Parameters
     ----------
     place
-        Follower's joint.
+        Joint of the follower.
     moved
-        Displacements of the links at their joints.
+        Function that returns the displacements of the links.
     flank
-        Loaded flank, +1 or -1: teeth stay in contact along their line of action even if the wheels are displaced. None
-        for a motion without joint gaps: the gear ratio holds.
+        Loaded flank, +1 or -1. The teeth then stay in contact along the line of action even if the wheels are
+        displaced. With None, the gear ratio holds, as in a motion without joint gaps.
     """
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
@@ -56,14 +56,14 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
         ratio = joint.sense * joint.gear.ratio
         if driver.turns:
             return ratio * (moved(driver, link)[1] - moved(driver, owner)[1])
-        # racks slide on the ground, so the line does not move
+        # a rack slides on the ground, so its line does not move
         return ratio * dot(driver.line, moved(driver, link)[0])
     push = teeth.push(flank)
     carrier = joint.parent if teeth.wheel == joint.child else joint.child
     led, led_turn = moved(driver, teeth.body)
     follower, follower_turn = moved(joint, teeth.wheel)
     at_carrier, carrier_turn = moved(joint, carrier)
-    # along the joint's coordinate the wheel moves with its carrier; the gear's motion is added
+    # along the joint coordinate, the wheel first moves with its carrier; the motion of the gear is added later
     if place.turns:
         follower_turn = carrier_turn
     else:
@@ -73,14 +73,15 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
-    """Loads of a gear on all links, in addition to the force on its follower's child and its opposite.
+    """Return the loads of a gear on all links, in addition to the force of the follower's joint on both its links.
 
     Parameters
     ----------
     place
-        Follower's joint.
+        Joint of the follower.
     force, moment
-        Force, complex [N], and moment [N m] on its child; the component along its coordinate is the gear's effort.
+        Force (complex) [N] and moment [N m] of this joint on its child. The component along the joint coordinate is
+        the effort of the gear.
     flank
         Loaded flank, +1 or -1.
     """
@@ -93,7 +94,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
     tooth = effort * teeth.push(flank)
     hub = teeth.arm - teeth.reach_body
     led = GearLoad(teeth.body, driver, hub, -tooth, -cross(teeth.reach_body, tooth))
-    # the effort acts between the teeth and does not load the carrier
+    # the effort acts between the teeth, not on the carrier
     ends = (joint.child, place.arm_child), (joint.parent, place.arm_parent)
     (wheel, arm), (carrier, arm_carrier) = ends if teeth.wheel == joint.child else ends[::-1]
     if place.turns:
@@ -104,7 +105,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
 
 
 def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:
-    """Loads due to an effort along the driver's coordinate, for gears without teeth."""
+    """Return the loads of a gear without teeth due to an effort along the driver's coordinate."""
     assert joint.gear is not None
     owner, link = joint.gear.ends
     if driver.turns:
@@ -117,5 +118,5 @@ def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[Gea
 
 
 def rack_arm(driver: Joint) -> Columns:
-    """Vector from the link's origin to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
+    """Return the vector from the link's origin to the point of a driving rack (complex) [m]; ZERO for a wheel."""
     return ZERO if driver.turns else driver.turn * driver.at_child

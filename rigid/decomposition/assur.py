@@ -1,4 +1,4 @@
-"""Assur groups of a mechanism with their class and order."""
+"""Assur groups of a mechanism, with class and order."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -15,26 +15,26 @@ ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
 @dataclass(frozen=True)
 class AssurGroup:
-    """Group of links that are placed together.
+    """A group of links that are solved together.
 
     Attributes
     ----------
     links
         Names of the links, in the order of the mechanism.
     drives
-        Numbers of the drives of joints inside the group or to placed links.
+        Indices of the drives of joints inside the group, or between the group and placed links.
     group_class
-        1 for links placed only by drives or welds, 2 for a dyad, otherwise the order of the largest contour: links in a
-        loop of the group, or joints within the group on one link. 0 for overconstrained links, which are not an Assur
-        group.
+        1 for links that are placed by drives or welds only, and 2 for a dyad. For larger groups, the order of the
+        largest contour: the number of links in a loop of the group, or of inner joints on one link. 0 for
+        overconstrained links, which are not an Assur group.
     order
-        Number of joints to placed links.
+        Number of joints between the group and placed links.
     signature
-        For a dyad, the pairs outer, inner, outer, such as "RRP"; otherwise "".
+        For a dyad, the types of its outer, inner and outer joint, such as "RRP"; otherwise "".
     surplus
-        Number of constraints beyond the freedoms.
+        Number of redundant constraints.
     fixed
-        Whether only welds hold the links.
+        Whether the links are placed by welds only.
     """
 
     links: tuple[str, ...]
@@ -60,14 +60,14 @@ class AssurGroup:
 
 
 def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
-    """Groups in the order of solution. The highest class is the class of the mechanism.
+    """Return the groups of a mechanism in the order of solution. Their highest class is that of the mechanism.
 
-    A driven joint or a weld inside a group makes its two links one body.
+    Two links of a group with a driven joint or a weld between them count as one body.
 
     Raises
     ------
     MechanismError
-        The drives do not determine the mechanism.
+        If the drives do not determine the mechanism.
 
     Examples
     --------
@@ -85,11 +85,11 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     joints = group.joints
     names = tuple(mechanism.links[link].name for link in sorted(group.links))
     drives = tuple(sorted(joint.drive for joint in joints if joint.drive is not None))
-    body = _bodies(group.links, joints)
+    body_of = _bodies(group.links, joints)
     free = [joint for joint in joints if not joint.moved]
-    inner = [joint for joint in free if -1 not in (body.get(joint.parent, -1), body.get(joint.child, -1))]
+    inner = [joint for joint in free if -1 not in (body_of.get(joint.parent, -1), body_of.get(joint.child, -1))]
     outer = [joint for joint in free if joint not in inner]
-    bodies = set(body.values()) - {-1}
+    bodies = set(body_of.values()) - {-1}
     surplus = 2 * len(joints) + sum(joint.moved for joint in joints) - 3 * len(names)
     if surplus:
         return AssurGroup(names, drives, 0, len(outer), surplus=surplus)
@@ -100,26 +100,27 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
         ends = sorted(joint.letter for joint in outer)
         first, last = ("R", "P") if ends == ["P", "R"] else ends
         return AssurGroup(names, drives, 2, len(outer), first + inner[0].letter + last)
-    edges = [(body[joint.parent], body[joint.child]) for joint in inner]
-    held = max(sum(one in edge for edge in edges) for one in bodies)
-    return AssurGroup(names, drives, max(2, held, _greatest_contour(edges)), len(outer))
+    edges = [(body_of[joint.parent], body_of[joint.child]) for joint in inner]
+    most_joints = max(sum(body in edge for edge in edges) for body in bodies)
+    return AssurGroup(names, drives, max(2, most_joints, _greatest_contour(edges)), len(outer))
 
 
 def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
-    """Map links to bodies, joined by driven joints; -1 for links driven from placed links."""
+    """Map each link to the body that it forms with links at driven joints; -1 if a placed link belongs to it."""
     body = {link: link for link in links}
     for joint in joints:
         if joint.moved:
             parent, child = body.get(joint.parent, -1), body.get(joint.child, -1)
-            kept, gone = min(parent, child), max(parent, child)
-            body = {link: kept if old == gone else old for link, old in body.items()}
+            kept, merged = min(parent, child), max(parent, child)
+            body = {link: kept if old == merged else old for link, old in body.items()}
     return body
 
 
 def _greatest_contour(edges: list[tuple[int, int]]) -> int:
-    """Number of links in the largest loop of a minimal cycle basis, or 0.
+    """Return the number of links in the largest loop of a minimal cycle basis, or 0.
 
-    Shortest loops through each edge and link, taken if independent of the previous ones (Horton's method).
+    Horton's method: candidates are the shortest loops through each edge and each link. A loop joins the basis if it is
+    independent of the shorter ones.
     """
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
@@ -132,8 +133,8 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     greatest = 0
     for loop in sorted(loops, key=int.bit_count):
         rest = loop
-        for held in basis:
-            rest = min(rest, rest ^ held)
+        for vector in basis:
+            rest = min(rest, rest ^ vector)
         if rest:
             basis.append(rest)
             basis.sort(reverse=True)
@@ -142,7 +143,7 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
 
 
 def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Edges on a shortest path from a body to each other body, as bits."""
+    """Return the edges on a shortest path from a body to each other body, as the bits of a number."""
     path = {root: 0}
     waiting = deque([root])
     while waiting:

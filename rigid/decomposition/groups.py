@@ -1,8 +1,8 @@
-"""Groups of links that are placed together, in the order of solution.
+"""Groups of links that are solved together, in the order of solution.
 
-A group is a minimal set of links determined by links placed before it: a driven link, a dyad, or a larger Assur group.
-Within a group, the *tree* joints attach each link to one placed before it; each leaves a freedom unless it is driven.
-The *cut* joints close the loops and determine those freedoms.
+A group is a minimal set of links that is determined by previously placed links: a driven link, a dyad, or a larger
+Assur group. The *tree* joints of a group attach each of its links to a previous link. Each tree joint leaves one
+freedom, unless it is driven. The *cut* joints close the loops, which determines these freedoms.
 """
 
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ LINK_CONSTRAINTS = 3  # number of constraints that fix a link in the plane
 
 @dataclass(frozen=True, eq=False)
 class GearLoop:
-    """Gears of a group that drive one another through their followers' links.
+    """Mutually driving gears of a group: each driver depends on the followers' motion.
 
     Attributes
     ----------
     followers
-        Numbers of the tree joints that follow the gears.
+        Indices of the tree joints that follow the gears.
     carried
-        Links carried by each follower, as in `Group.carried`.
+        Links that each follower carries, as in `Group.carried`.
     release
-        Motions of all followers, child from parent, per prescribed motion of each gear with the other followers fixed,
-        shape (followers, followers). Its rows are Willis' equation.
+        Motion of each follower (child relative to parent) per prescribed motion of each gear, where the latter is with
+        the other followers fixed; shape (followers, followers). The rows are Willis' equations.
     """
 
     followers: tuple[int, ...]
@@ -36,11 +36,23 @@ class GearLoop:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Links that are placed together.
+    """Links that are solved together.
 
-    `tree[k]` carries `links[k]`; `free` are the numbers of the undriven tree joints. `carried` lists, per free joint,
-    the links it carries, each with the numbers of the tree joints from the link back to that joint. `cut` closes the
-    loops. `rings` are welds that close loops of welds. `loop`: gears that drive one another.
+    Attributes
+    ----------
+    links, tree
+        Links, and the tree joint that carries each of them.
+    cut
+        Joints that close the loops.
+    free
+        Indices of the undriven tree joints.
+    carried
+        For each free joint, the links that it carries, each with the indices of the tree joints from the link back to
+        the free joint.
+    rings
+        Welds that close loops of welds.
+    loop
+        Mutually driving gears, or None.
     """
 
     links: tuple[int, ...]
@@ -53,24 +65,24 @@ class Group:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """Tree joints, cut joints, and welds of rings."""
+        """Tree joints, cut joints, and welds that close rings."""
         return self.tree + self.cut + self.rings
 
     @property
     def surplus(self) -> int:
-        """Number of constraints beyond the freedoms."""
+        """Number of redundant constraints."""
         return 2 * len(self.cut) + LINK_CONSTRAINTS * len(self.rings) - len(self.free)
 
     @cached_property
     def fixed(self) -> tuple[Joint, ...]:
-        """Welds of the tree, with children fixed to their parents."""
+        """Welds of the tree, which fix a child to its parent."""
         return tuple(joint for joint in self.tree if not joint.freedoms)
 
     @cached_property
     def dyad(self) -> tuple[Joint, Joint, Joint] | None:
-        """Outer joints of a dyad and the inner joint between its bodies, or None.
+        """The two outer joints and the inner joint of a dyad, or None for other groups.
 
-        A body is a link with all links welded to it, represented by the first one in the tree.
+        Welded links form one body, which is represented by its first link in the tree.
         """
         if not len(self.links) - len(self.fixed) == len(self.free) == 2 or len(self.cut) != 1:
             return None
@@ -86,7 +98,7 @@ class Group:
 
     @cached_property
     def angles(self) -> tuple[bool, ...]:
-        """Whether each free coordinate is an angle; otherwise it is a slide."""
+        """Whether each free coordinate is an angle (otherwise it is a slide)."""
         return tuple(self.tree[number].turns for number in self.free)
 
     @cached_property
@@ -102,24 +114,24 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """Groups in the order of solution, and all joints, group by group."""
+    """Groups of a mechanism in the order of solution, and all joints, group by group."""
 
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]
 
     @cached_property
     def surplus(self) -> bool:
-        """Whether a group has more constraints than freedoms."""
+        """Whether any group has redundant constraints."""
         return any(group.surplus for group in self.groups)
 
     @property
     def closed_form(self) -> bool:
-        """Whether each position can be solved independently, on a known branch."""
+        """Whether each position on a known branch can be solved without its neighbours."""
         return all(group.closed_form for group in self.groups) and not self.measured_drivers
 
     @cached_property
     def measured_drivers(self) -> tuple[tuple[str, int, int], ...]:
-        """Names and links of undriven joints that drive a gear."""
+        """Name, parent and child of each undriven joint that drives a gear."""
         drivers = [driver for joint in self.joints if joint.gear for _, driver in joint.gear.sources]
         return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))
 

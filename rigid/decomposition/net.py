@@ -1,4 +1,4 @@
-"""Joints between the links, and sets of links with equal constraints and freedoms."""
+"""Joints between the links, and sets of links with as many constraints as freedoms."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
@@ -9,7 +9,7 @@ from rigid.decomposition.groups import LINK_CONSTRAINTS
 from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
 
-MAX_PARALLEL_SINE = 1e-9  # sine of the angle between parallel lines
+MAX_PARALLEL_SINE = 1e-9  # sine of the angle up to which two lines count as parallel
 
 
 class Net:
@@ -48,19 +48,19 @@ class Net:
             key = self._key(gear.follower)
             self._require_grounded(gear)
             if key in self.driven or key in self.geared:
-                twice = f'the joint "{key[0]}" is moved twice, by a gear and otherwise'
-                raise MechanismError(twice, kind="drives", joints=key[:1])
+                message = f'the joint "{key[0]}" is moved twice, by a gear and by a drive or another gear'
+                raise MechanismError(message, kind="drives", joints=key[:1])
             self.geared[key] = (gear, self._driver(gear.driver))
 
     def _require_grounded(self, gear: Gear) -> None:
-        """Raise MechanismError for a gear on a slider of a moving link: its slide is ambiguous."""
+        """Raise MechanismError if a gear uses a slider on a moving link, because the slide is then ambiguous."""
         for end in (gear.driver, gear.follower):
             if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
-                moving = f'gear: slider "{end.slider}" runs on a moving link, a rack on the ground'
-                raise MechanismError(moving, kind="gear", joints=(end.slider,))
+                message = f'gear: slider "{end.slider}" runs on a moving link, but a rack must slide on the ground'
+                raise MechanismError(message, kind="gear", joints=(end.slider,))
 
     def _driver(self, driver: PinDrive | SliderDrive) -> Joint:
-        """Joint that drives a gear, from the reference link to the moving one."""
+        """Return the joint that drives a gear, with the reference link as parent."""
         name, _ = self._key(driver)
         if isinstance(driver, PinDrive):
             return self.pin(name, self.index[driver.on], self.index[driver.link])
@@ -68,7 +68,7 @@ class Net:
         return self.slide(name, on, link)
 
     def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Coupling | None, object]:
-        """Drive number or gear coupling of a joint, and the part that names its links."""
+        """Return the drive number or the gear coupling of a joint, and the drive or gear end at this joint."""
         number = self.driven.get((name, ends))
         if number is not None:
             return number, None, self.drives[number]
@@ -78,15 +78,15 @@ class Net:
         return None, Coupling(gear.ratio, driver, gear.pressure_angle), gear.follower
 
     def _key(self, drive: object) -> tuple[str, frozenset[int]]:
-        """Name and links of the joint of a drive or gear end."""
+        """Return the name and the links of the joint of a drive or gear end."""
         if isinstance(drive, PinDrive):
             ends = frozenset((self.index[drive.link], self.index[drive.on]))
             if not ends <= set(self.pins.get(drive.at, ())) or len(ends) < 2:
-                none = f'drive of "{drive.link}" on "{drive.on}": they share no pin "{drive.at}"'
-                raise MechanismError(none, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
+                message = f'drive of "{drive.link}" on "{drive.on}": they share no pin "{drive.at}"'
+                raise MechanismError(message, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
             if (drive.at, ends) in self.welds:
-                held = f'drive of "{drive.link}" on "{drive.on}": they are welded at "{drive.at}"'
-                raise MechanismError(held, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
+                message = f'drive of "{drive.link}" on "{drive.on}": they are welded at "{drive.at}"'
+                raise MechanismError(message, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
             return drive.at, ends
         name = getattr(drive, "slider", "")
         if name not in self.sliders:
@@ -95,7 +95,7 @@ class Net:
         return name, frozenset((on, link))
 
     def pin(self, point: str, parent: int, child: int) -> Joint:
-        """Pin, or weld, of two links at a point."""
+        """Return the pin or weld of two links at a point."""
         links = self.links
         weld = self.welds.get((point, frozenset((parent, child))))
         if weld is not None:
@@ -107,13 +107,13 @@ class Net:
         return PinJoint(point, parent, child, *ends, sense, drive, gear)
 
     def turned(self, link: int) -> Joint:
-        """Pin of a link on the ground: a driven one, or a virtual one to measure its angle."""
+        """Return a driven pin between a link and the ground, or a virtual one that measures the link's angle."""
         ends = frozenset((0, link))
         points = [point for point, pair in (*self.driven, *self.geared) if pair == ends and point in self.pins]
         return self.pin(points[0], 0, link) if points else PinJoint("", 0, link, 0.0, 0.0)
 
     def slide(self, name: str, parent: int, child: int) -> Joint:
-        """Slider between its two links."""
+        """Return the joint of a slider."""
         slider, on, link = self.sliders[name]
         drive, gear, _ = self._mover(name, frozenset((on, link)))
         at_link = self.links[link].points[slider.point]
@@ -121,14 +121,14 @@ class Net:
         return SliderJoint(name, parent, child, *ends, 1 if parent == on else -1, drive, gear, slider=slider)
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
-        """Joints of `links` among themselves and to `known`, without redundant loops at points."""
+        """Return the joints within `links` and from `links` to `known`, without redundant pins at shared points."""
         joints: list[Joint] = []
         for point, ends in self.pins.items():
             inside = [end for end in ends if end in links]
-            held = [end for end in ends if end in known]
-            if len(inside) + len(held) < 2 or not inside:
+            known_ends = [end for end in ends if end in known]
+            if len(inside) + len(known_ends) < 2 or not inside:
                 continue
-            joints += self._star(point, inside, held)
+            joints += self._star(point, inside, known_ends)
         for name, (_, on, link) in self.sliders.items():
             for parent, child in ((on, link), (link, on)):
                 if child in links and (parent in known or (parent in links and parent == on)):
@@ -136,10 +136,10 @@ class Net:
                     break
         return joints
 
-    def _star(self, point: str, inside: list[int], held: list[int]) -> Iterator[Joint]:
-        """Yield joints of links at a point: to a welded or driving link, otherwise to the hub."""
-        hub = held[0] if held else inside[0]
-        placed = list(held) if held else [hub]
+    def _star(self, point: str, inside: list[int], known: list[int]) -> Iterator[Joint]:
+        """Yield the joints of all links at a point, each to a link with a weld, drive or gear, or else to the hub."""
+        hub = known[0] if known else inside[0]
+        placed = list(known) if known else [hub]
         paired = self.welds.keys() | self.driven.keys() | self.geared.keys()
         waiting = [link for link in inside if link not in placed]
         while waiting:
@@ -163,7 +163,7 @@ class Net:
             joints = self.joints(links, known)
             drives = sum(joint.moved for joint in joints)
             drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-            # solve mutually driving gears together if only drives move the links otherwise
+            # mutually driving gears are solved together if all other joints of the links are driven
             driven = drivers <= known or (drivers <= known | set(links) and len(joints) == len(links))
             if 2 * len(joints) + drives != 3 * len(links) or not driven or _unsolvable(joints, links):
                 continue
@@ -171,7 +171,7 @@ class Net:
                 yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield minimal overconstrained sets of unknown links, which are movable if their dimensions fit."""
+        """Yield minimal overconstrained sets of unknown links, which can move if their dimensions fit."""
         for links in self._connected(known, unknown):
             joints, freedoms = self.joints(links, known), 3 * len(links)
             moved = sum(joint.moved for joint in joints)
@@ -179,7 +179,7 @@ class Net:
                 yield links
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:
-        """Redundant constraints between two links: parallel rods, or a block in parallel guides."""
+        """Return the number of redundant constraints between pairs of links, such as a block in parallel guides."""
         group = {link: link for link in (*links, *known)}
 
         def top(link: int) -> int:
@@ -200,7 +200,7 @@ class Net:
         return surplus
 
     def _between(self, one: int, other: int) -> tuple[int, int]:
-        """Number and rank of the constraints between two links."""
+        """Return the number and the rank of the constraints between two links."""
         pair = {one, other}
         pins = sum(pair <= set(links) for links in self.pins.values())
         lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
@@ -209,7 +209,7 @@ class Net:
         return 2 * (pins + len(lines)) + welds, 2 if parallel else LINK_CONSTRAINTS
 
     def _connected(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield connected sets of unknown links next to a known one, smaller sets first."""
+        """Yield connected sets of unknown links with a joint to a known link, smaller sets first."""
         for size in range(1, len(unknown) + 1):
             links: tuple[int, ...] = ()
             for links in self._connected_sets(size, known, unknown):
@@ -218,7 +218,7 @@ class Net:
                 return
 
     def _connected_sets(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield the connected sets of one size."""
+        """Yield the connected sets of a given size."""
         starts = sorted(link for link in unknown if self.neighbours[link] & known)
         seen: set[frozenset[int]] = set()
         stack = [frozenset((link,)) for link in reversed(starts)]
@@ -234,16 +234,16 @@ class Net:
             stack += [links | {link} for link in sorted(around, reverse=True)]
 
     def names(self, links: Iterable[int]) -> tuple[str, ...]:
-        """Names of links."""
+        """Return the names of links."""
         return tuple(self.links[link].name for link in sorted(links))
 
     def quoted(self, links: Iterable[int]) -> str:
-        """Quoted names of links for a message."""
+        """Return the quoted names of links for a message."""
         return ", ".join(f'"{name}"' for name in self.names(links))
 
 
 def _unsolvable(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
-    """Whether two links have only sliders, or a single link is overconstrained."""
+    """Return whether two links have sliders only, or the known links overconstrain one of several links."""
     if len(links) == 2 and not any(joint.turns for joint in joints):
         return True
     return any(

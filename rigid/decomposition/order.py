@@ -1,4 +1,4 @@
-"""Order of solution of a mechanism: its groups, each with a tree of joints."""
+"""Order of solution of a mechanism: groups of links, each with a tree of joints."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,25 +14,27 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
 
-MAX_NAMED = 3  # maximum number of points in a message
-RANK_TOLERANCE = 1e-9  # largest singular value of mutually driving gears that counts as zero / largest entry
+MAX_NAMED = 3  # maximum number of points listed in a message
+RANK_TOLERANCE = 1e-9  # singular value of mutually driving gears that counts as zero, relative to the largest entry
 
 
 @lru_cache(maxsize=64)
 def structure(mechanism: Mechanism) -> Structure:
-    """Groups of a mechanism in order of solution, independent of the drawing, masses and loads.
+    """Return the groups of a mechanism in the order of solution.
+
+    The result does not depend on the drawing, masses or loads.
 
     Raises
     ------
     MechanismError
-        There are too few or too many drives or joints, or a drive at an unknown joint.
+        If there are too few or too many drives or joints, or if a drive is at an unknown joint.
     """
     return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears, mechanism.welds)
 
 
 @lru_cache(maxsize=64)
 def _structure(*parts: Any) -> Structure:
-    """Structure from the topological parts, cached for all drawings of a mechanism."""
+    """Return the structure for the topological parts; cached for all drawings of a mechanism."""
     net = Net(*parts)
     known, groups = {0}, []
     unknown = set(range(1, len(net.links)))
@@ -51,7 +53,7 @@ def _structure(*parts: Any) -> Structure:
 
 
 def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
-    """Build the tree of a determined set: welds first, then driven joints, then known links."""
+    """Build the tree of a set of links: welds first, then driven joints, then joints to known links."""
     root = {link: link for link in links}
 
     def top(link: int) -> int:
@@ -75,7 +77,7 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
     cut = [joint for joint in cut if joint.freedoms]
     if any(joint.moved for joint in cut):
         raise MechanismError(
-            f"the drives of {net.quoted(links)} fight one another: too many drives in one loop",
+            f"the drives of {net.quoted(links)} conflict: too many drives in one loop",
             kind="drives",
             links=net.names(links),
         )
@@ -85,7 +87,7 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
 def _directed(
     links: tuple[int, ...], tree: list[Joint], cut: list[Joint], rings: list[Joint], known: set[int]
 ) -> Group:
-    """Direct the tree away from the known links, and list the links of each free joint."""
+    """Direct the tree away from the known links, and list the links that each free joint carries."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
     free: list[int] = []
@@ -106,10 +108,10 @@ def _directed(
 
 
 def _with_loop(net: Net, group: Group) -> Group:
-    """Prepare a group of mutually driving gears: follower laws and their release matrix.
+    """Add the laws of the followers and the release matrix to a group with mutually driving gears.
 
-    The followers' motions y, child from parent, satisfy y = r + M y; r are the parts due to drives and links placed
-    before.
+    The motions y of the followers (child relative to parent) satisfy y = r + M y, where r is due to drives and
+    previously placed links.
     """
     tree, followers = group.tree, [k for k, joint in enumerate(group.tree) if joint.gear]
     chains = _chains(group)
@@ -119,7 +121,7 @@ def _with_loop(net: Net, group: Group) -> Group:
     open_ = np.eye(len(followers)) - np.array([[_driven_by(tree, chains, g, k) for k in followers] for g in followers])
     if np.linalg.svd(open_, compute_uv=False)[-1] <= RANK_TOLERANCE * np.abs(open_).max():
         raise MechanismError(
-            f"the gears of {net.quoted(group.links)} lock one another or leave one another free: "
+            f"the gears of {net.quoted(group.links)} lock one another or do not determine their motion: "
             "change a ratio, or drive another of their wheels",
             kind="freedoms",
             links=net.names(group.links),
@@ -142,7 +144,7 @@ def _with_loop(net: Net, group: Group) -> Group:
 
 
 def _chains(group: Group) -> dict[int, tuple[int, ...]]:
-    """Tree joints from each link of a group back to a placed link."""
+    """Return the tree joints from each link of a group back to a placed link."""
     chains: dict[int, tuple[int, ...]] = {}
     for k, joint in enumerate(group.tree):
         chains[joint.child] = (k, *chains.get(joint.parent, ()))
@@ -150,7 +152,7 @@ def _chains(group: Group) -> dict[int, tuple[int, ...]]:
 
 
 def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int, k: int) -> float:
-    """Motion of a gear's follower, child from parent, per motion of tree joint k."""
+    """Return the motion of a gear's follower (child relative to parent) per motion of tree joint k."""
     gear = tree[follower].gear
     assert gear is not None
     if gear.driver.turns != tree[k].turns:
@@ -162,9 +164,10 @@ def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follow
 def _sources(
     net: Net, tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int
 ) -> Iterator[tuple[float, Joint]]:
-    """Yield factors and joints that prescribe a follower with all followers fixed.
+    """Yield the factors and joints that prescribe the motion of a follower while all other followers are fixed.
 
-    Motions are child from parent; the joints are drives, and angles of links placed before.
+    Motions are those of the child relative to the parent. The joints are drives, or measure angles of previously placed
+    links.
     """
     gear = tree[follower].gear
     assert gear is not None
@@ -182,28 +185,28 @@ def _sources(
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
-    """Error for a mechanism in which no further group is found, with the cause."""
+    """Return the error for a mechanism without a further group, with the cause."""
     joints = net.joints(sorted(unknown), known)
     freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
     names = net.names(unknown)
     who = f"link {net.quoted(unknown)} is" if len(unknown) == 1 else f"links {net.quoted(unknown)} are"
     if freedoms > 0:
-        left = f"{who} left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
-        return MechanismError(left + _unshared(net, unknown), kind="freedoms", links=names)
+        message = f"{who} left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
+        return MechanismError(message + _unshared(net, unknown), kind="freedoms", links=names)
     if freedoms < 0:
-        held = f"{who} held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
-        return MechanismError(held, kind="freedoms", links=names)
+        message = f"{who} overconstrained by {counted(-freedoms, 'constraint')}: remove a drive or a joint for each"
+        return MechanismError(message, kind="freedoms", links=names)
     who = f"links {net.quoted(unknown)}"
     rings = [gear for gear, driver in net.geared.values() if {driver.parent, driver.child} & unknown]
     if rings:
-        ring = f"{who} are moved by gears whose drivers they carry themselves, and are not placed so"
-        return MechanismError(f"{ring}: drive one of them instead, such as the carrier", kind="freedoms", links=names)
-    uneven = f"{who} hold one another in some places twice and in others not at all: check their joints"
-    return MechanismError(uneven, kind="freedoms", links=names)
+        message = f"the gears of {who} are driven by the links that they move: drive one of these, such as the carrier"
+        return MechanismError(message, kind="freedoms", links=names)
+    message = f"some of the {who} are overconstrained and others are free: check their joints"
+    return MechanismError(message, kind="freedoms", links=names)
 
 
 def _unshared(net: Net, links: set[int]) -> str:
-    """Message about points that belong to one link only, at which a joint may be missing."""
+    """Return a note on points that belong to one link only, where a joint may be missing."""
     joined = {*net.pins, *(slider.point for slider, _, _ in net.sliders.values())}
     alone = [name for at in sorted(links) for name in net.links[at].points if name not in joined]
     if not alone:
@@ -213,12 +216,12 @@ def _unshared(net: Net, links: set[int]) -> str:
 
 
 def _require_all(net: Net, joints: Sequence[Joint]) -> None:
-    """Raise MechanismError unless the tree uses all joints and drives of the mechanism."""
+    """Raise MechanismError if the groups leave out a joint or drive of the mechanism."""
     for point, links in net.pins.items():
         used = sum(joint.name == point and joint.turns for joint in joints)
         if used < len(links) - 1:
             raise MechanismError(
-                f'overconstrained: the pin "{point}" of {net.quoted(links)} joins placed links',
+                f'overconstrained: the pin "{point}" of {net.quoted(links)} joins links that are already determined',
                 kind="overconstrained",
                 links=net.names(links),
                 joints=(point,),
@@ -227,7 +230,7 @@ def _require_all(net: Net, joints: Sequence[Joint]) -> None:
     for (point, ends), weld in net.welds.items():
         if id(weld) not in made:
             raise MechanismError(
-                f'the links {net.quoted(ends)} are welded at "{point}" by other welds there: leave one out',
+                f'the links {net.quoted(ends)} are already joined by other welds at "{point}": leave out one weld',
                 kind="overconstrained",
                 links=net.names(ends),
                 joints=(point,),
@@ -235,7 +238,9 @@ def _require_all(net: Net, joints: Sequence[Joint]) -> None:
     surplus = sorted(set(net.sliders) - {joint.name for joint in joints if not joint.turns})
     if surplus:
         raise MechanismError(
-            f'overconstrained: the slider "{surplus[0]}" joins placed links', kind="overconstrained", joints=surplus[:1]
+            f'overconstrained: the slider "{surplus[0]}" joins links that are already determined',
+            kind="overconstrained",
+            joints=surplus[:1],
         )
     idle = set(range(len(net.drives))) - {joint.drive for joint in joints}
     if idle:

@@ -1,7 +1,7 @@
-"""Efforts of drives, laws of loads, and motions found from efforts."""
+"""Forward dynamics: drive efforts, laws of loads, and motions integrated from given efforts."""
 
 from rigid.dynamics.force_laws import CurveLaw, corners, law_of, law_of_time, table_curve
-from rigid.dynamics.forward_dynamics import INTERRUPTED, forward, steps_ahead
+from rigid.dynamics.forward_dynamics import INTERRUPTED, forward, remaining_steps
 from rigid.dynamics.integrated_motion import (
     Effort,
     EquationOfMotion,

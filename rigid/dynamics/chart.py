@@ -1,7 +1,7 @@
-"""Cached postures of a mechanism with one drive, as piecewise polynomials of its coordinate.
+"""Cache of a mechanism with one drive: its postures as piecewise polynomials of the drive coordinate.
 
-All position-dependent terms of the equation of motion are functions of this coordinate, and a crank repeats them each
-turn. A cell is reused from the previous turn if the links have the same posture.
+The position-dependent terms of the equation of motion are functions of this coordinate, and with a crank they repeat
+every turn. A cell of the cache is reused in the next turn if the links have the same posture.
 """
 
 import math
@@ -16,12 +16,12 @@ from rigid.dynamics.tracking import Tracker
 from rigid.kinematics import Motion
 from rigid.plane import cross, dot
 
-CELLS_PER_TURN = 16  # number of cells per turn of the drive, or per size of the mechanism
+CELLS_PER_TURN = 16  # number of cells per turn of a pin drive, or per mechanism size for a slider drive
 NODES = 16  # number of nodes of a polynomial
-SUBDIVISIONS = (1, 2, 4)  # maximum number of subdivisions of a cell
-TAIL_LENGTH = 3  # number of last coefficients used to test convergence
-TAIL_TOLERANCE = 2e-13  # largest last coefficients, relative to the polynomial's size
-POSTURE_TOLERANCE = 1e-8  # difference of equal positions, relative to the size, or of unit vectors
+SUBDIVISIONS = (1, 2, 4)  # numbers of polynomials to try in a cell
+TAIL_LENGTH = 3  # number of trailing coefficients in the convergence test
+TAIL_TOLERANCE = 2e-13  # largest trailing coefficient, relative to the polynomial's size
+POSTURE_TOLERANCE = 1e-8  # difference between equal postures: of positions / size, or of unit vectors
 ORDERS = np.arange(NODES)
 ANGLES = (2 * ORDERS + 1) * (np.pi / (2 * NODES))
 TO_COEFFICIENTS = np.cos(np.outer(ORDERS, ANGLES)) * np.where(ORDERS == 0, 1.0, 2.0)[:, None] / NODES
@@ -29,18 +29,19 @@ TO_COEFFICIENTS = np.cos(np.outer(ORDERS, ANGLES)) * np.where(ORDERS == 0, 1.0, 
 
 @dataclass(frozen=True, eq=False)
 class ChartedPosture:
-    """Links at a drive coordinate, for unit drive rate; arrays of shape (links, 1).
+    """Posture and unit-rate motion of all links at a drive coordinate; arrays of shape (links, 1).
 
     Attributes
     ----------
     origin, angle
-        Origin [m], complex, and angle [rad], up to full turns.
+        Origins (complex) [m] and angles [rad], modulo full turns.
     velocity, omega
-        For unit drive rate.
+        Velocities and angular velocities at unit drive rate.
     acceleration, epsilon
-        For constant unit drive rate.
+        Accelerations and angular accelerations at constant unit drive rate.
     inertia, bias, weight
-        Reduced to the drive: inertia, inertial effort at constant unit rate, and effort of gravity.
+        Terms of the equation of motion reduced to the drive: inertia, inertial effort at constant unit rate, and effort
+        due to gravity.
     """
 
     origin: Complexes
@@ -54,7 +55,7 @@ class ChartedPosture:
     weight: float
 
     def coasting(self, tracker: Tracker, time: float, drive: Reals, rate: Reals) -> Motion:
-        """Motion at a rate without acceleration."""
+        """Return the motion at a drive rate, without drive acceleration."""
         squared = rate[0] * rate[0]
         omega = self.omega * rate[0]
         return Motion(
@@ -74,9 +75,9 @@ class ChartedPosture:
 
 
 class PostureChart:
-    """Visited cells of the drive coordinate; None for postures without a polynomial.
+    """Cells of the drive coordinate that the motion has visited. A cell is None if polynomials do not converge.
 
-    Cells are numbered along the coordinate, over any number of turns.
+    The cells are numbered along the coordinate, over any number of turns.
     """
 
     def __init__(self, tracker: Tracker) -> None:
@@ -86,12 +87,12 @@ class PostureChart:
         self._width = (2 * math.pi if self._turns else tracker.size) / CELLS_PER_TURN
         self._cells: dict[int, Reals | None] = {}
         count = self._links
-        # references for round-off: sizes of positions and angles, and the largest rates
+        # reference sizes for round-off of positions and angles
         self._least = np.zeros(9 * count + 3)
         self._least[: 2 * count], self._least[6 * count : 7 * count] = tracker.size, 1.0
 
     def at(self, coordinate: float) -> ChartedPosture | None:
-        """Cached links at a drive coordinate, or None."""
+        """Return the cached posture at a drive coordinate, or None."""
         if not math.isfinite(coordinate):  # the integrator retries an overflowing step with a shorter one
             return None
         number = math.floor(coordinate / self._width)
@@ -102,8 +103,8 @@ class PostureChart:
         part = min(int(place), len(cell) - 1)
         return self._read(cell[part], 2 * (place - part) - 1)
 
-    def passed(self, coordinate: float) -> bool:
-        """Whether the tracked links match their cell; if there is no cell, discard the cells behind."""
+    def is_consistent(self, coordinate: float) -> bool:
+        """Return whether the tracked links match the cache. Outside the cache, clear it and return True."""
         here = self.at(coordinate)
         if here is None:
             self._cells = {number: cell for number, cell in self._cells.items() if cell is None}
@@ -113,7 +114,7 @@ class PostureChart:
         return bool(max(away, np.abs(tracker.direction - np.exp(1j * here.angle)).max()) < POSTURE_TOLERANCE)
 
     def _read(self, polynomials: Reals, place: float) -> ChartedPosture:
-        """Evaluate polynomials at an abscissa from -1 to 1."""
+        """Evaluate the polynomials at an abscissa in the range -1 to 1."""
         values = np.cos(ORDERS * math.acos(min(max(place, -1.0), 1.0))) @ polynomials
         count = self._links
         origin, velocity, acceleration = values[: 6 * count].view(complex).reshape(3, count, 1)
@@ -122,9 +123,9 @@ class PostureChart:
         return ChartedPosture(origin, angle, velocity, omega, acceleration, epsilon, *sums)
 
     def _entered(self, number: int) -> Reals | None:
-        """Cell to enter: one of a neighbouring turn with the same posture, or a new one."""
-        for beside, edge in ((number - 1, 1.0), (number + 1, -1.0)):
-            near = self._cells.get(beside)
+        """Return the cell to enter: a cell of the previous or next turn with the same posture, or a new one."""
+        for neighbour, edge in ((number - 1, 1.0), (number + 1, -1.0)):
+            near = self._cells.get(neighbour)
             for turn in (-CELLS_PER_TURN, CELLS_PER_TURN) if self._turns else ():
                 if number + turn not in self._cells:
                     continue
@@ -136,13 +137,13 @@ class PostureChart:
         return cell
 
     def _meet(self, near: Reals, other: Reals, edge: float) -> bool:
-        """Whether a cell continues another at its end (1.0) or start (-1.0)."""
+        """Return whether `other` continues `near` at the end (1.0) or start (-1.0) of `near`."""
         here, there = self._read(near[-1 if edge > 0 else 0], edge), self._read(other[0 if edge > 0 else -1], -edge)
         away = np.abs(here.origin - there.origin).max() / self._tracker.size
         return bool(max(away, np.abs(np.exp(1j * here.angle) - np.exp(1j * there.angle)).max()) < POSTURE_TOLERANCE)
 
     def _built(self, number: int) -> Reals | None:
-        """Build a cell from the tracker's position and return there."""
+        """Build a cell by moving the tracker through it, and restore the tracker's posture."""
         tracker = self._tracker
         with tracker.returning():
             for parts in SUBDIVISIONS:
@@ -161,19 +162,19 @@ class PostureChart:
         return None
 
     def _sampled(self, low: float, width: float) -> Reals | None:
-        """Sample a cell at its nodes, shape (nodes, values); None if one is singular."""
+        """Sample a cell at its nodes, shape (nodes, values). Return None if a node is nearly singular."""
         tracker = self._tracker
         values = np.empty((NODES, 9 * self._links + 3))
         places = low + width * 0.5 * (1 + np.cos(ANGLES))
         inward = ORDERS if tracker.drive[0] > low else ORDERS[::-1]
         for node in inward:
-            if not tracker.step_to(places[node : node + 1]) or tracker.narrow:
+            if not tracker.step_to(places[node : node + 1]) or tracker.near_singular:
                 return None
             values[node] = self._values()
         return values
 
     def _values(self) -> Reals:
-        """Values of a cell at the current posture: positions, rates, and dynamic terms."""
+        """Return the sampled values at the current posture: positions, rates and terms of the equation of motion."""
         tracker = self._tracker
         (v, w), (a, e) = tracker.unit_twists, tracker.unit_coasting
         mass, first, second = mass_constants(tracker.mechanism, 1)
@@ -188,7 +189,7 @@ class PostureChart:
         return np.concatenate([plane, tracker.angle[:, 0], w[:, 0], e[:, 0], *sums])
 
     def _converged(self, polynomials: Reals) -> bool:
-        """Whether the last coefficients are round-off."""
+        """Return whether the trailing coefficients are round-off."""
         size, count = np.abs(polynomials).max(axis=0), self._links
         for low, high in ((2, 4), (4, 6), (7, 8), (8, 9)):
             size[low * count : high * count] = size[low * count : high * count].max()

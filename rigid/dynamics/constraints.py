@@ -1,7 +1,7 @@
-"""All joints of a mechanism as constraints on the coordinates (x, y, angle) of moving links.
+"""All joints of a mechanism as constraints on the coordinates (x, y, angle) of the moving links.
 
-This is a second formulation, independent of groups, dyads and their order. Joint and gear constraints are deliberately
-reimplemented so that the two formulations check each other. Derivation: docs/dynamics.md.
+This formulation does not use groups, dyads or an order of solution. It implements joint and gear constraints a second
+time on purpose, so that the two formulations check each other. Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Sequence
@@ -16,40 +16,42 @@ from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 
-DRIVE_WEIGHT = 1e6  # weight of the drives' rows, to keep them among the independent ones
+DRIVE_WEIGHT = 1e6  # weight of the rows of drives, so that they are chosen as independent rows
 
 
 @dataclass(frozen=True, eq=False)
 class ConstraintTable:
-    """All joints of a mechanism; arrays (joints, ..., 1) that broadcast to (joints, ..., positions).
+    """All joints of a mechanism, as arrays (joints, ..., 1) that broadcast to (joints, ..., positions).
 
-    After the joints come the pairs of links whose coordinates drive gears; these add no constraint. The owner of a
-    slider is the link with the line, its block the sliding link; for a pin, parent and child.
+    The joints are followed by the pairs of links whose relative coordinates drive gears, which add no constraints. For
+    a slider, the owner is the link with the line and the block is the sliding link. For a pin, they are parent and
+    child.
 
     Attributes
     ----------
     joints
-        Joints in the order of `Structure.joints`; their number is `count`.
+        Joints in the order of `Structure.joints`.
     owner, block
-        Link numbers, shape (joints,).
+        Link indices, shape (joints,).
     foot, tip
-        Joint point in the axes of the owner and of the block [m], complex.
+        Joint point in the axes of the owner and in the axes of the block (complex) [m].
     along
         Unit vector of a slider's line in the axes of the owner; 1 for a pin.
     turn
-        Angle of the block relative to the owner in a slider or weld [rad]; 0 for a pin.
+        Fixed angle of the block relative to the owner of a slider or weld [rad]; 0 for a pin.
     slides
         Whether the joint is a slider, shape (joints, 1, ...).
     moved
-        Numbers of the joints with coordinates in `shares`.
+        Indices of the joints whose coordinates `shares` combines.
     shares
-        Coefficients of these coordinates in each drive, then in each gear (follower minus ratio times driver), then in
-        each weld's angle; shape (drives + gears + welds, moved).
+        Coefficients of these coordinates in each constraint of a drive, of a gear (follower minus ratio times driver)
+        and of a weld's angle, in this order; shape (drives + gears + welds, moved).
     steady
-        Position-independent rates of all joints and then of the moved ones, per rate of (x, y, angle) of each link,
-        shape (2 joints + moved, 3 links).
+        Position-independent part of the rates of all joints, then of the joints in `moved`, per rate of (x, y, angle)
+        of each link; shape (2 joints + moved, 3 links).
     places, parts
-        Flat indices of the position-dependent entries, and the entries of `constraint_matrix` that belong there.
+        Flat indices of the position-dependent entries in the matrix, and indices of the values that
+        `constraint_matrix` writes there.
     """
 
     joints: tuple[Joint, ...]
@@ -68,13 +70,13 @@ class ConstraintTable:
 
     @property
     def count(self) -> int:
-        """Number of the joints."""
+        """Number of joints."""
         return len(self.joints)
 
 
 @lru_cache(maxsize=64)
 def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
-    """Constraint table of a mechanism for columns of `ndim` axes."""
+    """Return the constraint table of a mechanism for columns of `ndim` axes."""
     joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
@@ -124,7 +126,7 @@ def _layout(
 
 
 def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers, Reals]:
-    """`ConstraintTable.moved` and `shares`; gear drivers are numbered after the joints."""
+    """Return `ConstraintTable.moved` and `shares`. The indices of gear drivers follow those of the joints."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
     welds = [number for number, joint in enumerate(joints) if not joint.freedoms]
@@ -141,17 +143,17 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """Joints at a posture.
+    """Constraints at a posture.
 
     Attributes
     ----------
     toward
-        Factor from a vector to its components along and across a slider's line, or in x and y at a pin; complex, shape
-        (joints, ..., positions).
+        Factor that converts a vector to its components along and across a slider's line, or to x and y at a pin;
+        complex, shape (joints, ..., positions).
     vector
-        From the owner's origin to the block's point [m], complex.
+        Vector from the owner's origin to the block's point (complex) [m].
     foot, tip
-        From the owner's origin to its point, and from the block's origin to its point [m], complex.
+        Vectors from the owner's origin to its point, and from the block's origin to its point (complex) [m].
     """
 
     table: ConstraintTable
@@ -162,12 +164,12 @@ class Constraints:
 
     @property
     def opening(self) -> Complexes:
-        """Gap between the joint points [m], complex: (along, across), or (x, y) at a pin."""
+        """Gap between the joint points (complex) [m]: along + i across a slider's line, or x + i y at a pin."""
         return self.toward * (self.vector - self.foot)
 
 
 def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complexes) -> Constraints:
-    """Joints of links with given origins [m] and unit vectors, (links, ..., positions)."""
+    """Return the constraints for given origins [m] and unit vectors of the links, shape (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip, axes = direction[block] * table.tip, direction[owner]
     toward = np.where(table.slides, np.conj(axes * table.along), 1.0)
@@ -175,14 +177,14 @@ def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complex
 
 
 def constraint_matrix(here: Constraints) -> Reals:
-    """Constraint Jacobian with respect to (x, y, angle) of moving links, (..., positions, rows, 3 n).
+    """Return the constraint Jacobian with respect to (x, y, angle) of moving links, (..., positions, rows, 3 n).
 
-    Rows: two per joint, (x, y) of a pin or (rotation, across) of a slider; then one per drive and gear. There are more
-    rows than columns if the mechanism is redundant.
+    Each joint has two rows: (x, y) of a pin or (rotation, across) of a slider. Each drive, gear and weld adds one row.
+    There are more rows than columns if the mechanism has redundant constraints.
     """
     table, toward, joints = here.table, here.toward, 2 * here.table.count
     shape, count = here.vector.shape[1:], len(toward)
-    effects = np.empty((*shape, 6, count), complex)  # effect of (x, y, angle) of block and owner on the gap
+    effects = np.empty((*shape, 6, count), complex)  # effects of (x, y, angle) of block and owner on the gap
     first = effects[..., 0, :] = _last(toward)
     effects[..., 1, :] = 1j * first
     effects[..., 2, :] = _last(1j * here.tip * toward)
@@ -198,17 +200,17 @@ def constraint_matrix(here: Constraints) -> Reals:
 
 
 def _last(values: Complexes) -> Complexes:
-    """Move the first axis to the end, ten times as fast as numpy's `moveaxis`."""
+    """Move the first axis to the end (ten times as fast as numpy's `moveaxis`)."""
     return values.transpose(*range(1, values.ndim), 0)
 
 
 def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
-    """Second rates of the constraints without link accelerations, (..., positions, rows).
+    """Return the second time derivatives of the constraints for zero link accelerations, (..., positions, rows).
 
     Parameters
     ----------
     velocity, omega
-        Velocity of the origins [m/s], complex, and angular velocity [rad/s], shape (links, ..., positions).
+        Velocity of the origins (complex) [m/s] and angular velocity [rad/s], shape (links, ..., positions).
     """
     table, count = here.table, here.table.count
     owner, block = omega[table.owner], omega[table.block]
@@ -224,7 +226,7 @@ def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
 
 
 def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
-    """Numbers of independent rows, including all drives; the others are redundant."""
+    """Return the indices of a maximal set of independent rows that includes all drives."""
     if matrix.shape[0] == matrix.shape[1]:
         return np.arange(len(matrix))
     from scipy.linalg import qr
@@ -234,7 +236,7 @@ def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
 
 
 def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
-    """Angles of all links [rad], (links, 1), with full turns that match the drive coordinates."""
+    """Return the angles of all links, with full turns that match the drive coordinates [rad], shape (links, 1)."""
     angle = angle.copy()
     wanted = table.turn.astype(float).copy()[:, 0]
     driven = table.moved[: len(drive)]

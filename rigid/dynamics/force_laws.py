@@ -1,6 +1,6 @@
-"""Laws of loads and efforts: constant, or as a function of time, angle or slide, by formula or table.
+"""Laws of loads and efforts as functions of time, angle or slide, by formula or table.
 
-A law takes a motion and returns an array of shape (..., positions), a load factor or the effort of a drive.
+A law maps a motion to a load factor or to the effort of a drive, an array of shape (..., positions).
 """
 
 from collections.abc import Callable
@@ -15,24 +15,24 @@ from rigid.kinematics import Motion
 from rigid.laws import TableError
 
 Curve = Callable[[ArrayLike], Reals]
-RANGE_TOLERANCE = 1e-12  # tolerance beyond the ends of a table, relative to its range
-MIN_CORNER = 0.02  # smallest distance of a corner from the line through its neighbours, relative to the table's range
+RANGE_TOLERANCE = 1e-12  # allowed distance beyond the ends of a table, relative to its range
+MIN_CORNER = 0.02  # smallest distance of a corner from the line through its neighbours, relative to the range of values
 
 
 @dataclass(frozen=True, eq=False)
 class CurveLaw:
-    """Law along a curve.
+    """Law that evaluates a curve at a time or coordinate.
 
     Attributes
     ----------
     place
-        Time or coordinate at each position of a motion, shape (..., positions).
+        Function that returns the time or coordinate at each position of a motion, shape (..., positions).
     curve
-        Factor at a time or coordinate.
+        Function that returns the factor at a time or coordinate.
     breaks
-        Abscissas at which the curve jumps or has a corner.
+        Abscissas of jumps and corners of the curve.
     middle
-        Centre of the angle range, which extends by less than half a turn to each side [rad]; None for other
+        Centre of the range of an angle [rad], which extends by less than half a turn to each side; None for other
         coordinates.
     """
 
@@ -42,12 +42,12 @@ class CurveLaw:
     middle: float | None = None
 
     def __call__(self, motion: Motion) -> Reals:
-        """Factor at each position."""
+        """Return the factor at each position."""
         return np.broadcast_to(self.curve(self.place(motion)), motion.columns)
 
 
 def law_of_time(curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
-    """Law of time [s] given by a curve; for `breaks` see `CurveLaw`."""
+    """Return a law of time [s] given by a curve (for `breaks` see `CurveLaw`)."""
     return CurveLaw(_time, curve, breaks)
 
 
@@ -56,17 +56,19 @@ def _time(motion: Motion) -> Reals:
 
 
 def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ()) -> CurveLaw:
-    """Law of an angle [rad], slide [m] or other coordinate; for `breaks` see `CurveLaw`."""
+    """Return a law of an angle [rad], slide [m] or other coordinate (for `breaks` see `CurveLaw`)."""
     return CurveLaw(coordinate.value, curve, breaks)
 
 
 def corners(at: Reals, value: Reals) -> tuple[float, ...]:
-    """Abscissas of jumps, and of corners of at least `MIN_CORNER`, in a table that is held beyond its ends.
+    """Return the abscissas at which a table jumps or has a corner sharper than `MIN_CORNER`.
+
+    Beyond its ends the table is continued by its end values.
 
     Parameters
     ----------
     at, value
-        Entries, shape (entries,); `at` increases.
+        Entries of the table, shape (entries,); `at` increases.
 
     Examples
     --------
@@ -75,9 +77,9 @@ def corners(at: Reals, value: Reals) -> tuple[float, ...]:
     """
     aside = at[-1] - at[0]
     places = np.concatenate([[at[0] - aside], at, [at[-1] + aside]])
-    held = np.concatenate([value[:1], value, value[-1:]])
+    values = np.concatenate([value[:1], value, value[-1:]])
     share = np.diff(places)[:-1] / (places[2:] - places[:-2])
-    off = np.abs(value - held[:-2] - share * (held[2:] - held[:-2]))
+    off = np.abs(value - values[:-2] - share * (values[2:] - values[:-2]))
     return tuple(at[off > MIN_CORNER * np.ptp(value)].tolist())
 
 
@@ -88,23 +90,24 @@ def table_curve(
     extend: Literal["error", "hold"] = "error",
     angles: bool = False,
 ) -> Curve:
-    """Curve through the entries of a table.
+    """Return a curve through the entries of a table.
 
     Parameters
     ----------
     at, value
-        Entries, shape (entries,); `at` increases.
+        Entries of the table, shape (entries,); `at` increases.
     interpolation
-        "linear", or a cubic spline with continuous curvature ("not-a-knot" at its ends).
+        "linear", or "cubic" for a cubic spline with not-a-knot ends.
     extend
-        Beyond the ends: "error", or "hold" the end value.
+        "error" to raise an error beyond the ends, or "hold" to continue with the end value.
     angles
-        Whether the locations are angles [rad], which messages give in degrees.
+        Whether the abscissas are angles [rad], which messages give in degrees.
 
     Raises
     ------
     TableError
-        There are too few entries, or they do not increase; when called, if an abscissa is outside the table.
+        If there are too few entries or the abscissas do not increase. The curve raises it for an abscissa outside the
+        table.
 
     Examples
     --------
@@ -116,9 +119,9 @@ def table_curve(
     if interpolation not in {"linear", "cubic"}:
         raise TableError(f'interpolation "{interpolation}", expected "linear" or "cubic"')
     if at.ndim != 1 or at.shape != value.shape or len(at) < fewest:
-        raise TableError(f"{at.size} places and {value.size} values, expected as many of both and at least {fewest}")
+        raise TableError(f"{at.size} abscissas and {value.size} values, expected equal numbers of at least {fewest}")
     if not (np.diff(at) > 0).all():
-        raise TableError("the places of a table must grow from entry to entry")
+        raise TableError("the abscissas of a table must increase from entry to entry")
     if not (np.isfinite(at).all() and np.isfinite(value).all()):
         raise TableError("the entries of a table must be finite")
     inside: Callable[[Reals], Reals] = (
@@ -142,7 +145,7 @@ def _require_inside(place: Reals, at: Reals, angles: bool) -> None:
             f"{np.degrees(each):.6g}\u00b0" if angles else f"{each:.6g}" for each in (outside.flat[0], at[0], at[-1])
         )
         raise TableError(
-            f'asked at {requested}, but the table goes from {first} to {last}: add entries, or extend = "hold"',
+            f'evaluated at {requested}, but the table covers {first} to {last}: add entries, or set extend = "hold"',
             float(outside.flat[0]),
             (float(at[0]), float(at[-1])),
         )

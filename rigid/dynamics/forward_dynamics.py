@@ -1,4 +1,4 @@
-"""Forward dynamics: integrate the motion of drives with given efforts.
+"""Forward dynamics: integrate the motion of a mechanism whose drives have given efforts.
 
 The unknowns are the drive coordinates, so the loops of the mechanism close to round-off at every instant.
 Derivation: docs/dynamics.md.
@@ -25,13 +25,13 @@ from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 MAX_EVALUATIONS = 200_000  # maximum number of evaluations of the equation of motion
-MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance for cached polynomial postures
-MIN_TOLERANCE = 3e-14  # smallest tolerance: below it, the integrator's error estimate is round-off
+MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance at which cached polynomial postures are used
+MIN_TOLERANCE = 3e-14  # smallest relative tolerance; below it, the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"
-"""Error kind of an integration interrupted by the user."""
-SEARCH_STEEPNESS = 50.0  # rate of a link / rate of a leading drive above which a better leading joint is sought
+"""Error kind if the user interrupts the integration."""
+SEARCH_STEEPNESS = 50.0  # rate of a link / rate of a leading drive above which a better leading joint is searched
 MAX_STEEPNESS = 1e4  # largest rate of a link / rate of a leading drive
-JUDGED_STEPS = 20  # number of steps used to extrapolate the number of steps
+ESTIMATE_STEPS = 20  # number of latest steps from which the number of remaining steps is estimated
 TINY = np.finfo(float).tiny
 MAX_STEP_RATIO = 1000.0  # largest ratio of expected to allowed steps
 
@@ -47,47 +47,47 @@ def forward(
     on_step: Callable[[float], None] | None = None,
     evaluations: int = MAX_EVALUATIONS,
 ) -> IntegratedMotion:
-    """Integrate a mechanism under given efforts from time 0.
+    """Integrate the motion of a mechanism under given efforts, from time 0.
 
     Parameters
     ----------
     mechanism
-        Mechanism with scalar lengths. Its drives are the coordinates: those with efforts are integrated, the others
-        follow motion laws.
+        Mechanism with scalar lengths. The coordinates of drives with efforts are integrated; the other drives follow
+        motion laws.
     drives
         An `Effort` or a motion law for each drive.
     start, rate
-        Coordinates [rad or m] and rates at time 0, shape (drives,) or a scalar; ignored for drives with laws.
+        Coordinates [rad or m] and rates at time 0, shape () or (drives,). Values of drives with laws are ignored.
     duration
-        [s].
+        Duration [s].
     tolerance
-        Relative tolerance per step; absolute for coordinates in radians and in sizes of the mechanism. It does not
-        bound the error at the end, because a mechanism may amplify errors.
+        Tolerance per step: relative, and absolute for angles in radians and slides in mechanism sizes. The error at the
+        end may be larger, because a mechanism may amplify errors.
     most_steps
-        Maximum number of steps. The integration stops early if the step sizes predict a thousand times as many.
+        Maximum number of steps. The integration stops early if it is estimated to need more than 1000 times as many.
     on_step
-        Called with the time [s] after every step.
+        Function that is called with the time [s] after each step.
     evaluations
-        Maximum number of evaluations of the equation of motion, because the step size may decrease without bound.
+        Maximum number of evaluations of the equation of motion, which limits the run time if the steps become tiny.
 
     Raises
     ------
     ForwardError
-        The mechanism reaches a position where its drives do not determine the motion, or an infinite speed; a drive
-        with effort moves no mass; or the user interrupted, with kind "interrupted".
+        If the mechanism reaches a position at which its drives do not determine the motion, or an infinite speed; if a
+        drive with an effort moves no mass; or if the user interrupts (kind "interrupted").
     MechanismError
-        The mechanism cannot be assembled at the start.
+        If the mechanism cannot be assembled at the start.
 
     References
     ----------
-    Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, II.5: the method of order 8.
+    Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, II.5: method of order 8.
     """
     drives = tuple(drives)
     count = len(mechanism.drives)
     if len(drives) != count:
         raise ForwardError(f"{len(drives)} efforts or motion laws were given for {counted(count, 'drive')}")
     if mechanism.friction:
-        why = "friction follows from joint forces, which an integrated motion does not know: give dampers, or laws"
+        why = "it depends on joint forces, which the integration does not compute: use dampers or motion laws instead"
         raise ForwardError(f"friction of joints under efforts: {why}", joints=mechanism.friction)
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     start, rate = (np.broadcast_to(np.asarray(value, float), (count,)).copy() for value in (start, rate))
@@ -99,7 +99,7 @@ def forward(
     system = RightHandSide(lead, tracker, drives, free, evaluations, own, charted=charted)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
-        raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
+        raise _stuck(mechanism, 0.0, start, "a drive with a given effort moves no mass")
     most = np.inf if most_steps is None else most_steps
     run = _Run(duration, max(tolerance, MIN_TOLERANCE), tolerance, most, on_step)
     return _integrated(system, begin, run)
@@ -119,11 +119,11 @@ class _Run:
 
 
 _Step = tuple[float, Any, Any, Any, Any]
-"""Time, interpolant that ends there, and origins, directions and angles of the links."""
+"""Time at the end of a step, interpolant of the step, and origins, directions and angles of the links at its end."""
 
 
 def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMotion:
-    """Integrate stretches from time 0 to the duration."""
+    """Integrate the motion stretch by stretch, each with its own leading joints."""
     stretches: list[Stretch] = []
     while True:
         tracker = system.tracker
@@ -134,7 +134,7 @@ def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMot
         except KeyboardInterrupt:
             if not stretches and len(steps) == 1:
                 raise
-            ended = _stuck(system.lead.mechanism, run.time, system.own_drive, "it was interrupted", INTERRUPTED)
+            ended = _stuck(system.lead.mechanism, run.time, system.original_drive, "it was interrupted", INTERRUPTED)
         if len(steps) > 1:
             stretches.append(_stretch(system, steps))
         if isinstance(ended, tuple):
@@ -154,35 +154,36 @@ def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMot
 def _stepped(
     system: RightHandSide, begin: Reals, run: _Run, steps: list[_Step]
 ) -> ForwardError | tuple[RightHandSide, Reals] | None:
-    """Append steps until the end; return an error, or a new system and state."""
+    """Append steps to the end, or until an error (returned), or until new leading joints (new system and state)."""
     from scipy.integrate import DOP853
 
     tracker = system.tracker
     scale = run.absolute * np.concatenate([system.unit, system.unit / run.duration])
     solver = DOP853(system, run.time, begin, run.duration, rtol=run.relative, atol=scale)
     if not np.isfinite(solver.f).all():
-        return _stuck(system.lead.mechanism, run.time, system.own_drive, _aligned(tracker))
+        return _stuck(system.lead.mechanism, run.time, system.original_drive, _aligned(tracker))
     tracker.restart()
     while solver.status == "running":
         try:
             solver.step()
         except BudgetExceededError:
-            why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
-            return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
+            why = f"it has taken {system.most} evaluations: allow more, a larger tolerance or a shorter duration"
+            return _stuck(system.lead.mechanism, run.time, system.original_drive, why, "steps")
         reached = tracker.step_to(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > MAX_STEEPNESS:
             other = _with_better_lead(system, steps, solver)
-            return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
-        astray = system.chart is not None and not system.chart.passed(float(tracker.drive[0]))
-        if astray or run.steps >= run.most_steps or _too_slow(run, steps):
+            return other or _stuck(system.lead.mechanism, solver.t, system.original_drive, _aligned(tracker))
+        inconsistent = system.chart is not None and not system.chart.is_consistent(float(tracker.drive[0]))
+        if inconsistent or run.steps >= run.most_steps or _too_slow(run, steps):
             more = f"{run.duration:g} s would take about {run.duration / max(run.time, TINY):.3g} times as many"
             why = f"it has taken {run.steps} steps, {more}"
-            if astray:
-                why = "the links come to different places by long steps and by short ones: give a smaller tolerance"
-            kind = "singular" if astray else "steps"
-            return _stuck(system.lead.mechanism, run.time, system.own_drive, why, kind)
+            if inconsistent:
+                why = "the links reach different positions with long and with short steps: give a smaller tolerance"
+            kind = "singular" if inconsistent else "steps"
+            return _stuck(system.lead.mechanism, run.time, system.original_drive, why, kind)
         tracker.mark()
-        here = tracker.origin, tracker.direction, tracker.angle  # copy first: the interpolant moves the tracker
+        # read the posture first, because `dense_output` moves the tracker
+        here = tracker.origin, tracker.direction, tracker.angle
         steps.append((solver.t, solver.dense_output(), *here))
         run.time, run.steps = solver.t, run.steps + 1
         if run.on_step:
@@ -195,31 +196,34 @@ def _stepped(
 
 
 def _too_slow(run: _Run, steps: Sequence[_Step]) -> bool:
-    """Whether the latest steps are so short that the run would exceed the maximum number of steps."""
+    """Return whether the latest steps are too short to finish within a multiple of the maximum number of steps."""
     if not np.isfinite(run.most_steps):
         return False
-    return steps_ahead([step[0] for step in steps[-JUDGED_STEPS - 1 :]], run.duration) > MAX_STEP_RATIO * run.most_steps
+    times = [step[0] for step in steps[-ESTIMATE_STEPS - 1 :]]
+    return remaining_steps(times, run.duration) > MAX_STEP_RATIO * run.most_steps
 
 
-def steps_ahead(times: Sequence[float], duration: float) -> float:
-    """Estimate the remaining steps from the latest step sizes; 0 if they grow or there is too little data.
+def remaining_steps(times: Sequence[float], duration: float) -> float:
+    """Estimate the number of remaining steps from the latest step sizes.
+
+    Return 0 if the step sizes grow or there are too few steps.
 
     Parameters
     ----------
     times
-        Times of the steps so far, from the start [s].
+        Times of all steps so far, including the start [s].
     duration
-        [s].
+        Duration of the run [s].
     """
-    if len(times) <= JUDGED_STEPS:
+    if len(times) <= ESTIMATE_STEPS:
         return 0.0
-    sizes = np.diff(times[-JUDGED_STEPS - 1 :])
-    before, after = float(sizes[: JUDGED_STEPS // 2].max()), float(sizes[JUDGED_STEPS // 2 :].max())
+    sizes = np.diff(times[-ESTIMATE_STEPS - 1 :])
+    before, after = float(sizes[: ESTIMATE_STEPS // 2].max()), float(sizes[ESTIMATE_STEPS // 2 :].max())
     return (duration - times[-1]) / max(before, TINY) if after <= before else 0.0
 
 
 def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:
-    """Continue from the last step with a better leading joint, or None."""
+    """Return a system and state that continue with a better leading joint, or None."""
     time, piece, origin, direction, angle = steps[-1]
     if piece is None:
         return None
@@ -237,45 +241,48 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
         drive[number] = unwound(tracker, joints[number], drive[number])[0]
         rate[number] = joints[number].sense * joint_place(tracker, joints[number]).rate(velocity, omega)[0]
     try:
-        next_one = Tracker(other.variant, drive, Posture(other.variant, origin, direction))
+        next_tracker = Tracker(other.variant, drive, Posture(other.variant, origin, direction))
     except MechanismError:
         return None
-    if next_one.steepness > SEARCH_STEEPNESS:
+    if next_tracker.steepness > SEARCH_STEEPNESS:
         return None
-    own = system.own_coordinates(angle)
-    charted = system.chart is not None
-    found = RightHandSide(other, next_one, system.drives, system.free, system.most, own, system.evaluations, charted)
-    return found, np.concatenate([drive[system.free], rate[system.free]])
+    own, charted = system.original_coordinates(angle), system.chart is not None
+    next_system = RightHandSide(
+        other, next_tracker, system.drives, system.free, system.most, own, system.evaluations, charted
+    )
+    return next_system, np.concatenate([drive[system.free], rate[system.free]])
 
 
 def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
-    """Stretch made of steps from a start."""
+    """Combine steps to a stretch."""
     from scipy.integrate import OdeSolution
 
     times, pieces, origins, directions, angles = zip(*steps, strict=True)
-    courses = [system.own_coordinates(angle) for angle in angles]
+    courses = [system.original_coordinates(angle) for angle in angles]
     return Stretch(
         system.lead,
         np.array(times),
         np.concatenate(origins, axis=-1),
         np.concatenate(directions, axis=-1),
         OdeSolution(times, pieces[1:]),
-        {number: np.array([course[number] for course in courses]) for number in system.lead.own},
+        {number: np.array([course[number] for course in courses]) for number in system.lead.replaced},
     )
 
 
 def _aligned(tracker: Tracker) -> str:
-    """Message about the cause of a stop at the current posture."""
+    """Return the cause of a stop at the current posture, for a message."""
     near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
     joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
-    return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
+    if not joint:
+        return "the speed becomes infinite"
+    return f'the links at the joint "{joint}" align, and no drive moves them through this position'
 
 
 def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
     names = [each.name for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
     return ForwardError(
-        f"the motion cannot go on after {time:.6g} s with {places}: {why}",
+        f"the motion cannot continue after {time:.6g} s, with {places}: {why}",
         time,
         kind=kind,
         links=[link for each in mechanism.drives for link in each.links[:1]],

@@ -1,4 +1,4 @@
-"""Efforts of drives, and integrated motion: stretches with their leading joints, interpolation in time."""
+"""Efforts of drives, integrated motions with interpolation in time, and the equation of motion."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from rigid.plane import cross, dot
 from rigid.postures import Posture
 
 MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
-"""Motion law: times [s] to coordinate, rate and acceleration of a drive."""
+"""Function from times [s] to the coordinate, rate and acceleration of a drive."""
 
 
 class ForwardError(MechanismError):
-    """The motion cannot be continued; `time` [s] is the last valid time.
+    """Error that ends an integration. `time` [s] is the last valid time.
 
-    `course` is the motion up to that time, or None. For the other attributes see `MechanismError`.
+    `course` is the motion up to this time, or None. For the other attributes see `MechanismError`.
     """
 
     course: IntegratedMotion | None = None
@@ -37,30 +37,30 @@ class ForwardError(MechanismError):
 
 @dataclass(frozen=True)
 class Effort:
-    """Drive effort: a moment [N m] or force [N] along the coordinate, or a law; 0 is free.
+    """Drive effort: a moment [N m] or force [N] along the drive coordinate, or a law. A drive with effort 0 is free.
 
-    A law may depend on the motion's time, drives, rates, positions and velocities, but not on accelerations.
+    A law may use the time, drive coordinates and rates, positions and velocities of a motion, but no accelerations.
     """
 
     law: Law | float = 0.0
 
     def __call__(self, motion: Motion) -> Reals:
-        """Effort, shape (..., positions)."""
+        """Return the effort, shape (..., positions)."""
         return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
 
 
 @dataclass(frozen=True, eq=False)
 class IntegratedMotion:
-    """Integrated motion; evaluate it by `motion_during`.
+    """An integrated motion, which `motion_during` evaluates.
 
     Attributes
     ----------
     drives
         `Effort` or motion law of each drive.
     time
-        Integration steps [s], shape (steps,).
+        Times of the integration steps [s], shape (steps,).
     stretches
-        Consecutive parts, each with the same leading joints.
+        Consecutive parts of the motion, each with its own leading joints.
     evaluations
         Number of evaluations of the equation of motion.
     """
@@ -76,7 +76,8 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     """Evaluate an integrated motion at times [s] within its duration, shape (positions,)."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:
-        raise ForwardError(f"asked at {time.min():g} to {time.max():g} s, integrated from 0 to {course.time[-1]:g} s")
+        requested, integrated = f"{time.min():g} to {time.max():g} s", f"0 to {course.time[-1]:g} s"
+        raise ForwardError(f"the motion is requested from {requested}, but it is integrated from {integrated} only")
     if len(course.stretches) == 1:
         return _moving(course.stretches[0], course.drives, time)
     which = np.searchsorted([stretch.time[-1] for stretch in course.stretches[:-1]], time)
@@ -86,8 +87,12 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
         within = which == number
         if within.any():
             part = _moving(stretch, course.drives, time[within])
-            seen = stretch.lead.seen(part, _near(stretch, time[within]))
-            drive[:, within], rate[:, within], rate2[:, within] = seen.drive, seen.drive_rate, part.drive_acceleration
+            original = stretch.lead.original_motion(part, _near(stretch, time[within]))
+            drive[:, within], rate[:, within], rate2[:, within] = (
+                original.drive,
+                original.drive_rate,
+                part.drive_acceleration,
+            )
             for led, value in stretch.lead.accelerations(part).items():
                 rate2[led, within] = value
             places[:, :, within] = part.origin, part.direction
@@ -95,19 +100,19 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
 
 
 def _nearest(stretch: Stretch, time: Reals) -> Integers:
-    """Numbers of the steps nearest to given times."""
+    """Return the indices of the steps closest to given times."""
     step = np.clip(np.searchsorted(stretch.time, time), 1, len(stretch.time) - 1)
     step -= time - stretch.time[step - 1] < stretch.time[step] - time
     return step
 
 
 def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
-    """Coordinates of the replaced drives at the steps nearest to given times."""
-    return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
+    """Return the coordinates of the replaced drives at the steps closest to given times."""
+    return {number: values[_nearest(stretch, time)] for number, values in stretch.replaced.items()}
 
 
 def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> tuple[Reals, Reals, Reals]:
-    """Coordinates, rates and prescribed accelerations of leading joints, (drives, positions)."""
+    """Return coordinates, rates and prescribed accelerations of the leading joints, shape (drives, positions) each."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     state = stretch.state(time)
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
@@ -120,9 +125,10 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 
 
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
-    """Interpolate postures by cubics through positions and velocities at the steps.
+    """Interpolate postures between the steps by cubic Hermite polynomials.
 
-    Beyond a change point within a step, the nearest step may be closer to the other branch.
+    The posture of the nearest step would not do: if a step contains a change point, it may be closer to the wrong
+    branch.
     """
     variant = stretch.lead.variant
     before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)
@@ -146,25 +152,25 @@ def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Real
 
 
 def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """Motion of a stretch's variant at given times."""
+    """Return the motion of a stretch at given times, in the coordinates of its leading joints."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     drive, rate, rate2 = _drive_columns(stretch, drives, time)
     coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
     equation = equation_of_motion(coasting)
-    units = coasting.units if stretch.lead.own else []
+    units = coasting.units if stretch.lead.replaced else []
     unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
     whole, balance = equation.inertia, equation.force - equation.bias
     for number, second in stretch.lead.accelerations(coasting).items():
         rates, rotor = np.array([each[number] for each in unit_rates]), stretch.lead.mechanism.drives[number].inertia
         whole, balance = whole + rotor * rates * rates[:, None], balance - rotor * rates * second
     balance = balance - np.einsum("jk...,k...->j...", whole, rate2)
-    seen = stretch.lead.seen(coasting, _near(stretch, time))
-    if units:  # the variant itself has no loads
-        for at, pull, couple in given_loads(seen):
+    original = stretch.lead.original_motion(coasting, _near(stretch, time))
+    if units:  # the mechanism with other leading joints has no loads
+        for at, pull, couple in given_loads(original):
             balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
     for number in free:
-        effort = effort_of(drives[number], seen)
-        if number in stretch.lead.own:
+        effort = effort_of(drives[number], original)
+        if number in stretch.lead.replaced:
             balance += [effort * rates[number] for rates in unit_rates]
         else:
             balance[number] += effort
@@ -181,16 +187,16 @@ def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class EquationOfMotion:
-    """`inertia @ drive_acceleration + bias = force + effort`, one row per drive.
+    """Equation of motion, `inertia @ drive_acceleration + bias = force + effort`, with one row per drive.
 
     Attributes
     ----------
     inertia
-        Reduced inertia [kg m^2, kg m or kg], symmetric, shape (drives, drives, ..., positions).
+        Reduced inertia (symmetric) [kg m^2, kg m or kg], shape (drives, drives, ..., positions).
     bias
         Efforts due to centripetal and Coriolis accelerations [N m or N], shape (drives, ..., positions).
     force
-        Reduced weights and loads without joint friction [N m or N], shape (drives, ..., positions).
+        Reduced weight and loads, without joint friction [N m or N], shape (drives, ..., positions).
     """
 
     inertia: Reals
@@ -199,11 +205,11 @@ class EquationOfMotion:
 
 
 def equation_of_motion(motion: Motion) -> EquationOfMotion:
-    """Equation of motion in the drive coordinates, at the positions and rates of a motion.
+    """Return the equation of motion in the drive coordinates, at the positions and rates of a motion.
 
     References
     ----------
-    Scutaru, Vlase, Marin, equations (41) to (43): with one drive, inertia is alpha and bias is beta omega^2.
+    Scutaru, Vlase, Marin, equations (41) to (43). With a single drive, inertia is alpha and bias is beta omega^2.
     """
     units = motion.units
     inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
@@ -215,23 +221,23 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
 
 
 def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
-    """alpha and beta of `alpha eps + beta omega^2 = Q` for one drive, each (..., positions).
+    """Return alpha and beta of `alpha eps + beta omega^2 = Q` for a single drive, shape (..., positions) each.
 
-    beta is half the derivative of alpha with respect to the drive's coordinate.
+    beta is half the derivative of alpha with respect to the drive coordinate.
 
     Raises
     ------
     MechanismError
-        The mechanism does not have exactly one drive.
+        If the mechanism does not have exactly one drive.
     """
     if len(motion.mechanism.drives) != 1:
-        raise MechanismError(f"{len(motion.mechanism.drives)} drives: one reduced inertia belongs to one drive")
+        raise MechanismError(f"{len(motion.mechanism.drives)} drives: a reduced inertia needs exactly one drive")
     (unit,) = motion.units
     return _inertia_power(unit, unit) + motion.mechanism.drives[0].inertia, _acceleration_power(unit, unit)
 
 
 def _inertia_power(motion: Motion, other: Motion) -> Reals:
-    """Mass-weighted product of two velocity states: twice the kinetic energy if equal."""
+    """Return the mass-weighted scalar product of two velocity states (for equal states twice the kinetic energy)."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     omega, turned = 1j * motion.angular_velocity, 1j * other.angular_velocity
@@ -244,7 +250,7 @@ def _inertia_power(motion: Motion, other: Motion) -> Reals:
 
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
-    """Power of the inertia forces of one motion on the velocities of another."""
+    """Return the power of mass times acceleration of `motion` along the velocities of `unit`."""
     mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
@@ -253,7 +259,7 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
 
 
 def _reduced_loads(motion: Motion, units: Sequence[Motion]) -> Reals:
-    """Power of weights and loads at unit drive rates, shape (drives, ..., positions)."""
+    """Return the power of weight and loads at unit drive rates, shape (drives, ..., positions)."""
     mechanism = motion.mechanism
     mass, first, _ = mass_constants(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)

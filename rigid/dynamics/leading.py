@@ -1,8 +1,8 @@
-"""Choice of leading joints during integration: replace a drive that reaches its limit.
+"""Choice of leading joints during integration: replace a drive that reaches a dead point.
 
-A drive with a given effort is a coordinate of the motion. At a toggle position it is at rest while the links move, so
-it does not determine their motion. Another joint replaces it; virtual work reduces the drive's effort to that joint.
-Derivation: docs/dynamics.md.
+The coordinate of a drive with a given effort is integrated. At a dead point this drive is at rest while the links move,
+so that its coordinate does not determine their motion. Another joint then takes its place as leading joint. Virtual
+work reduces the drive's effort to this joint. Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,73 +17,74 @@ from rigid.joints import Joint, Placed
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 
-MIN_GAIN = 3.0  # smallest rate of a joint, relative to that of the drive it replaces
+MIN_GAIN = 3.0  # smallest rate of a joint / rate of the drive that it replaces
 
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """Mechanism with its leading joints.
+    """A mechanism and its current leading joints.
 
     Attributes
     ----------
     mechanism
         Original mechanism.
     variant
-        Mechanism driven at the leading joints; without loads if these differ from the original drives.
-    own
-        Original joints of the replaced drives, by drive number.
+        Mechanism driven at the leading joints. It has no loads if these differ from the original drives.
+    replaced
+        Original joints of the replaced drives, by drive index.
     """
 
     mechanism: Mechanism
     variant: Mechanism
-    own: Mapping[int, Joint] = field(default_factory=dict)
+    replaced: Mapping[int, Joint] = field(default_factory=dict)
 
     def rates(self, placed: Placed, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
-        """Rates of the replaced drives from the velocities of all links."""
+        """Return the rates of the replaced drives for given velocities of all links."""
         return {
-            number: joint.sense * joint_place(placed, joint).rate(velocity, omega) for number, joint in self.own.items()
+            number: joint.sense * joint_place(placed, joint).rate(velocity, omega)
+            for number, joint in self.replaced.items()
         }
 
     def accelerations(self, motion: Motion) -> dict[int, Reals]:
-        """Second derivatives of the replaced drives' coordinates."""
+        """Return the second time derivatives of the replaced drives' coordinates."""
         accelerations = {}
-        for number, joint in self.own.items():
+        for number, joint in self.replaced.items():
             apart = joint_place(motion, joint).second_rate(motion.acceleration, motion.turning)
             accelerations[number] = joint.sense * apart
         return accelerations
 
     def rotors(self, coasting: Motion, twists: tuple[Complexes, Reals]) -> tuple[Reals, Reals]:
-        """Reduced rotor inertia of replaced drives, and its effort at constant rates.
+        """Return the reduced rotor inertia of replaced drives, and the inertial effort at constant rates.
 
-        Shapes (drives, drives) and (drives,). `twists`: velocities and angular velocities of the links per unit rate
-        of each drive, shape (links, drives).
+        The shapes are (drives, drives) and (drives,). `twists` are the velocities and angular velocities of the links
+        per unit rate of each drive, shape (links, drives) each.
         """
         count = len(self.mechanism.drives)
-        inertia, taken = np.zeros((count, count)), np.zeros(count)
-        heavy = [number for number in self.own if self.mechanism.drives[number].inertia]
+        inertia, bias = np.zeros((count, count)), np.zeros(count)
+        heavy = [number for number in self.replaced if self.mechanism.drives[number].inertia]
         rates, second = (self.rates(coasting, *twists), self.accelerations(coasting)) if heavy else ({}, {})
         for number in heavy:
             rate = np.ravel(rates[number])
             inertia += self.mechanism.drives[number].inertia * np.outer(rate, rate)
-            taken += self.mechanism.drives[number].inertia * rate * np.ravel(second[number])
-        return inertia, taken
+            bias += self.mechanism.drives[number].inertia * rate * np.ravel(second[number])
+        return inertia, bias
 
-    def seen(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
-        """Convert a motion of the variant to the mechanism; positions and velocities only.
+    def original_motion(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
+        """Convert positions and velocities of the variant to a motion of the original mechanism.
 
-        `near`: coordinates of the replaced drives, within half a turn.
+        `near` are the coordinates of the replaced drives to within half a turn.
         """
-        if not self.own:
+        if not self.replaced:
             return motion
         drive, rate = motion.drive.copy(), motion.drive_rate.copy()
         rates = self.rates(motion, motion.velocity, motion.angular_velocity)
-        for number, joint in self.own.items():
+        for number, joint in self.replaced.items():
             drive[number], rate[number] = unwound(motion, joint, near[number]), rates[number]
         return replace(motion, mechanism=self.mechanism, drive=drive, drive_rate=rate)
 
 
 def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
-    """Joint coordinate; for an angle, the value nearest to a given one."""
+    """Return a joint coordinate. For an angle, choose the full turns that bring it closest to `near`."""
     value: Reals = joint.coordinate(placed)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
@@ -91,16 +92,16 @@ def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
 def better_leading_joints(
     lead: Lead, placed: Placed, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
 ) -> Lead | None:
-    """Replace a drive by the joint that moves fastest relative to it, or return None.
+    """Replace a drive by the joint that moves fastest relative to this drive, or return None.
 
     Parameters
     ----------
     placed
         Current posture.
     twists
-        Velocities and angular velocities of the links per unit rate of each drive, shape (links, drives).
+        Velocities and angular velocities of the links per unit rate of each drive, shape (links, drives) each.
     free
-        Numbers of the replaceable drives.
+        Indices of the drives that may be replaced.
     size
         Size of the mechanism [m].
     """
@@ -118,34 +119,34 @@ def better_leading_joints(
     _, number, joint = best
     driven = {joint.drive: joint for joint in structure(lead.mechanism).joints if joint.drive is not None}
     names = [link.name for link in lead.variant.links]
-    back = (joint.name, {joint.parent, joint.child}) == (
+    is_original = (joint.name, {joint.parent, joint.child}) == (
         driven[number].name,
         {driven[number].parent, driven[number].child},
     )
     movers = list(lead.variant.drives)
-    movers[number] = lead.mechanism.drives[number] if back else joint.mover(names)
-    led = {**lead.own, number: driven[number]}
-    if back:
+    movers[number] = lead.mechanism.drives[number] if is_original else joint.mover(names)
+    led = {**lead.replaced, number: driven[number]}
+    if is_original:
         del led[number]
     return Lead(lead.mechanism, replace(lead.mechanism, drives=tuple(movers), loads=()) if led else lead.mechanism, led)
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Part of an integrated motion with the same leading joints.
+    """Part of an integrated motion without a change of leading joints.
 
     Attributes
     ----------
     lead
-        Mechanism with its leading joints.
+        Mechanism and leading joints.
     time
-        Integration steps including the start [s], shape (steps,).
+        Times of the integration steps, including the start [s], shape (steps,).
     origin, direction
-        Posture of the links at the steps, complex, shape (links, steps).
+        Posture of the links at the steps (complex), shape (links, steps).
     state
-        Interpolant from times of shape (n,) to the coordinates, then rates, of the integrated joints.
-    own
-        Coordinates of the replaced drives at the steps, shape (steps,), by drive number.
+        Interpolant from times of shape (n,) to the coordinates and then the rates of the integrated joints.
+    replaced
+        Coordinates of the replaced drives at the steps, shape (steps,), by drive index.
     """
 
     lead: Lead
@@ -153,4 +154,4 @@ class Stretch:
     origin: Complexes
     direction: Complexes
     state: Callable[[Reals], Reals]
-    own: Mapping[int, Reals]
+    replaced: Mapping[int, Reals]

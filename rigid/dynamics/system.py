@@ -1,4 +1,4 @@
-"""Equation of motion of the leading joints as a right-hand side for an integrator."""
+"""Equation of motion of the leading joints, as right-hand side of an ODE integrator."""
 
 from collections.abc import Mapping
 
@@ -17,11 +17,11 @@ from rigid.plane import dot
 
 
 class BudgetExceededError(Exception):
-    """The evaluation limit is reached."""
+    """The maximum number of evaluations is reached."""
 
 
 class RightHandSide:
-    """Right-hand side of the equation of motion; its only state is the last posture."""
+    """Right-hand side of the equation of motion. Calls depend on each other only through the tracker's last posture."""
 
     def __init__(
         self,
@@ -40,15 +40,17 @@ class RightHandSide:
         joints = structure(lead.mechanism).joints
         self._joints = {number: next(joint for joint in joints if joint.drive == number) for number in free}
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
-        turned = self.own_coordinates(tracker.angle, offset=False)
+        turned = self.original_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         self.chart = PostureChart(tracker) if charted and len(drives) == 1 else None
-        if lead.own:  # otherwise the motion is the same, and only drives have rotors
-            tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
+        if lead.replaced:
+            tracker.original_motion = lambda coasting: lead.original_motion(
+                coasting, self.original_coordinates(tracker.angle)
+            )
             tracker.rotors = lead.rotors
 
-    def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
-        """Coordinates of the original drives with efforts, over any number of turns, or 0.0."""
+    def original_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
+        """Return the angles of the original drives with efforts, over any number of turns; 0.0 for slides."""
         coordinates = {}
         for number in self.free:
             joint = self._joints[number]
@@ -57,22 +59,27 @@ class RightHandSide:
         return coordinates
 
     @property
-    def own_drive(self) -> Reals:
-        """Current coordinates of the original drives."""
+    def original_drive(self) -> Reals:
+        """Coordinates of the original drives at the current posture."""
         drive = self.tracker.drive.copy()
-        near = self.own_coordinates(self.tracker.angle)
-        for number, joint in self.lead.own.items():
+        near = self.original_coordinates(self.tracker.angle)
+        for number, joint in self.lead.replaced.items():
             drive[number] = unwound(self.tracker, joint, near[number])[0]
         return drive
 
     def effort(
-        self, seen: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
+        self, original: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
     ) -> Reals:
-        """Efforts reduced to the leading joints, at the tracker's posture or a given one; 0 for drives with laws."""
+        """Return the efforts reduced to the leading joints, shape (drives,). Drives with laws have no effort.
+
+        The posture and the twists are those of the tracker, unless `placed` and `twists` are given.
+        """
         reduced = np.zeros(len(self.drives))
-        rates = self.lead.rates(placed or self.tracker, *(twists or self.tracker.unit_twists)) if self.lead.own else {}
+        rates: dict[int, Reals] = {}
+        if self.lead.replaced:
+            rates = self.lead.rates(placed or self.tracker, *(twists or self.tracker.unit_twists))
         for number in self.free:
-            effort = float(np.ravel(effort_of(self.drives[number], seen))[0])
+            effort = float(np.ravel(effort_of(self.drives[number], original))[0])
             if number in rates:
                 reduced += effort * rates[number]
             else:
@@ -80,7 +87,7 @@ class RightHandSide:
         return reduced
 
     def __call__(self, time: float, state: Reals) -> Reals:
-        """Rates and accelerations of the integrated coordinates; nan if the mechanism does not close."""
+        """Return the rates and accelerations of the integrated coordinates; nan if the mechanism does not close."""
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
         self.evaluations += 1
@@ -90,13 +97,13 @@ class RightHandSide:
         if charted is not None:
             return np.array([rate[0], charted])
         reached = self.tracker.step_to(drive)
-        if reached and not self.tracker.narrow:
+        if reached and not self.tracker.near_singular:
             inertia, balance, coasting = self.tracker.equation(time, rate)
             balance += self.effort(coasting)
         else:
-            beside = self.tracker.equation_at_change_point(time, rate, drive, self.effort)
-            if beside is not None:
-                inertia, balance = beside
+            interpolated = self.tracker.equation_at_change_point(time, rate, drive, self.effort)
+            if interpolated is not None:
+                inertia, balance = interpolated
             elif reached:
                 inertia, balance, coasting = self.tracker.equation(time, rate)
                 balance += self.effort(coasting)
@@ -110,26 +117,26 @@ class RightHandSide:
         return np.concatenate([rate[self.free], acceleration])
 
     def _by_chart(self, time: float, drive: Reals, rate: Reals) -> float | None:
-        """Acceleration of a single drive from the cached postures, or None."""
+        """Return the acceleration of a single drive from the cached postures, or None."""
         here = None if self.chart is None else self.chart.at(float(drive[0]))
         if here is None:
             return None
         coasting = here.coasting(self.tracker, time, drive, rate)
-        seen = coasting
-        if self.lead.own:
+        original = coasting
+        if self.lead.replaced:
             ahead = self.tracker.angle + here.omega * (drive[0] - self.tracker.drive[0])
             angle = here.angle + 2 * np.pi * np.round((ahead - here.angle) / (2 * np.pi))
-            seen = self.lead.seen(coasting, self.own_coordinates(angle))
+            original = self.lead.original_motion(coasting, self.original_coordinates(angle))
         balance = here.weight - here.bias * rate[0] ** 2
-        for at, pull, couple in given_loads(seen):
+        for at, pull, couple in given_loads(original):
             balance += float((dot(here.velocity[at], pull) + here.omega[at] * couple)[0])
-        balance += float(self.effort(seen, coasting, (here.velocity, here.omega))[0])
-        led, taken = self.lead.rotors(coasting, (here.velocity, here.omega))
+        balance += float(self.effort(original, coasting, (here.velocity, here.omega))[0])
+        led, led_bias = self.lead.rotors(coasting, (here.velocity, here.omega))
         inertia = here.inertia + float(led[0, 0])
-        return (balance - float(taken[0])) / inertia if inertia else np.nan
+        return (balance - float(led_bias[0])) / inertia if inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coordinates and rates of all drives, and accelerations prescribed by laws."""
+        """Return the coordinates and rates of all drives, and the accelerations that laws prescribe."""
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
         drive[self.free], rate[self.free] = state[:half], state[half:]

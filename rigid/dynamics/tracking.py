@@ -1,4 +1,4 @@
-"""Track a mechanism position by position with Newton's method on all joints."""
+"""Tracking of a mechanism from position to position by Newton's method on all joints."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,31 +25,33 @@ from rigid.plane import cross, dot
 from rigid.postures import Posture
 
 MAX_STEPS = 25  # maximum number of Newton steps
-TOLERANCE = 1e-15  # tolerance of positions, relative to the mechanism's size, or of angles [rad]
-MAX_STEP = 0.25  # largest step of the linear prediction, relative to the size, or [rad]
-MAX_PIECES = 1024  # maximum number of such steps between two calls
-MAX_REDUCTION = 0.05  # largest reduction factor of the error before the matrix is updated
-MAX_GAP = 1e-10  # largest gap of a redundant constraint that counts as closed, relative to the size, or [rad]
+TOLERANCE = 1e-15  # tolerance of positions / mechanism size, and of angles [rad]
+MAX_STEP = 0.25  # largest step of the linear prediction: displacement / size, or angle [rad]
+MAX_PIECES = 1024  # maximum number of predicted steps in one call
+MAX_REDUCTION = 0.05  # update the matrix if an iteration reduces the error to more than this fraction
+MAX_GAP = 1e-10  # largest gap of a redundant constraint that counts as closed: gap / size, or angle [rad]
 TINY = np.finfo(float).tiny
-MAX_DEVIATION = 0.25  # largest deviation of a step from the rates at its ends, relative to the step
-MIN_CONDITION = 0.05  # smallest reciprocal condition, relative to the start: below it, rates lose digits
-# offsets from a change point at which rates are evaluated [rad, or relative to the size]
+MAX_DEVIATION = 0.25  # largest deviation of a smooth step from the mean of the rates at its ends, relative to the step
+MIN_CONDITION = 0.05  # reciprocal condition number / value at the start, below which a posture counts as near singular
+# offsets from a change point at which rates are evaluated: angle [rad], or slide / size
 OFFSETS = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])
 
 
 class Tracker:
-    """Mechanism at its current posture, tracked along its drive coordinates.
+    """A mechanism whose posture is tracked along its drive coordinates.
 
     Attributes
     ----------
     drive
-        Coordinates of the drives, shape (drives,).
+        Current drive coordinates, shape (drives,).
     origin, direction
-        Origin of each link [m] and its unit vector, complex, shape (links, 1).
+        Origins [m] and unit vectors of all links (complex), shape (links, 1).
     size
-        Largest distance of two joints at the start [m], the reference length.
-    seen
-        Converts a motion for loads and efforts, to that of another mechanism with other drives.
+        Reference length [m]: largest distance of a joint from the first joint at the start.
+    original_motion
+        Function that converts a motion to one of the mechanism with the original drives, for loads and efforts.
+    rotors
+        Function that returns the reduced rotor inertia of replaced drives (see `Lead.rotors`).
     """
 
     def __init__(self, mechanism: Mechanism, drive: Reals, near: Posture | None = None) -> None:
@@ -61,14 +63,14 @@ class Tracker:
         self._links = len(mechanism.links)
         first = motion(mechanism, drive[:, None], near=near)
         if first.columns != (1,):
-            raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
+            raise MechanismError("forward dynamics needs a single design: give scalar lengths")
         if not np.isfinite(first.condition).all():
-            problem = "the mechanism cannot be assembled at the start, or is at a singular position there"
+            problem = "at the start, the mechanism cannot be assembled or is in a singular position"
             raise MechanismError(problem, kind="singular", positions=(0,))
         here = constraints_at(self._table, first.origin, first.direction)
         places = first.origin[self._table.block] + here.tip
         self.size = float(np.abs(places - places[0]).max()) or 1.0
-        self.seen: Callable[[Motion], Motion] = lambda motion: motion
+        self.original_motion: Callable[[Motion], Motion] = lambda motion: motion
         self.rotors: Callable[[Motion, tuple[Complexes, Reals]], tuple[Any, Any]] = lambda *_: (0.0, 0.0)
         self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
         slides, count = self._table.slides.ravel(), self._table.count
@@ -85,16 +87,16 @@ class Tracker:
         self._here: Constraints = here
         self._factors: Any = None
         self._influence: Any = None
-        self._firm = self._narrow = self._sign = 0.0
-        self._meshed = np.zeros(len(self._table.shares) - len(drive))
+        self._min_rcond = self._rcond = self._sign = 0.0
+        self._gear_phase = np.zeros(len(self._table.shares) - len(drive))
         self.restart()
-        self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
+        self._gear_phase = self._residual(drive)[2 * self._table.count + len(drive) :]
         self._sign = self._factor(here)
-        self._firm = MIN_CONDITION * self._narrow
+        self._min_rcond = MIN_CONDITION * self._rcond
         self.mark()
 
     def turns(self, number: int) -> bool:
-        """Whether a drive is a pin drive."""
+        """Return whether a drive turns a pin."""
         return not self._table.slides[self._table.moved[number]].any()
 
     @property
@@ -104,38 +106,38 @@ class Tracker:
 
     @property
     def unit_twists(self) -> tuple[Complexes, Reals]:
-        """Velocities, complex, and angular velocities per unit rate of each drive, (links, drives)."""
+        """Velocities (complex) and angular velocities per unit rate of each drive, shape (links, drives) each."""
         return self._twists(self._influence)
 
     @property
     def unit_coasting(self) -> tuple[Complexes, Reals]:
-        """Accelerations, complex and angular, at constant unit rate of the only drive, (links, 1)."""
+        """Accelerations (complex) and angular accelerations at constant unit drive rate, shape (links, 1) each."""
         velocity, omega = self._twists(self._influence)
         return self._twists(self._solve(-centripetal(self._here, velocity, omega)[0, self._rows]))
 
     @property
-    def narrow(self) -> bool:
-        """Whether the mechanism is so close to singular that its rates lose digits."""
-        return self._narrow < self._firm
+    def near_singular(self) -> bool:
+        """Whether the posture is so close to singular that the rates lose digits."""
+        return self._rcond < self._min_rcond
 
     @property
     def steepness(self) -> float:
-        """Largest rate of a link's position or angle per unit drive rate, relative to the size."""
+        """Largest rate of a link's position or angle per drive rate, with lengths relative to `size`."""
         units = [1.0 if self.turns(number) else self.size for number in range(self._influence.shape[1])]
         return float(np.abs(self._weights[:, None] * self._influence * units).max(initial=0.0))
 
     def restart(self) -> None:
-        """Return to the start."""
+        """Return to the posture at the start."""
         self.drive, self.origin, self._angle = self._begin
         self._place()
         self._sign = self._factor(self._here)
         self.mark()
 
     def step_to(self, drive: Reals) -> bool:
-        """Move to nearby drive coordinates; if this fails, return to the mark and return False."""
+        """Move to nearby drive coordinates. If this fails, go back to the marked posture and return False."""
         if self._advance(drive):
             return True
-        # near a singular position the prediction is unreliable, so retry from the mark
+        # near a singular position the prediction is unreliable, so retry from the marked posture
         self._state = self._mark
         if self._advance(drive):
             return True
@@ -143,13 +145,13 @@ class Tracker:
         return False
 
     def mark(self) -> None:
-        """Store the current posture as fallback, unless it is close to singular."""
-        if not self.narrow:
+        """Mark the current posture as fallback, unless it is near singular."""
+        if not self.near_singular:
             self._mark = self._state
 
     @contextmanager
     def returning(self) -> Iterator[None]:
-        """Context that restores the current posture."""
+        """Restore the current posture at the end of a `with` block."""
         state, mark = self._state, self._mark
         try:
             yield
@@ -159,12 +161,12 @@ class Tracker:
     @property
     def _state(self) -> tuple[Any, ...]:
         here = self.drive, self.origin, self._angle, self.direction, self._here
-        return *here, self._factors, self._influence, self._sign, self._narrow
+        return *here, self._factors, self._influence, self._sign, self._rcond
 
     @_state.setter
     def _state(self, state: tuple[Any, ...]) -> None:
         self.drive, self.origin, self._angle, self.direction, self._here = state[:5]
-        self._factors, self._influence, self._sign, self._narrow = state[5:]
+        self._factors, self._influence, self._sign, self._rcond = state[5:]
 
     def _advance(self, drive: Reals) -> bool:
         begin, change = self.drive, drive - self.drive
@@ -179,7 +181,7 @@ class Tracker:
             sign = self._factor(self._here)
             if sign == self._sign:
                 return True
-            # the determinant changes sign at a change point; links on another branch do not arrive smoothly
+            # the determinant changes sign at a change point; a jump to another branch is not smooth
             passed = np.stack([(self.origin - origin)[1:, 0].real, (self.origin - origin)[1:, 0].imag], 1)
             passed = np.concatenate([passed, (self._angle - angle)[1:]], axis=1).ravel()
             off = self._weights * (passed - 0.5 * (ahead + self._influence @ change))
@@ -190,25 +192,24 @@ class Tracker:
     def equation_at_change_point(
         self, time: float, rate: Reals, drive: Reals, effort: Callable[[Motion], Reals]
     ) -> tuple[Reals, Reals] | None:
-        """`equation` at a change point, interpolated from both sides, or None.
+        """Return `equation` at a change point, interpolated from both sides, or None.
 
-        Rates lose all digits there although they are smooth. They are therefore evaluated at offsets along the drive
-        path and interpolated by a polynomial.
+        Computed rates lose all digits at a change point although the motion is smooth. They are therefore evaluated at
+        offsets along the drive path and interpolated by a polynomial.
         """
         here = self._state
         unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
         along = rate / max(float(np.abs(rate / unit).max()), TINY)
-        equations, narrow = [], self._narrow
-        firm = []
+        equations, rcond, rconds = [], self._rcond, []
         for ahead in OFFSETS:
             if not self.step_to(drive + ahead * along):
                 self._state = here
                 return None
             inertia, balance, coasting = self.equation(time, rate)
             equations.append(np.concatenate([inertia.ravel(), balance + effort(coasting)]))
-            firm.append(self._narrow)
+            rconds.append(self._rcond)
         self._state = here
-        if narrow > 0.5 * min(firm[0], firm[-1]):
+        if rcond > 0.5 * min(rconds[0], rconds[-1]):
             return None
         weights = [np.prod([b / (b - a) for b in OFFSETS if b != a]) for a in OFFSETS]
         value = np.einsum("k,kn->n", weights, np.array(equations))
@@ -216,9 +217,9 @@ class Tracker:
         return value[: count**2].reshape(count, count), value[count**2 :]
 
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
-        """Reduced inertia, loads minus centripetal forces, and the motion without acceleration.
+        """Return the reduced inertia, the loads minus centripetal forces, and the motion without acceleration.
 
-        Shapes (drives, drives) and (drives,). Loads are evaluated on the motion converted by `seen`.
+        The first two have shapes (drives, drives) and (drives,). The motion is that of the original drives.
         """
         velocity, omega = self._twists(self._influence @ rate)
         missing = -centripetal(self._here, velocity, omega)[0, self._rows]
@@ -248,18 +249,18 @@ class Tracker:
         relative = acceleration - self.mechanism.gravity
         force = -(mass * relative + turning * arm)
         couple = -(cross(arm, relative) + second * turning.imag)
-        seen = self.seen(coasting)
-        for at, pull, turn in given_loads(seen):
+        original = self.original_motion(coasting)
+        for at, pull, turn in given_loads(original):
             force[at] += pull
             couple[at] += turn
-        led, taken = self.rotors(coasting, (v, w))
-        return inertia + led, (dot(v, force) + w * couple).sum(axis=0) - taken, seen
+        led, led_bias = self.rotors(coasting, (v, w))
+        return inertia + led, (dot(v, force) + w * couple).sum(axis=0) - led_bias, original
 
     def _approach(self, drive: Reals) -> bool:
-        """Modified Newton's method for nearby drive coordinates, with reuse of the matrix."""
+        """Move to nearby drive coordinates by Newton's method, reusing the factorised matrix if possible."""
         ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
-        # with the matrix of a previous step, the error decreases at about the same rate
+        # with the matrix of the previous posture, the error decreases by about the size of the step
         slowness = float(np.abs(self._weights * ahead).max())
         before = 0.0
         for _ in range(MAX_STEPS):
@@ -280,7 +281,7 @@ class Tracker:
         return False
 
     def _shift(self, step: Reals) -> None:
-        """Displace and rotate each link by (x, y, angle)."""
+        """Displace and rotate the links by (x, y, angle) each."""
         self.origin = self.origin.copy()
         self._angle = self._angle.copy()
         self.origin[1:, 0] += step[0::3] + 1j * step[1::3]
@@ -292,7 +293,7 @@ class Tracker:
         self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Reals:
-        """Residuals of the constraints, in row order."""
+        """Return the residuals of the constraints, in the order of the rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
@@ -300,15 +301,15 @@ class Tracker:
         rows[0 : 2 * count : 2] = np.where(slides, turned, opening.real)[:count]
         rows[1 : 2 * count : 2] = opening.imag[:count]
         moved = np.where(slides, opening.real, turned)[table.moved]
-        rows[2 * count :] = table.shares @ moved - np.concatenate([drive, self._meshed])
+        rows[2 * count :] = table.shares @ moved - np.concatenate([drive, self._gear_phase])
         return rows
 
     def _factor(self, here: Constraints) -> float:
-        """Factorise the constraint matrix; return the sign of its determinant, 0 if singular."""
+        """Factorise the constraint matrix, and return the sign of its determinant (0 if singular)."""
         matrix = constraint_matrix(here)[0, self._rows]
         upper, pivots, singular = self._lapack.dgetrf(matrix)
         self._factors = upper, pivots
-        self._narrow = float(self._lapack.dgecon(upper, np.abs(matrix).sum(axis=0).max())[0])
+        self._rcond = float(self._lapack.dgecon(upper, np.abs(matrix).sum(axis=0).max())[0])
         diagonal = np.diagonal(upper)
         if singular or not np.isfinite(diagonal).all():
             return 0.0
@@ -320,7 +321,7 @@ class Tracker:
         return self._lapack.dgetrs(*self._factors, rows)[0]
 
     def _twists(self, rates: Reals) -> tuple[Complexes, Reals]:
-        """Convert rates of (x, y, angle) to velocities, complex, and angular ones, (links, n)."""
+        """Convert rates of (x, y, angle) to velocities (complex) and angular velocities, shape (links, n) each."""
         columns = rates.reshape(len(rates), -1)
         velocity = np.zeros((self._links, columns.shape[1]), complex)
         velocity[1:] = columns[0::3] + 1j * columns[1::3]

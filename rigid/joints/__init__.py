@@ -1,7 +1,7 @@
-"""Joints: a common protocol, and a file for each type of joint.
+"""Joints: a common interface, and a file for each type of joint.
 
-A joint has one coordinate, prescribed by a drive or a gear or computed. Each type defines in its file its coordinate,
-its constraints, its forces and its free motion. Callers use only `Joint` and `JointPlace`.
+Each joint has one coordinate, which is computed or prescribed by a drive or gear. Each type of joint defines its
+coordinate, constraints, forces and free motion in its own file. Callers use `Joint` and `JointPlace` only.
 """
 
 from rigid.joints.pin import PinJoint, PinPlace

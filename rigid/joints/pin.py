@@ -1,4 +1,4 @@
-"""Pin: two links rotate about a common point. Coordinate: an angle; constraints: x and y."""
+"""Pin: two links rotate about a common point. The coordinate is an angle; x and y are constrained."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from rigid.teeth import Teeth
 
 @dataclass(frozen=True, eq=False)
 class PinJoint(Joint):
-    """Pin between two links; coordinate: angle of `block` from `owner` [rad], see `Joint`."""
+    """Pin between two links. The coordinate is the angle of `block` relative to `owner` [rad] (see `Joint`)."""
 
     turns: ClassVar[bool] = True
     letter: ClassVar[str] = "R"
 
     def point(self, link: int) -> str | None:
-        """Common point of the links."""
+        """Return the common point of the links."""
         return self.name
 
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """See `Joint`; the coordinate is then that of the bodies."""
+        """See `Joint`. The coordinate is that of the bodies."""
         parent, child = bodies[self.parent], bodies[self.child]
         ends = parent.at(self.at_parent), child.at(self.at_child)
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
 
     def exchanged(self) -> Self:
-        """See `Joint`; an undriven pin measures its angle from the new parent."""
+        """See `Joint`. The angle of an undriven pin is relative to the new parent."""
         sense = -self.sense if self.moved else self.sense
         return replace(
             self, parent=self.child, child=self.parent, at_parent=self.at_child, at_child=self.at_parent, sense=sense
@@ -44,7 +44,7 @@ class PinJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
 
     def mover(self, links: Sequence[str]) -> PinDrive:
-        """Motor that turns the child relative to the parent."""
+        """Return a motor that turns the child relative to the parent."""
         return PinDrive(links[self.child], self.name, links[self.parent])
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -56,7 +56,7 @@ class PinJoint(Joint):
         return float(np.angle(first(drawing.direction(self.block)) / first(drawing.direction(self.owner))))
 
     def gap(self, placed: Placed) -> Columns:
-        """Vector from the parent's point to the child's [m]."""
+        """Return the vector from the parent's point to the child's point [m]."""
         return self.sense * opening_of(placed, self)
 
     def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
@@ -77,42 +77,42 @@ class PinJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class PinPlace(JointPlace):
-    """Pin at its current position: x and y are constrained, the rotation is free."""
+    """Pin at a posture: x and y are constrained, and the rotation is free."""
 
     turns: ClassVar[bool] = True
 
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """Displacement."""
+        """Return the displacement."""
         return displacement
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Unchanged multiplier."""
+        """Return the multiplier, all of which acts on displacements."""
         return dual
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """Force without moment."""
+        """Return the force; there is no moment."""
         return multiplier, ZERO
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Rotation about the pin."""
+        """Return displacement and rotation due to a rotation about the pin."""
         return reach * (1j * amount), amount
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Rotation, or moment."""
+        """Return a rotation or moment `amount`."""
         return ZERO, amount
 
     def rate(self, velocity: Any, omega: Any) -> Columns:
-        """Relative angular velocity [rad/s]."""
+        """Return the relative angular velocity [rad/s]."""
         return omega[self.joint.child] - omega[self.joint.parent]
 
     def second_rate(self, acceleration: Any, turning: Any) -> Columns:
-        """Relative angular acceleration [rad/s^2]."""
+        """Return the relative angular acceleration [rad/s^2]."""
         return turning[self.joint.child].imag - turning[self.joint.parent].imag
 
     def effort(self, force: Columns, moment: Columns) -> Columns:
-        """Moment of the joint."""
+        """Return the moment."""
         return moment
 
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Force components in x and y."""
+        """Return the x and y components of the force."""
         return np.real(force), np.imag(force)

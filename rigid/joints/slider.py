@@ -1,6 +1,6 @@
-"""Slider: a block slides along a line of its owner without rotation. Coordinate: a slide [m].
+"""Slider: a block slides without rotation along a line of its owner. The coordinate is the slide [m].
 
-It constrains the rotation and the displacement normal to its line, as one complex number: rotation + i normal.
+The rotation and the displacement normal to the line are constrained, as one complex number: rotation + i normal.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rigid.teeth import Teeth
 
 @dataclass(frozen=True, eq=False)
 class SliderJoint(Joint):
-    """Slider between two links; coordinate: slide of the block along the owner's line [m].
+    """Slider between two links. The coordinate is the slide of the block along the owner's line [m].
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class SliderJoint(Joint):
     letter: ClassVar[str] = "P"
 
     def point(self, link: int) -> str | None:
-        """Point of the block; None for the owner."""
+        """Return the point of the block; None for the owner."""
         return self.slider.point if link == self.block else None
 
     @property
@@ -59,7 +59,7 @@ class SliderJoint(Joint):
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
     def drawn_along(self, drawing: Drawn) -> Any:
-        """See `Joint`; read from the drawing, because this joint may hold only some designs, or join bodies."""
+        """See `Joint`. It is read from the mechanism, because this joint may hold some designs only, or join bodies."""
         mechanism = drawing.mechanism
         slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction
@@ -76,7 +76,7 @@ class SliderJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), slider=slider)
 
     def mover(self, links: Sequence[str]) -> SliderDrive:
-        """Motor along the line."""
+        """Return a motor along the line."""
         return SliderDrive(self.name)
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -93,7 +93,7 @@ class SliderJoint(Joint):
         return float(dot(turned * first(self.line), first(drawing.at(self.slider.point)) - foot))
 
     def gap(self, placed: Placed) -> Columns:
-        """Rotation [rad] + i times the displacement normal to the line [m]."""
+        """Return rotation [rad] + i times displacement normal to the line [m]."""
         opened = self.sense * opening_of(placed, self)
         turned = placed.direction[self.block] * np.conj(placed.direction[self.owner] * self.slider.turn)
         return self.sense * np.angle(turned) + 1j * cross(self.along(placed), opened)
@@ -125,49 +125,49 @@ class SliderJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class SliderPlace(JointPlace):
-    """Slider at a posture: rotation and normal displacement are constrained, the slide is free."""
+    """Slider at a posture: rotation and normal displacement are constrained, and the slide is free."""
 
     turns: ClassVar[bool] = False
 
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """Rotation + i (displacement normal to the line)."""
+        """Return rotation + i times displacement normal to the line."""
         return rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Real part: in Im(dual * row) it multiplies the imaginary part of `row`, which is the displacement."""
+        """Return the real part. In Im(dual * row), it multiplies the displacement, the imaginary part of `row`."""
         return dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """Force normal to the line, and moment."""
+        """Return the force normal to the line, and the moment."""
         return multiplier.imag * (1j * self.along), multiplier.real
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Displacement along the line."""
+        """Return a displacement along the line."""
         return self.along * amount, ZERO
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Displacement, or force, along the line."""
+        """Return a displacement or force along the line."""
         return amount * self.along, ZERO
 
     def rate(self, velocity: Any, omega: Any) -> Columns:
-        """Velocity along the line [m/s]."""
+        """Return the velocity along the line [m/s]."""
         parent, child = self.joint.parent, self.joint.child
         opened = velocity[child] + 1j * omega[child] * self.arm_child
         return dot(self.along, opened - velocity[parent] - 1j * omega[parent] * self.arm_parent)
 
     def second_rate(self, acceleration: Any, turning: Any) -> Columns:
-        """Acceleration along the line [m/s^2]."""
+        """Return the acceleration along the line [m/s^2]."""
         parent, child = self.joint.parent, self.joint.child
         opened = acceleration[child] + turning[child] * self.arm_child
         opened = opened - acceleration[parent] - turning[parent] * self.arm_parent
         return (np.conj(self.along) * opened).real
 
     def effort(self, force: Columns, moment: Columns) -> Columns:
-        """Force along the line."""
+        """Return the force along the line."""
         return dot(self.along, force)
 
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Force normal to the line, and twice the moment divided by the guided length."""
+        """Return the force normal to the line, and twice the moment divided by the guided length."""
         return cross(self.along, force), 2 * moment / length
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:

@@ -1,7 +1,7 @@
-"""Weld: two links joined rigidly at a common point, a pin with a fixed angle.
+"""Weld: a rigid joint of two links at a common point, modelled as a pin with a fixed angle.
 
-It constrains x, y and the rotation, and transmits a force and a moment. A weld that closes a ring of welds adds no
-constraint: it is redundant for rigid links, whereas elastic links determine its force and moment.
+A weld constrains x, y and rotation, and transmits a force and a moment. A weld that closes a ring of welds is redundant
+for rigid links. With elastic links, its force and moment are determined.
 """
 
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ class WeldJoint(PinJoint):
     weld: Weld = field(kw_only=True)
 
     freedoms: ClassVar[int] = 0
-    moved: ClassVar[bool] = True  # the coordinate is fixed by the weld itself
+    moved: ClassVar[bool] = True  # the weld prescribes the coordinate
     holds_rotation: ClassVar[bool] = True
 
     @property
@@ -47,11 +47,11 @@ class WeldJoint(PinJoint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), weld=weld)
 
     def drawn(self, drawing: Drawn) -> float:
-        """Angle of the weld, independent of the drawing."""
+        """Return the angle of the weld, which does not depend on the drawing."""
         return float(np.angle(first(self.turned)))
 
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
-        """See `Joint`; the coordinate is ignored."""
+        """See `Joint`. The coordinate is ignored."""
         direction = placed.direction[self.parent] * self.turn
         return point_of(placed, self.parent, self.at_parent) - carried(direction, self.at_child), direction
 

@@ -1,4 +1,4 @@
-"""Loads of a motion, its energy, friction, and the joint forces that balance the loads."""
+"""Loads, energy and friction of a motion, and the joint forces in equilibrium with the loads."""
 
 from rigid.kinetostatics.friction import (
     MAX_FLANK_ROUNDS,

@@ -1,6 +1,6 @@
-"""Joint friction: efforts that oppose the motion, proportional to the joint forces that they change.
+"""Joint friction: efforts that oppose the motion, and that depend on the joint forces.
 
-Joint forces are linear in the friction efforts, so all positions are solved at once for these few unknowns.
+The joint forces are linear in the friction efforts. These few unknowns are solved for at all positions at once.
 Derivation: docs/theory.md, "Friction".
 """
 
@@ -19,20 +19,20 @@ from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Friction
 
-REST_RATE = 1e-9  # largest rate of a joint at rest, relative to the mechanism's speed or angular velocity
-CREEP_SHARE = 1e-3  # largest creep rate, relative to the joint's largest rate
+REST_RATE = 1e-9  # rate up to which a joint counts as at rest, relative to the mechanism's speed or angular velocity
+CREEP_SHARE = 1e-3  # creep rate / largest rate of the joint
 MAX_STEPS = 40  # maximum number of Newton steps
-TOLERANCE = 1e-15  # relative change of a converged effort
-MAX_RESIDUAL = 1e-12  # same, if round-off prevents better convergence
+TOLERANCE = 1e-15  # relative residual of the efforts at which the iteration stops
+MAX_RESIDUAL = 1e-12  # largest relative residual of a valid solution
 MAX_FLANK_ROUNDS = 4
 """Maximum number of iterations for the loaded flanks of gear teeth."""
 
 Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None], JointForces]
-"""Function from friction, and optional gear flanks, to joint forces in equilibrium."""
+"""Function from friction efforts and gear flanks (both optional) to joint forces in equilibrium."""
 
 
 def rubbing_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
-    """Numbers and friction of the joints with friction, in the order of `Structure.joints`."""
+    """Return the indices and friction of the joints with friction, in the order of `Structure.joints`."""
     return _rubbing(mechanism) if mechanism.friction else ()
 
 
@@ -46,19 +46,19 @@ def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
 def with_friction(
     motion: Motion, balance: Balance, vibrating: Mapping[int, tuple[Columns, Columns]] | None = None
 ) -> JointForces:
-    """Joint forces, including the friction that they cause.
+    """Return the joint forces, including the friction that they cause.
 
     Parameters
     ----------
     balance
-        Joint forces for given friction; linear in it for given gear flanks.
+        Function that returns the joint forces for given friction; it is linear for given gear flanks.
     vibrating
-        By joint number: rates added by vibrating links, and the largest creep rate [rad/s or m/s]. Below the creep
-        rate, Coulomb friction is proportional to the rate instead of changing its sign abruptly.
+        For each joint index: rate added by vibrating links, and creep rate [rad/s or m/s]. Around the creep rate,
+        Coulomb friction changes its sign gradually instead of abruptly.
 
     Returns
     -------
-    Joint forces, nan at positions where friction may lock the mechanism.
+    Joint forces, with nan at positions where friction may lock the mechanism.
     """
     rubbing = rubbing_joints(motion.mechanism)
     forces = balance(None, None)
@@ -78,7 +78,7 @@ def with_friction(
             if not np.any(turned):
                 break
             forces = balance(None, rubbed.flank)
-        for differs in turned:  # neither flank is consistent with its friction
+        for differs in turned:  # neither flank is consistent with the friction that it causes
             feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
     rubbed = replace(rubbed, feedback=feedback, sliding=sliding)
     if np.any(rubbed.locked):
@@ -87,9 +87,9 @@ def with_friction(
 
 
 def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Signs of the joint rates, child from parent, by joint number, (..., positions).
+    """Return the signs of the joint rates (child relative to parent) by joint index, shape (..., positions).
 
-    The sign is 0.0 at rest, i.e. below `REST_RATE` times the speed, or angular velocity for a pin, from `speeds`.
+    The sign is 0.0 at rest, which means below `REST_RATE` times the speed (for a pin, angular velocity) from `speeds`.
     """
     fastest, spin = speeds(motion)
     return {
@@ -99,14 +99,14 @@ def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[i
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
-    """Sign of a rate; 0.0 if it is round-off relative to `scale`, the mechanism's speed or angular velocity."""
+    """Return the sign of a rate, or 0.0 if the rate is round-off relative to `scale`."""
     return np.where(np.abs(rate) > REST_RATE * scale, np.sign(rate), 0.0)
 
 
 def creep_rate(motion: Motion, number: int) -> float:
-    """Largest creep rate of a joint [rad/s or m/s]: `CREEP_SHARE` of its largest rate.
+    """Return the creep rate of a joint [rad/s or m/s]: `CREEP_SHARE` of the joint's largest rate.
 
-    If the joint does not move, the same share of the mechanism's speed, or of its angular velocity for a pin.
+    If the joint does not move, use the mechanism's speed (for a pin, angular velocity) instead of the joint's rate.
     """
     fastest, spin = speeds(motion)
     scale = float(np.max(spin if motion.places[number].turns else fastest))
@@ -115,9 +115,9 @@ def creep_rate(motion: Motion, number: int) -> float:
 
 
 def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Coulomb effort per joint rate [N m s or N s/m], shape (..., positions).
+    """Return the Coulomb effort per joint rate [N m s or N s/m] by joint index, shape (..., positions).
 
-    By joint number, for the creep of `with_friction`.
+    `creep` are the creep rates (see `with_friction`).
     """
     per_rate = {}
     for number, friction in rubbing_joints(motion.mechanism):
@@ -129,14 +129,14 @@ def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, C
 
 
 def sliding_rate(motion: Motion, number: int) -> Reals:
-    """Rate of a joint, child from parent [rad/s or m/s], shape (..., positions)."""
+    """Return the rate of a joint (child relative to parent) [rad/s or m/s], shape (..., positions)."""
     return np.broadcast_to(motion.places[number].rate(motion.velocity, motion.angular_velocity), motion.columns)
 
 
 def speeds(motion: Motion) -> tuple[Reals, Reals]:
-    """Speed of the fastest point [m/s] and largest angular velocity [rad/s], (..., positions).
+    """Return the speed of the fastest point [m/s] and the largest angular velocity [rad/s], (..., positions) each.
 
-    The latter is at least the angular velocity of the largest link if its end moved at the speed of the fastest point.
+    The angular velocity is at least the speed of the fastest point divided by the size of the largest link.
     """
     sizes, omega = extents(motion.mechanism), np.abs(motion.angular_velocity)
     fastest = np.max([np.abs(motion.velocity[at]) + omega[at] * size for at, size in enumerate(sizes)], axis=0)
@@ -145,26 +145,27 @@ def speeds(motion: Motion) -> tuple[Reals, Reals]:
 
 
 def friction_power(motion: Motion, forces: JointForces) -> Reals:
-    """Power dissipated by joint friction [W], shape (..., positions)."""
+    """Return the power that joint friction dissipates [W], shape (..., positions)."""
     parts = (-effort * forces.sliding[number] for number, effort in forces.friction.items())
     return np.zeros(motion.columns) + sum(parts, start=0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class _Contacts:
-    """Contact forces at joints with friction, linear in the friction efforts.
+    """Contact forces at the joints with friction, as linear functions of the friction efforts.
 
     Attributes
     ----------
     strength
-        Coulomb effort per contact force, signed against the motion, shape (joints, ..., positions).
+        Coulomb effort per contact force, with the sign of the motion, shape (joints, ..., positions).
     given
         Viscous efforts, same shape.
     pins
         Whether each joint is a pin, shape (joints,).
     base, influence
-        Contact forces without friction, shape (joints, 2, ..., positions), and per unit of each effort, shape
-        (joints, joints, 2, ..., positions): x and y of a pin's force; N and 2 M / length of a slider.
+        Contact force components without friction, shape (joints, 2, ..., positions), and change of the components per
+        unit of each effort, shape (joints, joints, 2, ..., positions). The components are x and y of the force for a
+        pin, and N and 2 M / length for a slider.
     """
 
     strength: Reals
@@ -174,16 +175,16 @@ class _Contacts:
     influence: Reals
 
     def pressing(self, efforts: Reals) -> Reals:
-        """Contact force components for efforts of shape (joints, ..., positions)."""
+        """Return the contact force components for efforts of shape (joints, ..., positions)."""
         return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
 
     def size(self, pressing: Reals) -> Reals:
-        """Magnitudes of the contact forces, from components along the second axis."""
+        """Return the magnitudes of the contact forces. The components are along the second axis."""
         return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
                          for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
 
     def slopes(self, pressing: Reals) -> Reals:
-        """Derivatives of `size`, in the argument's shape; 0 at zero force of a pin."""
+        """Return the derivatives of `size`, in the shape of `pressing`; 0 for a pin without force."""
         slopes = np.zeros_like(pressing)
         for pin, each, slope in zip(self.pins, pressing, slopes, strict=True):
             if pin:
@@ -195,12 +196,12 @@ class _Contacts:
         return slopes
 
     def caused(self, efforts: Reals) -> Reals:
-        """Friction efforts caused by the contact forces under given efforts."""
+        """Return the friction efforts that the contact forces under given efforts cause."""
         return self.given - self.strength * self.size(self.pressing(efforts))
 
     @property
     def feedback(self) -> Reals:
-        """Spectral radius of the friction loop gain, (..., positions): unique solution below 1."""
+        """Loop gain of friction, as a spectral radius, shape (..., positions). Below 1, the solution is unique."""
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
         rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i due to effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
@@ -216,7 +217,7 @@ def _efforts(
     sliding: Mapping[int, Columns],
     directions: Mapping[int, Reals],
 ) -> tuple[dict[int, Reals], Reals]:
-    """Friction efforts by joint number, and loop gain, for the flanks of given forces."""
+    """Return the friction efforts by joint index, and the loop gain, for the gear flanks of given forces."""
     contacts = _contacts(motion, balance, forces, sliding, directions)
     feedback = contacts.feedback
     efforts, off = _solved(contacts, feedback < 1.0)
@@ -257,15 +258,15 @@ def _contacts(
 def _pressing(
     place: JointPlace, friction: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]
 ) -> Reals:
-    """Contact force components, (2, ..., positions): pin force, or N and 2 M / length."""
+    """Return the contact force components, shape (2, ..., positions): x and y, or N and 2 M / length."""
     parts = place.pressing(force, moment, friction.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 
-def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
-    """Solve for self-consistent efforts, (joints, ..., positions); also return the relative residual.
+def _solved(contacts: _Contacts, solvable: Flags) -> tuple[Reals, Reals]:
+    """Solve for consistent efforts, shape (joints, ..., positions), and return the relative residual too.
 
-    Newton's method is used. If it makes no progress, a fixed-point step is taken, which always converges at `sought`
+    A Newton step that makes no progress is replaced by a fixed-point step. Fixed-point steps converge at `solvable`
     positions, where the loop gain is below 1.
     """
     efforts = contacts.caused(np.zeros_like(contacts.given))
@@ -273,7 +274,7 @@ def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
     caused = contacts.caused(efforts)
     off = np.max(np.abs(caused - efforts) / size, axis=0)
     for _ in range(MAX_STEPS):
-        if not np.any(sought & (off > TOLERANCE)):
+        if not np.any(solvable & (off > TOLERANCE)):
             break
         newton = efforts + _newton_step(contacts, efforts, caused - efforts)
         next_caused = contacts.caused(newton)
@@ -285,7 +286,7 @@ def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
 
 
 def _sizes(contacts: _Contacts, efforts: Reals) -> Reals:
-    """Sum of the magnitudes of the terms of efforts, the reference for differences."""
+    """Return the sums of the magnitudes of the efforts' terms, which are the reference for residuals."""
     influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
     parts = contacts.size(np.abs(contacts.base) + influences)
     return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny

@@ -1,4 +1,4 @@
-"""Loads on the links: inertia and weight along beams, line loads, point loads."""
+"""Loads on the links: inertia and weight along beams, line loads and point loads."""
 
 from collections.abc import Iterator
 
@@ -12,14 +12,14 @@ from rigid.plane import ZERO, cross
 
 
 def beam_loads(motion: Motion) -> Complexes:
-    """Distributed load of each beam in its own axes, as a polynomial in xi = x'/l.
+    """Return the distributed load of each beam in beam axes, as a polynomial in xi = x'/l.
 
-    Inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and line loads.
+    The load consists of inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and line loads.
 
     Returns
     -------
-    q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), beams in the order of `Mechanism.beams`; more
-    coefficients for a variable mass per length.
+    Coefficients of q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), in the order of `Mechanism.beams`. A
+    variable mass per length has more than two coefficients.
     """
     mechanism = motion.mechanism
     table = beam_constants(mechanism, len(motion.columns))
@@ -46,11 +46,12 @@ def beam_loads(motion: Motion) -> Complexes:
 
 
 def beam_couples(motion: Motion) -> Reals | None:
-    """Moments per length of the beams' rotary inertia, as polynomials in xi.
+    """Return the moment per length due to rotary inertia of each beam, as a polynomial in xi.
 
     Returns
     -------
-    `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions), or None if all are zero.
+    Coefficients of `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions); None if all are
+    zero.
     """
     table = beam_constants(motion.mechanism, len(motion.columns))
     if table.rotary is None:
@@ -59,20 +60,20 @@ def beam_couples(motion: Motion) -> Reals | None:
 
 
 def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:
-    """Acceleration of the origins of some links minus gravity [m/s^2], complex."""
+    """Return the acceleration of the origins of some links, minus gravity (complex) [m/s^2]."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
     return acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
 
 
 def beam_directions(motion: Motion) -> Complexes:
-    """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
+    """Return the unit vectors of the x' axes of all beams (complex), shape (beams, ..., positions)."""
     table = beam_constants(motion.mechanism, len(motion.columns))
     direction = motion.direction[table.link]
     return direction if table.aligned else direction * table.unit
 
 
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
-    """Values of a line load at the beam's ends, in the beam's axes [N/m], complex."""
+    """Return the values of a line load at both ends of the beam, in beam axes (complex) [N/m]."""
     number = motion.mechanism.beam_number(load.link, load.beam)
     turned = 1.0 if load.turning else np.conj(beam_directions(motion)[number])
     factor = turned if load.law is None else turned * load.law(motion)
@@ -80,11 +81,11 @@ def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Col
 
 
 def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Yield point loads of the links: inertia and weight of lumps, and given loads.
+    """Yield all point loads on the links: inertia and weight of lumps, and given loads.
 
     Yields
     ------
-    Link number, point name, force in the ground's axes [N], complex, and moment about the point [N m].
+    Link index, point name, force in ground axes (complex) [N], and moment about the point [N m].
     """
     mechanism = motion.mechanism
     for at, link in enumerate(mechanism.links):
@@ -107,22 +108,22 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
     Raises
     ------
     MechanismError
-        The load acts on a point that is missing from its `points`.
+        If the load acts on a point that is not in its `points`.
     """
     known = set(load.points)
     for force in load.forces(motion):
         if force[:2] not in known:
-            elsewhere = f'a load acts on the point "{force[1]}" of "{force[0]}", which is not among its points'
-            raise MechanismError(elsewhere, kind="name", links=force[:1])
+            message = f'a load acts on the point "{force[1]}" of "{force[0]}", which is not among its points'
+            raise MechanismError(message, kind="name", links=force[:1])
         yield force
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
-    """All loads of each link except joint forces, reduced to the origin of its axes.
+    """Return all loads on each link except joint forces, reduced to the link's origin.
 
     Returns
     -------
-    Two lists over the links: force in the ground's axes [N], complex, and moment [N m], shape (..., positions).
+    For each link, force in ground axes (complex) [N] and moment [N m], shape (..., positions).
     """
     mechanism = motion.mechanism
     mass, first, second = mass_constants(mechanism, len(motion.columns))
@@ -142,7 +143,7 @@ def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
 
     Yields
     ------
-    Link number, force in the ground's axes [N], complex, and moment about the origin of the link's axes [N m].
+    Link index, force in ground axes (complex) [N], and moment about the link's origin [N m].
     """
     mechanism = motion.mechanism
     for load in mechanism.loads:
@@ -155,7 +156,7 @@ def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
-    """Resultant of a line load: force, and moment about the origin of the link's axes."""
+    """Return the resultant of a line load: force, and moment about the link's origin."""
     mechanism = motion.mechanism
     at, number = mechanism.index[load.link], mechanism.beam_number(load.link, load.beam)
     link = mechanism.links[at]

@@ -1,4 +1,4 @@
-"""Loads that depend on the direction of motion: pump pressure, blade friction."""
+"""Loads that depend on the direction of motion, such as pump pressure or blade friction."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -14,14 +14,15 @@ from rigid.plane import dot
 
 @dataclass(frozen=True, eq=False)
 class Resistance:
-    """Load at a point that opposes the motion of its point.
+    """A load that opposes the motion of the point at which it acts.
 
     Attributes
     ----------
     load
-        Force and moment for the resisting direction.
+        Force and moment against the resisted motion.
     one_way
-        If True, the load is zero while it would assist the motion; otherwise it is reversed. At rest it is zero.
+        Whether the load vanishes when the motion reverses. Otherwise the load reverses with the motion. At rest the
+        load is zero.
 
     Examples
     --------
@@ -40,12 +41,12 @@ class Resistance:
 
     @property
     def link(self) -> str:
-        """The loaded link."""
+        """Link on which the load acts."""
         return self.load.link
 
     @property
     def point(self) -> str:
-        """The loaded point."""
+        """Point on which the load acts."""
         return self.load.point
 
     @property
@@ -59,20 +60,20 @@ class Resistance:
         return self.load.points
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Force in the ground's axes and moment at every position."""
+        """Yield the force in ground axes and the moment at each position."""
         for link, point, force, moment in self.load.forces(motion):
-            helps = _helps(motion, link, point, force, moment)
-            factor = np.where(helps < 0, 1.0, 0.0) if self.one_way else -helps
+            sign = _power_sign(motion, link, point, force, moment)
+            factor = np.where(sign < 0, 1.0, 0.0) if self.one_way else -sign
             yield link, point, force * factor, moment * factor
 
     def direction(self, motion: Motion) -> Reals:
-        """Sign of the power of the load without its law, shape (..., positions); 0 at rest."""
+        """Return the sign of the load's power, ignoring its law, shape (..., positions); 0 at rest."""
         [force] = replace(self.load, law=None).forces(motion)
-        return _helps(motion, *force)
+        return _power_sign(motion, *force)
 
 
-def _helps(motion: Motion, link: str, point: str, force: Columns, moment: Columns) -> Reals:
-    """Sign of the power of a force [N], complex, and moment [N m]; 0.0 at rest."""
+def _power_sign(motion: Motion, link: str, point: str, force: Columns, moment: Columns) -> Reals:
+    """Return the sign of the power of a force (complex) [N] and moment [N m]; 0.0 at rest."""
     fastest, spin = speeds(motion)
     power = dot(np.asarray(force), velocity_of(motion, link, point))
     power = power + moment * motion.angular_velocity[motion.mechanism.index[link]]

@@ -1,4 +1,4 @@
-"""Springs and dampers between two links, as loads in `Mechanism.loads`, and the energy of a motion."""
+"""Springs and dampers between two links (as `Mechanism.loads`), and the energy of a motion."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,24 +15,24 @@ from rigid.plane import dot
 
 @dataclass(frozen=True, eq=False)
 class Spring:
-    """Straight spring and damper between points of two links.
+    """A straight spring and damper between points of two links.
 
-    Its tension is `preload + stiffness (L - length) + damping dL/dt`, with the distance L of the two points.
+    The tension is `preload + stiffness (L - length) + damping dL/dt`, where L is the distance between the points.
 
     Attributes
     ----------
     link, point
-        First end.
+        Link and point at the first end.
     on, anchor
-        Other end: a link, by default the ground, and its point.
+        Link (default: ground) and point at the other end.
     stiffness
-        [N/m].
+        Stiffness [N/m].
     length
-        Distance at which the tension is `preload` [m]; 0 for a pull proportional to the distance.
+        Distance at which the tension is `preload` [m]; 0 for a tension proportional to the distance.
     damping
-        [N s/m].
+        Damping coefficient [N s/m].
     preload
-        [N], tension positive.
+        Preload, positive in tension [N].
 
     Examples
     --------
@@ -57,11 +57,11 @@ class Spring:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Both ends."""
+        """Link and point of both ends."""
         return (self.link, self.point), (self.on, self.anchor)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Pull on both ends; nan for coincident ends under tension, because the direction is undefined."""
+        """Return the forces on both ends; nan if the ends coincide under tension, which has no direction then."""
         vector = self._vector(motion)
         reach = np.abs(vector)
         tension = self.preload + self.stiffness * (reach - self.length)
@@ -73,12 +73,12 @@ class Spring:
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
     def energy(self, motion: Motion) -> Reals:
-        """Stored energy [J], 0 where the tension is `preload`, shape (..., positions)."""
+        """Return the stored energy [J], which is 0 at the distance `length`, shape (..., positions)."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
     def dissipation(self, motion: Motion) -> Reals:
-        """Power dissipated by the damper [W], shape (..., positions)."""
+        """Return the power that the damper dissipates [W], shape (..., positions)."""
         vector = self._vector(motion)
         return self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
 
@@ -91,22 +91,22 @@ class Spring:
 
 @dataclass(frozen=True, eq=False)
 class TorsionSpring:
-    """Torsion spring and damper between two links at a pin.
+    """A torsion spring and damper between two links at a pin.
 
-    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, and the opposite acts on `on`;
-    theta is the angle of the axes of `link` from those of `on`. At a driven pin theta is the drive's coordinate, over
-    any number of turns; otherwise it is the value within half a turn of `angle`.
+    The moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, and the opposite moment acts
+    on `on`. theta is the angle of `link` relative to `on`. At a driven pin, theta is the drive coordinate, over any
+    number of turns. Otherwise it is the value within half a turn of `angle`.
 
     Attributes
     ----------
     link, at, on
-        The link, the common pin, and the other link, by default the ground.
+        Link, common pin, and other link (default: ground).
     stiffness
-        [N m/rad].
+        Stiffness [N m/rad].
     angle
         Angle theta at which the moment is -`preload` [rad].
     damping, preload
-        [N m s/rad], [N m].
+        Damping coefficient [N m s/rad], and preload [N m].
     """
 
     link: str
@@ -119,25 +119,25 @@ class TorsionSpring:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Pin, on both links."""
+        """Pin on both links."""
         return (self.link, self.at), (self.on, self.at)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Moments on both links."""
+        """Return the moments on both links."""
         moment = self.preload + self.stiffness * self._winding(motion) + self.damping * self._rate(motion)
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
     def energy(self, motion: Motion) -> Reals:
-        """Stored energy [J], 0 at `angle`, shape (..., positions)."""
+        """Return the stored energy [J], which is 0 at `angle`, shape (..., positions)."""
         winding = self._winding(motion)
         return self.preload * winding + self.stiffness * winding**2 / 2
 
     def dissipation(self, motion: Motion) -> Reals:
-        """Power dissipated by the damper [W], shape (..., positions)."""
+        """Return the power that the damper dissipates [W], shape (..., positions)."""
         return self.damping * self._rate(motion) ** 2
 
     def _winding(self, motion: Motion) -> Reals:
-        """theta - angle [rad]."""
+        """Return theta - angle [rad]."""
         for number, drive in enumerate(motion.mechanism.drives):
             if drive.joint == self.at and set(drive.links) == {self.link, self.on}:
                 return motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
@@ -150,7 +150,7 @@ class TorsionSpring:
 
 
 def kinetic_energy(motion: Motion) -> Reals:
-    """Kinetic energy of all links and rotors [J], shape (..., positions)."""
+    """Return the kinetic energy of all links and rotors [J], shape (..., positions)."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     omega = motion.angular_velocity
     momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
@@ -161,19 +161,19 @@ def kinetic_energy(motion: Motion) -> Reals:
 
 
 def potential_energy(motion: Motion) -> Reals:
-    """Energy of weights (0 with all mass at the origin) and springs [J], (..., positions)."""
+    """Return the potential energy of gravity (0 for masses at the origin) and springs [J], shape (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
     return -height[1:].sum(axis=0) + _sum(motion, "energy")
 
 
 def dissipated_power(motion: Motion) -> Reals:
-    """Power dissipated by dampers [W], shape (..., positions)."""
+    """Return the power that dampers dissipate [W], shape (..., positions)."""
     return np.zeros(motion.columns) + _sum(motion, "dissipation")
 
 
 def load_power(motion: Motion) -> Reals:
-    """Power of all loads including springs and dampers, without weights [W], (..., positions)."""
+    """Return the power of all loads, including springs and dampers but not weight [W], shape (..., positions)."""
     power = np.zeros(motion.columns)
     for at, pull, couple in given_loads(motion):
         power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * couple
@@ -181,6 +181,6 @@ def load_power(motion: Motion) -> Reals:
 
 
 def _sum(motion: Motion, quantity: str) -> Columns:
-    """Sum of a quantity over the loads that define it."""
+    """Return the sum of a quantity over the loads that define it."""
     known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
     return sum((each(motion) for each in known if each is not None), start=0.0)

@@ -1,4 +1,4 @@
-"""Joint forces in equilibrium with the loads of the links, including drive efforts."""
+"""Joint forces and drive efforts in equilibrium with the loads on the links."""
 
 from collections.abc import Iterable, Mapping
 from functools import reduce
@@ -18,10 +18,11 @@ from rigid.kinetostatics.loads import given_loads, link_loads
 
 
 def reactions(motion: Motion) -> JointForces:
-    """Forces in all joints and on the ground; nan if singular or statically undetermined.
+    """Return the forces in all joints and on the ground.
 
-    They are also nan if friction may lock the mechanism. The order is that of `motion.structure.joints`; each force
-    acts on the joint's child link, and the opposite on the parent.
+    The forces are in the order of `motion.structure.joints`. Each force acts on the joint's child link, and its
+    opposite on the parent. Forces are nan at singular positions, where friction may lock the mechanism, and if they are
+    statically indeterminate.
     """
     forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.may_be_singular:
@@ -29,16 +30,16 @@ def reactions(motion: Motion) -> JointForces:
     states = self_stresses(motion.closures, forces.flank)
     for number in forces.friction:
         if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > MAX_UNSTRESSED) for state in states):
-            forces.mark(True)  # an undetermined contact force makes all forces with friction undetermined
+            forces.mark(True)  # with friction, an indeterminate contact force makes all forces indeterminate
     for state in states:
         for values, parts in ((forces.force, state.force), (forces.moment, state.moment)):
             for number, part in enumerate(parts):
-                values[number] = _open_where(values[number], part)
+                values[number] = _without_indeterminate(values[number], part)
     return forces
 
 
-def _open_where(value: Columns, part: Columns) -> Columns:
-    """Set components that take part in a self-stress to nan."""
+def _without_indeterminate(value: Columns, part: Columns) -> Columns:
+    """Set the components that a self-stress `part` changes to nan."""
     if not np.iscomplexobj(part):
         return (
             np.where(np.abs(part) > MAX_UNSTRESSED, np.nan, value) if np.any(np.abs(part) > MAX_UNSTRESSED) else value
@@ -55,19 +56,18 @@ def balancing_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Joint forces in equilibrium with all loads; if there are self-stresses, one of many solutions.
+    """Return joint forces in equilibrium with all loads (one of many solutions if there are self-stresses).
 
-    Joint friction is an explicit load here; the mechanism's own friction is ignored.
+    Only the friction that is given counts; the mechanism's own friction is ignored.
 
     Parameters
     ----------
     more
-        Additional loads: link number, force in the ground's axes [N], complex, and moment about the origin of the
-        link's axes [N m].
+        Additional loads: link index, force in ground axes (complex) [N], and moment about the link's origin [N m].
     flank
-        Loaded flanks of the gears' teeth, see `JointForces`; by default, those that the efforts load.
+        Loaded flanks of gear teeth (see `JointForces`). By default they follow from the signs of the efforts.
     friction
-        Friction efforts by joint number, see `JointForces`.
+        Friction efforts by joint index (see `JointForces`).
     """
     with np.errstate(invalid="ignore", over="ignore"):
         force, moment = link_loads(motion)
@@ -77,9 +77,10 @@ def balancing_forces(
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
-    """Amplification of round-off in joint forces, (..., positions), see `Motion.condition`.
+    """Return the amplification of round-off in the joint forces, shape (..., positions) (see `Motion.condition`).
 
-    It is larger if loads nearly cancel, because the remaining forces then have a larger relative error.
+    If loads nearly cancel, the amplification is larger, because the small remaining forces have a larger relative
+    error.
     """
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))
@@ -108,9 +109,9 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
-    """Moment [N m] or force [N] of each drive along its coordinate, (drives, ..., positions).
+    """Return the moment [N m] or force [N] of each drive along its coordinate, shape (drives, ..., positions).
 
-    It includes the effort of the rotor's inertia, which does not load the joints.
+    The efforts include rotor inertia, which does not load the joints.
     """
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
     for number, place in enumerate(motion.places):
@@ -123,7 +124,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
-    """Like `JointPlace.effort`, but ignore an undetermined force normal to a slider's line."""
+    """Return `JointPlace.effort`, ignoring an indeterminate (nan) force normal to a slider's line."""
     if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))
