@@ -240,7 +240,7 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
     """Describe the end of a motion: the last position that closes, and the joint that opens."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
-    return rigid.reach_words(moved, ends, scene.shown_in.get("m", (1.0, "m")))
+    return rigid.reach_message(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:

@@ -1,10 +1,10 @@
-"""Rigid-body motion of planar mechanisms: motion, inertia loads and joint forces.
+"""Rigid-body mechanics of planar mechanisms: motion, inertia loads and joint forces.
 
-It needs numpy, and scipy only for integrated motions and cubic tables. Less common functions are in `rigid.analysis`,
-`closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
+The package requires numpy. Integrated motions and cubic tables also require scipy. Less common functions are in
+`rigid.analysis`, `closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
 """
 
-import rigid.allocation  # noqa: F401  before any array is allocated
+import rigid.allocation  # noqa: F401  must be imported before any array is allocated
 from rigid.arrays import Reals
 from rigid.chunks import motion_in_chunks
 from rigid.closures.conditioning import SINGULAR
@@ -36,7 +36,7 @@ from rigid.parts import (
 )
 from rigid.peaks import law_peaks
 from rigid.postures import Posture, posture
-from rigid.reach import ReachError, opening_joint, reach_words, reachable, require_reach
+from rigid.reach import ReachError, opening_joint, reach_message, reachable, require_reach
 from rigid.table_laws import RepeatedLaw, TableLaw
 from rigid.transmission import transmission_angles
 
@@ -45,7 +45,7 @@ __all__ = [
     "Link", "Load", "Lump", "Mechanism", "MechanismError", "Motion", "PinDrive", "PointLoad", "Posture", "ReachError",
     "Reals", "RepeatedLaw", "Resistance", "Segment", "SegmentedLaw", "Slider", "SliderDrive", "Spring", "TableError",
     "TableLaw", "TorsionSpring", "Weld", "acceleration_of", "assur_groups", "counted", "drive_efforts", "law_peaks",
-    "motion", "motion_in_chunks", "opening_joint", "position_of", "posture", "reach_words", "reachable", "reactions",
+    "motion", "motion_in_chunks", "opening_joint", "position_of", "posture", "reach_message", "reachable", "reactions",
     "require_reach", "structure", "transmission_angles", "velocity_of", "with_rates",
 ]  # fmt: skip
 

@@ -1,8 +1,7 @@
-"""Array types, by contents and axes.
+"""Types of arrays.
 
-Axes are components or coefficients first, then links, beams, joints or drives, then designs if there are several, and
-positions last, contiguous; `...` denotes the optional designs. If the type does not define the shape, the function's
-docstring does.
+The order of axes is: components or coefficients; links, beams, joints or drives; designs, if there are several; and
+positions, which are contiguous. In the shapes of docstrings, `...` stands for the optional axis of designs.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -14,45 +13,45 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     ArrayLike = typing.ArrayLike
-    """Numbers convertible to an array."""
+    """Values that numpy converts to an array."""
 
     Reals = NDArray[np.float64]
     """Real numbers."""
 
     Complexes = NDArray[np.complex128]
-    """Complex numbers: vectors of the plane."""
+    """Complex numbers, which represent plane vectors."""
 
     Flags = NDArray[np.bool_]
     """Truth values."""
 
     Integers = NDArray[np.int64]
-    """Numbers of links, joints, positions, ..."""
+    """Integers, such as indices of links, joints or positions."""
 
     Numbers = NDArray[Any]
-    """Real or complex numbers, like the argument."""
-else:  # importing numpy's types takes as long as ten files of this package
+    """Real or complex numbers, of the same type as the argument."""
+else:  # importing numpy.typing takes as long as ten modules of this package
     ArrayLike = Any
     Reals = Complexes = Flags = Integers = Numbers = np.ndarray
 
 Real = float | Reals
-"""A real number, or one for each of many designs."""
+"""A real number, or an array with one number for each design."""
 
 Complex = complex | Complexes
-"""A vector of the plane, or one for each of many designs."""
+"""A plane vector, or an array with one vector for each design."""
 
 Columns = Any
-"""Real or complex number at each position: shape (..., positions), or a scalar or ZERO if constant.
+"""Real or complex values at the positions: an array (..., positions), or a scalar or ZERO if constant.
 
-A stricter type is not possible: numpy's operators have none that accepts arrays, numbers and ZERO.
+The type is `Any`, because no type fits numpy's operators for arrays, numbers and ZERO.
 """
 
 
 def of_designs(value: Any) -> Any:
-    """Number of a mechanism or its parts, without the axis of positions."""
+    """Return a parameter without the axis of positions: shape () or (designs,)."""
     return np.asarray(value)[..., 0] if np.ndim(value) else value
 
 
 def distinct(values: Any) -> Numbers:
-    """Return the distinct values in ascending order, like `np.unique` but without its slow import of numpy.ma."""
+    """Return the distinct values in ascending order, as `np.unique` does, which imports the slow numpy.ma."""
     ordered = np.sort(np.ravel(values))
     return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]

@@ -1,4 +1,4 @@
-"""Motions with any number of positions and designs, in chunks that fit into the cache."""
+"""Computation of motions in chunks that fit into the cache, for any number of positions and designs."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,10 +14,10 @@ from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives, outline
 from rigid.positions.rows import select_designs
 
-CACHE_CELLS = 24576  # links times columns that fit into the cache
-MIN_COLUMNS = 1024  # smallest efficient chunk: below this, call overhead dominates
-SEAM_POSITIONS = 3  # positions of the previous chunk that are repeated to detect a change point at the seam
-MIN_SINE = 1e-2  # smallest sine of a position that identifies the branch reliably
+CACHE_CELLS = 24576  # number of links times columns that fit into the cache
+MIN_COLUMNS = 1024  # size of a chunk below which call overhead dominates
+SEAM_POSITIONS = 3  # positions of a chunk that the path of the next one repeats, to detect a change point at the seam
+MIN_SINE = 1e-2  # smallest sine at which a position identifies the branch reliably
 
 
 def motion_in_chunks(
@@ -28,22 +28,22 @@ def motion_in_chunks(
     time: ArrayLike | None = None,
     columns: int | None = None,
 ) -> Iterator[Motion]:
-    """Compute `motion` in chunks, with memory independent of positions and designs.
+    """Compute a motion in chunks, with memory that does not depend on the number of positions and designs.
 
-    Each chunk of positions continues on the branch of the previous one. Loads that count the turns of a link start at
-    zero in each chunk.
+    Each chunk continues on the branch of the previous one. Loads that depend on the number of turns of a link count
+    from zero in each chunk.
 
     Parameters
     ----------
     mechanism, drive, drive_rate, drive_acceleration, time
         See `motion`.
     columns
-        Approximate number of positions, or designs times positions, per chunk; at least one design. By default a chunk
-        fits into the cache, with at least 1024 columns.
+        Approximate number of columns per chunk (positions, or designs times positions). A chunk has at least one
+        design. By default a chunk fits into the cache, but has at least 1024 columns.
 
     Yields
     ------
-    Motions: as many designs at a time as fit, and the positions of each design in order.
+    Motions of as many designs as fit, with the positions of each design in order.
 
     Examples
     --------
@@ -62,14 +62,14 @@ def motion_in_chunks(
 
 
 def columns_of(mechanism: Mechanism, positions: int) -> int:
-    """Columns of a chunk: about 8,000 for a four-bar, 2,000 for thirteen bars."""
+    """Return the number of columns per chunk (about 8,000 for a four-bar, 2,000 for thirteen bars)."""
     columns = max(CACHE_CELLS // max(len(mechanism.links) - 1, 1), MIN_COLUMNS)
     chunks = max(round(positions / columns), 1)
     return max(columns, -(-positions // chunks))
 
 
 def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:
-    """Yield the rows of designs to compute together; a single design yields everything at once."""
+    """Yield slices of the designs to compute together. A single design yields one slice."""
     count = designs[0] if designs else 1
     step = max(columns // max(positions, 1), 1)
     for first in range(0, count, step):
@@ -77,10 +77,10 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
 
 
 def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iterator[Motion]:
-    """Yield chunks of positions in order.
+    """Yield the motion in chunks of positions, in order.
 
-    With a single drive, the drawing determines each position. With several drives, the previous chunk determines the
-    path, and each chunk is redrawn at the end of the previous one.
+    With a single drive, the drawing and the drive coordinate determine each position. With several drives, the path
+    matters. The drawing is then replaced by the end of the previous chunk.
     """
     if len(given[0]) == 1:
         whole = outline(given[0])
@@ -97,11 +97,11 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
         chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
             drawn, lead = _drawn_anew(drawn, lead, chunk[0])
-        yield chunk.pop()  # release the chunk: it would displace the next one from the cache
+        yield chunk.pop()  # drop the reference, so that the chunk does not displace the next one from the cache
 
 
 def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
-    """Redraw at the last reliable position before the seam; also return the drive path to it."""
+    """Redraw the mechanism at the last reliable position of a chunk, and return the drive path from there too."""
     sine = passed.sine
     firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
     places = np.flatnonzero(firm[:-SEAM_POSITIONS])
@@ -117,7 +117,7 @@ def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[M
 
 
 def _identifying_points(link: Link, drawn: Mechanism) -> list[str]:
-    """Drawn points of a link, plus one if a single point does not define the angle."""
+    """Return the drawn points of a link, plus another point if there is only one, so that the angle is defined."""
     points = [point for point in link.points if point in drawn.drawing]
     if len(points) == 1:
         points += [point for point, local in link.points.items() if np.all(local != link.points[points[0]])][:1]
@@ -125,7 +125,7 @@ def _identifying_points(link: Link, drawn: Mechanism) -> list[str]:
 
 
 def _whole_turns(drawn: Mechanism, start: Reals) -> Reals:
-    """Full turns of the drives beyond the drawing, (drives, 1), which gears would otherwise count twice."""
+    """Return the full turns of the drives since the drawing, (drives, 1), so that gears do not count them twice."""
     if not drawn.gears:
         return np.zeros((len(start), 1))
     at, slides, _ = drawn_drives(drawn)

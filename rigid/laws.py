@@ -1,6 +1,6 @@
-"""Motion laws of drives: coordinate, rate and acceleration as closed forms of time.
+"""Motion laws of drives: coordinate, rate and acceleration as functions of time in closed form.
 
-The cam curves are normalised to a rise of 1 in a time of 1: R. L. Norton, Cam Design and Manufacturing Handbook,
+Cam curves are normalised to a rise of 1 in a time of 1, after R. L. Norton, Cam Design and Manufacturing Handbook,
 2nd ed., Industrial Press 2009, chapters 2 and 3.
 """
 
@@ -16,13 +16,13 @@ from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 MotionLaw = Callable[[Any], Triple]
-"""Function from times [s] to the coordinate, rate and acceleration of a drive, each in their shape."""
-MIN_IMPACT = 1e-9  # smallest change of speed that counts as an impact, relative to the speeds
-INSTANT_TOLERANCE = 1e-12  # largest distance of coincident instants, relative to the duration
+"""Function from times [s] to the coordinate, rate and acceleration of a drive, in the shape of the times."""
+MIN_IMPACT = 1e-9  # smallest jump of the speed that counts as an impact, relative to the speeds
+INSTANT_TOLERANCE = 1e-12  # difference up to which instants are equal, relative to the duration
 
 
 class LawError(ValueError):
-    """Invalid motion law; `segment` is the number of the invalid segment, from 1."""
+    """Invalid motion law. `segment` is the number of the invalid segment, counted from 1."""
 
     def __init__(self, segment: int, problem: str) -> None:
         super().__init__(f"segment {segment}: {problem}")
@@ -31,9 +31,9 @@ class LawError(ValueError):
 
 
 class TableError(ValueError):
-    """Invalid table, or a request outside its range.
+    """Invalid table, or evaluation outside its range.
 
-    `place` is the requested place and `ends` the range; None for an invalid table.
+    `place` is the requested abscissa and `ends` the range of the table; both are None for an invalid table.
     """
 
     def __init__(self, message: str, place: float | None = None, ends: tuple[float, float] | None = None) -> None:
@@ -42,7 +42,7 @@ class TableError(ValueError):
 
 
 def _value(powers: Reals, z: Reals) -> Reals:
-    """Evaluate a polynomial; numpy's own function is in a module that is slow to import."""
+    """Evaluate a polynomial, because `np.polynomial` is slow to import."""
     value: Reals = powers[-1] + 0.0 * z
     for power in powers[-2::-1]:
         value = power + value * z
@@ -72,49 +72,49 @@ def _harmonic(z: Reals) -> Triple:
 
 
 def _trapezoidal(z: Reals) -> Triple:
-    """One third of the time each at constant acceleration, constant speed and constant deceleration."""
+    """Return a rise with a third of the time each of constant acceleration, speed and deceleration."""
     early, late = z < 1 / 3, z >= 2 / 3
     value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
     rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
     return value, rate, np.select([early, late], [4.5, -4.5], 0.0)
 
 
-def _scca_meets(sine: float, cosine: float) -> tuple[float, float, float, float, float]:
-    """Speed, coordinate and durations at the joints of the SCCA pieces; peak acceleration."""
+def _scca_transitions(sine: float, cosine: float) -> tuple[float, float, float, float, float]:
+    """Return speed and coordinate at the ends of the first two pieces of an SCCA curve, and the peak acceleration."""
     ends, flat = sine / 2, (1 - cosine) / 2
     speed = 2 * ends / pi
     travel = ends**2 * (2 / pi) * (1 - 2 / pi)
     lasts = flat - ends
-    later_way, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
-    peak = 1 / (2 * (later_way + later * cosine / 2 + (cosine / pi) ** 2))  # half of the rise is 1/2
-    return speed, travel, later, later_way, peak
+    later_travel, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
+    peak = 1 / (2 * (later_travel + later * cosine / 2 + (cosine / pi) ** 2))  # half of the rise is 1/2
+    return speed, travel, later, later_travel, peak
 
 
 def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
-    """Peak speed, acceleration and jerk of an SCCA curve, see `_sine_constant_cosine`."""
-    *_, later, _, peak = _scca_meets(sine, cosine)
+    """Return the peak speed, acceleration and jerk of an SCCA curve (see `_sine_constant_cosine`)."""
+    *_, later, _, peak = _scca_transitions(sine, cosine)
     swings = [share for share in (sine, cosine) if share]
     return peak * (later + cosine / pi), peak, peak * pi / min(swings) if swings else 0.0
 
 
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
-    """Norton's SCCA family: sinusoidal, constant and cosine pieces of acceleration.
+    """Return a curve of Norton's SCCA family, whose acceleration has sine, constant and cosine pieces.
 
-    `sine` is the share of the time for both ends together, and `cosine` the share for the middle.
+    `sine` is the share of time of both sine pieces together, and `cosine` that of the cosine piece in the middle.
     """
     b, d = sine, cosine
     ends, flat = b / 2, (1 - d) / 2
-    speed, travel, later, later_way, peak = _scca_meets(sine, cosine)
+    speed, travel, later, later_travel, peak = _scca_transitions(sine, cosine)
 
     def half(z: Reals) -> Triple:
-        """First half of the rise."""
+        """Return the first half of the rise."""
         first, third = z < ends, z > flat
         turn = pi * z / b if b else np.zeros(np.shape(z))
         swing = pi * (z - flat) / d if d else np.zeros(np.shape(z))
         on, rest = z - ends, z - flat
         value = np.select(
             [first, third],
-            [b / pi * (z - b / pi * np.sin(turn)), later_way + later * rest + (d / pi) ** 2 * (1 - np.cos(swing))],
+            [b / pi * (z - b / pi * np.sin(turn)), later_travel + later * rest + (d / pi) ** 2 * (1 - np.cos(swing))],
             travel + speed * on + on**2 / 2,
         )
         rate = np.select([first, third], [b / pi * (1 - np.cos(turn)), later + d / pi * np.sin(swing)], speed + on)
@@ -140,13 +140,15 @@ CURVES: Mapping[str, Callable[[Reals], Triple]] = {
     "modified-trapezoid": _sine_constant_cosine(0.25, 0.25),
     "modified-sine": _sine_constant_cosine(0.25, 0.75),
 }
-"""Curves by name: map z in 0..1, of any shape, to s, ds/dz and d2s/dz2."""
+"""Curves by name: functions from z (0 to 1, any shape) to s, ds/dz and d2s/dz2."""
 INNER_JUMPS = {"trapezoidal-velocity": (1 / 3, 2 / 3), "constant-acceleration": (0.5,)}
-"""Inner acceleration jumps of a curve, relative to the duration."""
+"""Times of the acceleration jumps inside a curve / duration."""
 
 
 def polynomial_peaks(powers: Reals) -> tuple[float, float, float]:
-    """Largest magnitudes of three derivatives of a polynomial on [0, 1], increasing powers.
+    """Return the largest magnitudes of the first three derivatives of a polynomial on [0, 1].
+
+    The coefficients are in the order of increasing powers.
 
     Examples
     --------
@@ -175,12 +177,12 @@ PEAKS: dict[str, tuple[float, float, float]] = {
     "modified-trapezoid": scca_peaks(0.25, 0.25),
     "modified-sine": scca_peaks(0.25, 0.75),
 }
-"""Peaks of `CURVES` for a rise of 1 in a time of 1, without acceleration jumps."""
+"""Peak speed, acceleration and jerk (without acceleration jumps) of `CURVES`, for a rise of 1 in a time of 1."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Piece of a motion law.
+    """A piece of a motion law.
 
     Attributes
     ----------
@@ -199,17 +201,17 @@ class Segment:
 
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """Motion at constant rate.
+    """Motion law with a constant rate.
 
-    `start` [rad or m] and `speed` [rad/s or m/s], or arrays of shape (designs, 1). A call with times [s] of any shape
-    returns coordinate, rate and acceleration of that shape, or of (designs, positions).
+    `start` [rad or m] and `speed` [rad/s or m/s] are scalars or arrays of shape (designs, 1). Arrays give coordinates,
+    rates and accelerations of shape (designs, positions).
     """
 
     start: Real
     speed: Real
 
     def __call__(self, time: ArrayLike) -> Triple:
-        """Coordinate, rate and acceleration at given times [s]."""
+        """Return coordinate, rate and acceleration at given times [s]."""
         time = np.asarray(time, float)
         coordinate = self.start + self.speed * time
         return coordinate, np.full(coordinate.shape, self.speed), np.zeros(coordinate.shape)
@@ -217,22 +219,22 @@ class ConstantSpeed:
 
 @dataclass(frozen=True)
 class SegmentedLaw:
-    """Consecutive segments from `start` [rad or m]; after them the coordinate stays constant.
+    """Motion law of consecutive segments from `start` [rad or m]. After the segments the coordinate is constant.
 
-    `start` may have shape (designs, 1); coordinates then have shape (designs, positions).
+    If `start` has shape (designs, 1), the coordinates have shape (designs, positions).
 
-    A 3-4-5 polynomial next to a constant speed matches that speed without a jump in acceleration. Otherwise it starts
-    and ends at rest, like all other curves.
+    A 3-4-5 polynomial next to a segment of constant speed starts or ends at this speed, without a jump in acceleration.
+    All other ends of curves are at rest.
 
     Raises
     ------
     LawError
-        A segment has no duration, a curve is unknown, a dwell has a rise, or the speed jumps between two segments,
-        which would require an infinite force.
+        If a segment has no duration, a curve is unknown, a dwell has a rise, or the speed jumps between two segments
+        (which would require an infinite force).
 
     Examples
     --------
-    A cycloidal rise of 1 in 1 s reaches its peak speed, 2, in the middle:
+    A cycloidal rise of 1 in 1 s has its peak speed of 2 in the middle:
 
     >>> rise = SegmentedLaw(0.0, (Segment("cycloidal", 1.0, 1.0),))
     >>> [float(value[0]) for value in rise([0.5])[:2]]
@@ -248,16 +250,16 @@ class SegmentedLaw:
             raise LawError(1, "a law needs at least one segment")
         for number, segment in enumerate(self.segments, 1):
             if segment.curve not in CURVES:
-                raise LawError(number, f'there is no curve "{segment.curve}", there are {", ".join(CURVES)}')
+                raise LawError(number, f'unknown curve "{segment.curve}", expected one of {", ".join(CURVES)}')
             if not segment.duration > 0:
-                raise LawError(number, f"lasts {segment.duration:g} s, expected more than 0")
+                raise LawError(number, f"the duration is {segment.duration:g} s, expected more than 0")
             if segment.curve == "dwell" and segment.rise:
                 raise LawError(number, f"a dwell cannot rise by {segment.rise:g}")
         for number, (before, after) in enumerate(zip(self.speeds, self.speeds[1:], strict=False), 2):
             if abs(after[0] - before[1]) > MIN_IMPACT * (abs(after[0]) + abs(before[1])):
                 raise LawError(
                     number,
-                    f"the speed jumps from {before[1]:g} to {after[0]:g}, an impact: "
+                    f"the speed jumps from {before[1]:g} to {after[0]:g}, which is an impact: "
                     "put a polynomial-345 between rest and constant speed",
                 )
 
@@ -287,10 +289,10 @@ class SegmentedLaw:
         return self.speeds[-1][1]
 
     def __call__(self, time: ArrayLike) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each in their shape.
+        """Return coordinate, rate and acceleration at given times [s], in the shape of `time`.
 
-        At a jump of the acceleration, its later value applies; at the end of the law, the earlier one. Instants within
-        round-off of a jump count as the jump.
+        At a jump of the acceleration, the value after the jump is returned; at the end of the law, the value before
+        the end. Times within round-off of a jump count as the time of the jump.
         """
         time = np.asarray(time, float)
         if isinstance(self.start, np.ndarray):
@@ -313,7 +315,7 @@ class SegmentedLaw:
         return value, rate, acceleration
 
     def stretched(self, number: int, z: Reals) -> Triple:
-        """Rise of a segment, from 0, at shares z of its time, and the derivatives with respect to z."""
+        """Return the rise since the start of a segment, and its derivatives, at z = time / duration."""
         segment, speeds = self.segments[number], self.speeds[number]
         if segment.curve == "polynomial-345" and any(speeds):
             return _polynomial(*quintic(segment, speeds))(z)
@@ -322,9 +324,9 @@ class SegmentedLaw:
 
 
 def quintic(segment: Segment, speeds: tuple[float, float]) -> Reals:
-    """Coefficients of the quintic with given end speeds and zero end accelerations.
+    """Return the coefficients of a quintic with given end speeds and zero end accelerations.
 
-    The coefficients are in increasing powers. With zero speeds, this is the 3-4-5 polynomial.
+    They are in the order of increasing powers. With zero speeds, this is the 3-4-5 polynomial.
     """
     h = segment.rise
     a, b = (speed * segment.duration for speed in speeds)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Complex
-from rigid.names import misnamed
+from rigid.names import definition_error
 from rigid.parts import (
     GROUND,
     Beam,
@@ -28,11 +28,11 @@ from rigid.parts import (
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """Planar mechanism: links (one named "ground"), joints, drives, gears, loads and friction.
+    """A planar mechanism: links (one of them named "ground"), joints, drives, gears, loads and friction.
 
-    Links with a common point name are pinned there, unless `welds` join them rigidly. `drawing` gives point positions
-    [m] near a position of the mechanism and thereby selects the assembly branch; arrays of shape (designs, 1) if it
-    differs between designs. `gravity` [m/s^2]. `friction`: by name of the pin (i.e. its point) or slider.
+    Links with a point of the same name are pinned at this point, unless `welds` join them rigidly. `drawing` gives
+    approximate positions of points [m], which select the assembly branch; arrays of shape (designs, 1) if designs
+    differ. `gravity` is in m/s^2. `friction` is given by the name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
@@ -47,29 +47,29 @@ class Mechanism:
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Put the ground first, number the links and check all names."""
+        """Put the ground first, number the links and check the definition."""
         ordered = tuple(sorted(self.links, key=lambda link: link.name != GROUND))
         object.__setattr__(self, "links", ordered)
         object.__setattr__(self, "index", {link.name: number for number, link in enumerate(ordered)})
         if GROUND not in self.index:
-            raise MechanismError('no link is named "ground": name the fixed link so')
+            raise MechanismError('no link is named "ground": give the fixed link this name')
         if len(self.index) < len(ordered):
             raise MechanismError("two links have the same name")
-        wrong = misnamed(self)
-        if wrong:
-            raise MechanismError(wrong, kind="name")
+        problem = definition_error(self)
+        if problem:
+            raise MechanismError(problem, kind="name")
 
     def __repr__(self) -> str:
         return f"Mechanism({len(self.links)} links, {len(self.drives)} drives)"
 
     @cached_property
     def beams(self) -> tuple[tuple[int, Beam], ...]:
-        """All beams of moving links with their link numbers, in the order of all beam arrays."""
+        """Beams of all moving links with their link indices. All arrays of beams are in this order."""
         return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)
 
     @cached_property
     def designs(self) -> tuple[int, ...]:
-        """Shape of the parameters: () or (designs, 1)."""
+        """Broadcast shape of all parameters: () or (designs, 1)."""
         values: list[Any] = [self.gravity, *self.drawing.values()]
         for link in self.links:
             values += link.points.values()
@@ -83,21 +83,21 @@ class Mechanism:
 
     @property
     def fixed_angles(self) -> tuple[Slider | Weld, ...]:
-        """Sliders and welds: the parts that fix the angle between two links."""
+        """Sliders and welds, which fix the angle between two links."""
         return *self.sliders, *self.welds
 
     @cached_property
     def size(self) -> float:
-        """Largest distance of drawn points from the first, for the first design [m], or 1."""
+        """Largest distance of a drawn point from the first one, for the first design [m]; 1 if it is zero."""
         places = np.array([np.ravel(place)[0] for place in self.drawing.values()], complex)
         return float(np.abs(places - places[:1]).max(initial=0.0)) or 1.0
 
     def slider(self, name: str) -> Slider:
-        """Look up a slider by name."""
+        """Return a slider by name."""
         return next(slider for slider in self.sliders if slider.name == name)
 
     def ends(self, drive: PinDrive | SliderDrive) -> tuple[int, int]:
-        """Numbers of the reference link and the moved link of a drive or gear end."""
+        """Return the indices of the reference link and of the moved link of a drive or gear end."""
         link, on = drive.links or (self.slider(drive.joint).link, self.slider(drive.joint).on)
         return self.index[on], self.index[link]
 
@@ -114,5 +114,5 @@ class Mechanism:
         return frozenset(point for point, count in welds.items() if count >= shared[point] - 1)
 
     def beam_number(self, link: str, number: int) -> int:
-        """Number of a link's beam among all beams."""
+        """Return the index in `beams` of a link's beam."""
         return next(k for k, (at, _) in enumerate(self.beams) if at == self.index[link]) + number

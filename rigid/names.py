@@ -1,4 +1,4 @@
-"""Check of the names and values in a mechanism."""
+"""Checks of the names and values in a mechanism."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -9,11 +9,11 @@ import numpy as np
 from rigid.arrays import Complex
 from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
 
-UNIT_TOLERANCE = 1e-9  # largest deviation of a unit vector's length from 1
+UNIT_TOLERANCE = 1e-9  # largest deviation of the length of a unit vector from 1
 
 
 class Named(Protocol):
-    """Named parts of a mechanism."""
+    """A mechanism, as far as its definition is checked."""
 
     @property
     def links(self) -> tuple[Link, ...]: ...  # noqa: D102
@@ -37,12 +37,12 @@ class Named(Protocol):
     def friction(self) -> Mapping[str, Friction]: ...  # noqa: D102
 
 
-def misnamed(mechanism: Named) -> str | None:
-    """Message about the first unknown name or invalid value, or None."""
-    return next((words for words in _wrong(mechanism) if words), None)
+def definition_error(mechanism: Named) -> str | None:
+    """Return a message about the first unknown name or invalid value, or None."""
+    return next((message for message in _errors(mechanism) if message), None)
 
 
-def _wrong(mechanism: Named) -> Iterator[str | None]:
+def _errors(mechanism: Named) -> Iterator[str | None]:
     for link in mechanism.links:
         for beam in link.beams:
             what = f'beam "{beam.start}"-"{beam.end}" of "{link.name}"'
@@ -56,9 +56,9 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
     for gear in mechanism.gears:
         angle = gear.pressure_angle
         if angle is not None and not 0 <= angle < np.pi / 2:
-            yield f"a gear: its pressure angle is {angle:.6g} rad, expected one from 0 to less than pi/2"
+            yield f"a gear: its pressure angle is {angle:.6g} rad, expected at least 0 and less than pi/2"
     for called, count in Counter(slider.name for slider in mechanism.sliders).items():
-        yield f'{count} sliders are called "{called}"' if count > 1 else None
+        yield f'{count} sliders have the name "{called}"' if count > 1 else None
     for slider in mechanism.sliders:
         what = f'slider "{slider.name}"'
         yield _no_unit(f"{what}: its direction", slider.direction) or _no_unit(f"{what}: its turn", slider.turn)
@@ -81,7 +81,7 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
 
 
 def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
-    """Yield errors of a weld."""
+    """Yield the errors of a weld."""
     called = f'the weld "{weld.point}"'
     yield _no_link(called, links, (weld.on, weld.link))
     yield f'{called}: "{weld.link}" cannot be welded to itself' if weld.link == weld.on else None
@@ -91,9 +91,9 @@ def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
 
 
 def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:
-    """Yield errors of the friction of a pin or slider."""
+    """Yield the errors of the friction of a pin or slider."""
     for name, value in vars(friction).items():
-        yield f"{what}: {name} is {np.min(value):.6g}, expected none below 0" if np.any(np.less(value, 0)) else None
+        yield f"{what}: {name} is {np.min(value):.6g}, expected at least 0" if np.any(np.less(value, 0)) else None
     if slides:
         yield f"{what}: a radius belongs to a pin" if np.any(friction.radius) else None
         yield f"{what}: its length is 0" if not np.all(friction.length) else None
@@ -104,7 +104,7 @@ def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | Non
 
 
 def _load(load: Load | LineLoad, links: Mapping[str, Link]) -> Iterator[str | None]:
-    """Yield errors of the links and points of a load."""
+    """Yield the errors of the links and points of a load."""
     if isinstance(load, LineLoad):
         yield _no_link("a load", links, (load.link,))
         yield _no_beam(links[load.link], load.beam, moving=load.link != GROUND)
@@ -118,13 +118,13 @@ def _load(load: Load | LineLoad, links: Mapping[str, Link]) -> Iterator[str | No
 
 
 def _no_link(what: str, links: Iterable[str], names: Iterable[str]) -> str | None:
-    strange = [name for name in names if name not in links]
-    return f'{what}: there is no link "{strange[0]}"' if strange else None
+    unknown = [name for name in names if name not in links]
+    return f'{what}: there is no link "{unknown[0]}"' if unknown else None
 
 
 def _no_point(what: str, link: Link, points: Iterable[str]) -> str | None:
-    strange = [point for point in points if point not in link.points]
-    return f'{what}: link "{link.name}" has no point "{strange[0]}"' if strange else None
+    unknown = [point for point in points if point not in link.points]
+    return f'{what}: link "{link.name}" has no point "{unknown[0]}"' if unknown else None
 
 
 def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
@@ -134,7 +134,7 @@ def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
 def _no_unit(what: str, vector: Complex) -> str | None:
     size = np.abs(vector)
     return (
-        f"{what} is no unit vector, its length is {np.max(size):.6g}"
+        f"{what} is not a unit vector, its length is {np.max(size):.6g}"
         if np.any(np.abs(size - 1) > UNIT_TOLERANCE)
         else None
     )
@@ -144,11 +144,11 @@ def _no_beam(link: Link, number: int, moving: bool) -> str | None:
     if not moving:
         return f'a line load on "{link.name}", which does not move: the load has no effect on its beams'
     if not 0 <= number < len(link.beams):
-        known = f"which has {counted(len(link.beams), 'beam')}, counted from 0"
+        known = f"which has {counted(len(link.beams), 'beam')} (counted from 0)"
         return f'a line load on beam {number} of "{link.name}", {known}'
     return None
 
 
 def counted(count: int, noun: str) -> str:
-    """Number with its noun in singular or plural, for a message."""
+    """Return a number with a noun in singular or plural, for a message."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,7 +1,7 @@
 """Parts of a planar mechanism: links, beams, masses, sliders, drives, gears and loads.
 
-Vectors in the plane are complex numbers. A quantity may be an array of shape (designs, 1), so that many designs of one
-mechanism are computed together.
+Plane vectors are complex numbers. Quantities may be arrays of shape (designs, 1), to compute many designs of a
+mechanism together.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -12,30 +12,31 @@ import numpy as np
 
 from rigid.arrays import Complex, Real, Reals
 
-AnyMotion = Any  # a `Motion`, which is defined from these parts
+AnyMotion = Any  # a `Motion`, whose module imports this one
 Law = Callable[[AnyMotion], Reals]
-"""Coordinate, rate or factor as a function of a motion, shape (positions,)."""
+"""Function from a motion to a coordinate, rate or factor, shape (..., positions)."""
 PointForce = tuple[str, str, Any, Any]
-"""Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
+"""Link, point, force in ground axes (complex) [N], and moment [N m]; shape (..., positions) or ()."""
 
 GROUND = "ground"
 """Name of the fixed link."""
-PRESSURE_ANGLE = float(np.radians(20.0))  # pressure angle of standard involute teeth, ISO 53
+PRESSURE_ANGLE = float(np.radians(20.0))  # standard involute teeth (ISO 53)
 
 
 class MechanismError(ValueError):
-    """Invalid mechanism; the message describes the cause in terms of the user's names.
+    """Invalid mechanism. The message states the cause in terms of the user's names.
 
     Attributes
     ----------
     kind
-        Kind of error, if callers distinguish it: "name", "drives", "gear", "freedoms", "overconstrained", "drawing",
-        "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular", "section" (of
-        a link's beams), or the property of a joint in space: "type", "axis", "normal"; otherwise "".
+        Kind of error, if callers distinguish it, or "". Kinds are "name", "drives", "gear", "freedoms",
+        "overconstrained", "drawing", "open" (a joint does not close), "reach" (some positions are out of reach),
+        "unreachable" (all positions are), "singular" and "section" (of a link's beams). For joints in space they are
+        "type", "axis" and "normal".
     links, joints
         Names of the links and joints involved, if known.
     drives, positions
-        Numbers of the drives and of the positions.
+        Indices of the drives and positions involved, if known.
     """
 
     def __init__(
@@ -55,11 +56,11 @@ class MechanismError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Beam:
-    """Straight piece of a link, between two of the link's points.
+    """A straight part of a link between two of its points.
 
-    Its axes are x' from `start` to `end`, and y' = i x'. `mass_per_length` [kg/m] is the value at the start, multiplied
-    by the polynomial `mass_taper` in xi = x'/l along the beam. `rotary_inertia` [kg m] is the sections' moment of
-    inertia per length, rho I, at the start, multiplied by `rotary_taper`; 0 for a line mass.
+    The beam axes are x' from `start` to `end`, and y' = i x'. `mass_per_length` [kg/m] is the value at the start. Along
+    the beam it is multiplied by the polynomial `mass_taper` in xi = x'/l. `rotary_inertia` [kg m] is the mass moment of
+    inertia per length, rho I, at the start, and `rotary_taper` is its polynomial. It is 0 for a line mass.
     """
 
     start: str
@@ -72,9 +73,10 @@ class Beam:
 
 @dataclass(frozen=True, eq=False)
 class Lump:
-    """Mass [kg] rigidly attached to a point of a link.
+    """A mass [kg] rigidly attached to a point of a link.
 
-    `offset` [m] from that point to its centre of mass, in the link's axes; `inertia` [kg m^2] about its centre of mass.
+    `offset` [m] is the vector from the point to the centre of mass, in link axes. `inertia` [kg m^2] is about the
+    centre of mass.
     """
 
     point: str
@@ -85,9 +87,9 @@ class Lump:
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """Link: points in its own axes [m], and mass as beams and lumps.
+    """A link: points in link axes [m], with mass in beams and lumps.
 
-    The first point is the origin of its axes; the second, if any, usually lies on x'.
+    The first point is the origin of the axes. The second point usually lies on the x' axis.
     """
 
     name: str
@@ -98,10 +100,10 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Slider:
-    """Prismatic pair: `link` slides on `on` without rotation.
+    """A prismatic pair: `link` slides on `on` without rotation.
 
-    `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`.
-    `turn` is the unit vector of the axes of `link` in the axes of `on`. The slide is the distance of `point` from
+    The `point` of `link` moves on a line through `origin` [m] with unit vector `direction`, both in the axes of `on`.
+    `turn` is the unit vector of the x' axis of `link` in the axes of `on`. The slide is the distance of `point` from
     `origin` along `direction`.
     """
 
@@ -115,15 +117,15 @@ class Slider:
 
     @property
     def lengths(self) -> tuple[Complex, ...]:
-        """Dimensions that may differ by design."""
+        """Dimensions that may differ between designs."""
         return self.origin, self.direction, self.turn
 
 
 @dataclass(frozen=True, eq=False)
 class Weld:
-    """Two links joined rigidly at a common point.
+    """A rigid joint of two links at a common point.
 
-    `turn` is the unit vector of the axes of `link` in the axes of `on`.
+    `turn` is the unit vector of the x' axis of `link` in the axes of `on`.
     """
 
     point: str
@@ -133,27 +135,27 @@ class Weld:
 
     @property
     def lengths(self) -> tuple[Complex, ...]:
-        """Dimensions that may differ by design."""
+        """Dimensions that may differ between designs."""
         return (self.turn,)
 
     @property
     def name(self) -> str:
-        """Name of the weld: the point's name, as for a pin."""
+        """Name of the weld, which is that of the point, as for a pin."""
         return self.point
 
 
 @dataclass(frozen=True)
 class PinDrive:
-    """Motor at the pin `at` that turns `link` relative to `on`.
+    """A motor at the pin `at` that turns `link` relative to `on`.
 
-    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise. `inertia` [kg m^2]
-    of its rotor and gear, reduced to that coordinate, resists its change; other inertial effects on `on` are neglected.
+    The coordinate is the angle [rad] of `link` relative to `on`, positive counter-clockwise. `inertia` [kg m^2] is that
+    of rotor and gear, reduced to this coordinate. Other inertial effects of the motor on `on` are neglected.
     """
 
     link: str
     at: str
     on: str = GROUND
-    inertia: Real = field(default=0.0, compare=False)  # irrelevant to the structure
+    inertia: Real = field(default=0.0, compare=False)  # the structure does not depend on it
     turns: ClassVar[bool] = True
 
     @property
@@ -163,21 +165,21 @@ class PinDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive: the link's name."""
+        """Name of the drive, which is that of the link."""
         return self.link
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Links named by the drive."""
+        """Moved link and reference link."""
         return self.link, self.on
 
 
 @dataclass(frozen=True)
 class SliderDrive:
-    """Motor that moves a slider; coordinate: the slide [m]; `inertia`: reduced mass [kg]."""
+    """A motor that moves a slider. The coordinate is the slide [m], and `inertia` the reduced mass [kg]."""
 
     slider: str
-    inertia: Real = field(default=0.0, compare=False)  # irrelevant to the structure
+    inertia: Real = field(default=0.0, compare=False)  # the structure does not depend on it
     turns: ClassVar[bool] = False
 
     @property
@@ -187,40 +189,40 @@ class SliderDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive: the slider's name."""
+        """Name of the drive, which is that of the slider."""
         return self.slider
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Links named by the drive: none."""
+        """Empty, because the slider defines the links."""
         return ()
 
 
 class Load(Protocol):
-    """Load on points of links: a `PointLoad`, a spring, or a custom object."""
+    """A load on points of links: a `PointLoad`, a spring, or a custom object."""
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Link and point of each loaded place."""
+        """Link and point of each point of application."""
         ...
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
-        """Forces and moments on these points at every position."""
+        """Return the forces and moments on these points at each position."""
         ...
 
 
 @dataclass(frozen=True)
 class Gear:
-    """Gear pair: the coordinate of `follower` changes by `ratio` times that of `driver`.
+    """A gear pair: the coordinate of `follower` changes by `ratio` times that of `driver`.
 
-    `driver` and `follower` name pins or sliders as drives do. `ratio` is negative for external gears, positive for a
-    ring gear, and [m/rad] for a rack. The tooth force acts at the pitch point, inclined by the `pressure_angle` [rad]
-    to the common tangent. The loaded flank follows from the transmitted effort, so that the wheels are pushed apart.
-    The force is carried by the pins, sliders and the carrier of the wheels.
+    `driver` and `follower` identify pins or sliders in the same way as drives do. `ratio` is negative for external
+    gears, positive for a ring gear, and in m/rad or rad/m for a rack. The tooth force acts at the pitch point, inclined
+    by the `pressure_angle` [rad] to the common tangent. The loaded flank follows from the transmitted effort, such that
+    the wheels are pushed apart. The pins, sliders and the carrier of the wheels carry the force.
 
-    There is no tooth force if `pressure_angle` is None, as for a belt or chain, or if there is no pitch point: no
-    common carrier of the joints, ratio 1, coincident axes, or two sliders. In that case only the moment or force along
-    the coordinates is transmitted, between the two links of each joint.
+    There is no tooth force if `pressure_angle` is None, as for a belt or chain. There is none either without a pitch
+    point: if the joints have no common carrier, the ratio is 1, the axes coincide, or both joints are sliders. Only the
+    moment or force along each coordinate is then transmitted, between the two links of the joint.
     """
 
     driver: PinDrive | SliderDrive
@@ -231,12 +233,12 @@ class Gear:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """Joint friction: Coulomb friction, proportional to the contact force, and viscous friction.
+    """Friction of a joint: Coulomb friction, which is proportional to the contact force, and viscous friction.
 
-    A pin under the force F resists rotation by `coefficient` `radius` |F|, independent of the drive's moment. A
-    slider's block resists sliding by `coefficient` max(|N|, 2 |M| / `length`): N is the force normal to the line and M
-    the moment about its point, the middle of the guided length, with contact at the ends. Both also resist by
-    `viscosity` times the rate. At rest friction is zero.
+    The friction moment of a pin under the force F is `coefficient` `radius` |F|, which does not depend on the moment of
+    a drive. The friction force of a slider is `coefficient` max(|N|, 2 |M| / `length`). N is the force normal to the
+    line, and M is the moment about the block's point, the middle of the guided length; the contact is at its ends.
+    Viscous friction adds `viscosity` times the rate. At rest, friction is zero.
 
     Attributes
     ----------
@@ -245,9 +247,9 @@ class Friction:
     radius
         Pin radius [m].
     length
-        Guided length of a slider's block [m]; infinite to neglect the moment.
+        Guided length of a slider's block [m]. If infinite, the moment is neglected.
     viscosity
-        [N m s/rad] of a pin, [N s/m] of a slider.
+        Viscous friction coefficient of a pin [N m s/rad] or slider [N s/m].
     """
 
     coefficient: Real = 0.0
@@ -258,10 +260,10 @@ class Friction:
 
 @dataclass(frozen=True, eq=False)
 class PointLoad:
-    """Force [N] and moment [N m] on a point of a link.
+    """A force [N] and moment [N m] on a point of a link.
 
-    `turning`: the force turns with the link and is given in its axes. `law` multiplies both: a function of the motion
-    that returns an array of shape (..., positions).
+    If `turning`, the force rotates with the link and is given in link axes. `law` is a function of the motion that
+    returns a factor on both, shape (..., positions).
     """
 
     link: str
@@ -277,7 +279,7 @@ class PointLoad:
         return ((self.link, self.point),)
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
-        """Force in the ground's axes and moment at every position."""
+        """Return the force in ground axes and the moment at each position."""
         factor = 1.0 if self.law is None else self.law(motion)
         turned = motion.direction[motion.mechanism.index[self.link]] if self.turning else 1.0
         return ((self.link, self.point, self.force * turned * factor, self.moment * factor),)
@@ -285,9 +287,9 @@ class PointLoad:
 
 @dataclass(frozen=True, eq=False)
 class LineLoad:
-    """Force per length [N/m] along a beam, linear from `start` to `end`.
+    """A force per length [N/m] along a beam, which varies linearly from `start` to `end`.
 
-    `turning`: given in the beam's axes instead of the ground's. `law`: see `PointLoad`.
+    If `turning`, the values are in beam axes, otherwise in ground axes. For `law` see `PointLoad`.
     """
 
     link: str

@@ -1,4 +1,4 @@
-"""Peak speed, acceleration and jerk of motion laws, and jumps of the acceleration."""
+"""Peak speed, acceleration and jerk of motion laws, and acceleration jumps."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from rigid.arrays import Reals
 from rigid.laws import INNER_JUMPS, PEAKS, ConstantSpeed, MotionLaw, SegmentedLaw, polynomial_peaks, quintic
 from rigid.table_laws import RepeatedLaw, TableLaw
 
-MIN_JUMP = 1e-9  # largest change of acceleration due to round-off, relative to its peak
+MIN_JUMP = 1e-9  # smallest acceleration jump that is not round-off, relative to the peak acceleration
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class LawPeaks:
     Attributes
     ----------
     speed, acceleration, jerk
-        Largest magnitudes of the three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3; or of m]; the jerk is
-        infinite if the acceleration jumps.
+        Largest magnitudes of the first three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3, or with m]. The
+        jerk is infinite if the acceleration jumps.
     jumps
         Times of acceleration jumps [s].
     """
@@ -34,14 +34,14 @@ class LawPeaks:
 
 
 def law_peaks(law: MotionLaw) -> LawPeaks | None:
-    """Peaks of a motion law in closed form, or None for other kinds of law.
+    """Return the peaks of a motion law in closed form, or None if the kind of law has none.
 
-    A law of segments begins and ends at constant speed, so an acceleration at its ends is a jump. If it is repeated,
-    its end connects to its start. The motion outside a table is unknown.
+    The speed is constant before and after a law of segments, so an acceleration at either end is a jump. If the law is
+    repeated, its end joins its start. The motion outside a table is unknown, so its ends are no jumps.
 
     Examples
     --------
-    A harmonic rise of 1 in 1 s starts abruptly with an acceleration of pi^2/2; repeated up and down, it is a cosine:
+    A harmonic rise of 1 in 1 s starts with an acceleration jump of pi^2/2. Repeated up and down, it is a cosine:
 
     >>> from rigid.laws import Segment
     >>> up, down = Segment("harmonic", 1.0, 1.0), Segment("harmonic", 1.0, -1.0)
@@ -82,7 +82,7 @@ def _segments(law: SegmentedLaw, repeated: bool) -> LawPeaks:
 
 
 def _table(law: TableLaw) -> LawPeaks:
-    """Peaks of a cubic spline, from its knots and the zeros of the acceleration."""
+    """Return the peaks of a cubic spline, from its knots and the zeros of its acceleration."""
     knots = np.array(law.times)
     _, rate, acceleration = law(knots)
     jerks = np.diff(acceleration) / np.diff(knots)
@@ -93,7 +93,7 @@ def _table(law: TableLaw) -> LawPeaks:
 
 
 def _zeros(knots: Reals, acceleration: Reals) -> Iterator[float]:
-    """Yield the zeros of an acceleration that is linear between knots."""
+    """Yield the zeros of an acceleration that is linear between the knots."""
     pairs = zip(pairwise(knots.tolist()), pairwise(acceleration.tolist()), strict=True)
     for (start, end), (before, after) in pairs:
         if before * after < 0.0:

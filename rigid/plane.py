@@ -1,4 +1,4 @@
-"""Plane vectors as complex numbers, and a zero that costs no computing time."""
+"""Operations on plane vectors as complex numbers, and a constant zero that costs no computing time."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from rigid.arrays import Columns, Complexes, Reals
 
-ROUND_OFF = 4 * np.finfo(float).eps  # relative error of a result of a few operations
+ROUND_OFF = 4 * np.finfo(float).eps  # relative error after a few operations
 
 
 class Zero:
-    """Constant zero: sums and products with it are never computed.
+    """A constant zero, whose sums and products with arrays are not computed.
 
-    Arrays delegate operations with it to its methods; `number` converts it to 0.0.
+    Arrays delegate operations with it to the methods of this class. `number` converts it to 0.0.
     """
 
     __array_ufunc__ = None
@@ -73,17 +73,17 @@ ZERO: Any = Zero()
 
 
 def dot(a: Columns, b: Columns) -> Columns:
-    """Scalar product Re(conj(a) b), elementwise."""
+    """Return the scalar product Re(conj(a) b), elementwise."""
     return (a.conjugate() * b).real
 
 
 def cross(a: Columns, b: Columns) -> Columns:
-    """Cross product Im(conj(a) b), elementwise."""
+    """Return the cross product Im(conj(a) b), elementwise."""
     return (a.conjugate() * b).imag
 
 
 def imaginary(a: Any) -> Columns:
-    """Vector i a of a real array, without a complex product."""
+    """Return i a for a real array, without a complex product."""
     if not np.ndim(a):
         return 1j * a
     result = np.zeros(np.shape(a), complex)
@@ -92,12 +92,12 @@ def imaginary(a: Any) -> Columns:
 
 
 def unit(angle: Any) -> Complexes:
-    """Unit vectors exp(i angle), at half the cost of numpy's complex exponential."""
+    """Return the unit vectors exp(i angle), at half the cost of numpy's complex exponential."""
     result = np.empty(np.shape(angle), complex)
     result.real, result.imag = np.cos(angle), np.sin(angle)
     return result
 
 
 def number(value: Columns) -> Columns:
-    """Replace ZERO by 0.0."""
+    """Return a value, or 0.0 if it is ZERO."""
     return 0.0 if value is ZERO else value

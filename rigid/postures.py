@@ -1,4 +1,4 @@
-"""Positions of all links, without velocities."""
+"""Positions of all links of a mechanism, without velocities."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ from rigid.mechanism import Mechanism
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """Positions of the links of a mechanism.
+    """Positions of all links of a mechanism.
 
     Attributes
     ----------
     origin
-        Origin of each link's axes [m], complex, shape (links, ...), in the order of the mechanism.
+        Origin of each link's axes (complex) [m], shape (links, ...), in the order of `Mechanism.links`.
     direction
-        Unit vector of each link's x' axis, complex, shape (links, ...).
+        Unit vector of each link's x' axis (complex), shape (links, ...).
     """
 
     mechanism: Mechanism
@@ -26,11 +26,11 @@ class Posture:
     direction: Complexes
 
     def place(self, link: int, local: Complex) -> Complexes:
-        """Position of a point given in a link's axes [m], shape (...)."""
+        """Return the position of a point given in link axes [m], shape (...)."""
         return np.asarray(self.origin[link] + self.direction[link] * local)
 
     def point(self, link: str, point: str) -> Complexes:
-        """Position of a link's point [m], shape (...)."""
+        """Return the position of a link's point given by name [m], shape (...)."""
         number = self.mechanism.index[link]
         return self.place(number, self.mechanism.links[number].points[point])
 
@@ -39,6 +39,6 @@ class Posture:
 
 
 def posture(motion: Placed, places: object = ...) -> Posture:
-    """Postures of a motion, optionally only at selected columns."""
+    """Return the postures of a motion at all columns, or at the selected ones."""
     at = (slice(None), *places) if isinstance(places, tuple) else (slice(None), places)
     return Posture(motion.mechanism, np.asarray(motion.origin)[at], np.asarray(motion.direction)[at])

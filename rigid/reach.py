@@ -1,4 +1,4 @@
-"""Reach of a mechanism: positions that close, and stops."""
+"""Reach of a mechanism: which positions it can reach, and where it stops."""
 
 from typing import Any
 
@@ -9,10 +9,10 @@ from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
 from rigid.parts import MechanismError
 from rigid.plane import cross
-from rigid.positions.drive_path import first_ways, outline
+from rigid.positions.drive_path import initial_travel, outline
 
-MAX_HALVINGS = 60  # number of bisections of a drive step, down to round-off
-INFINITE_DISTANCE = 1e6  # distance of a link that counts as infinite at a stop, relative to the mechanism's size
+MAX_HALVINGS = 60  # maximum number of bisections of a drive step, enough for full precision
+INFINITE_DISTANCE = 1e6  # distance beyond which a link counts as infinitely far away, relative to the mechanism's size
 METRES = 1.0, "m"
 
 
@@ -21,14 +21,15 @@ class ReachError(MechanismError):
 
 
 def reachable(motion: Motion) -> Flags:
-    """Whether the mechanism closes, bool, shape (..., positions)."""
+    """Return whether the mechanism closes, shape (..., positions)."""
     return np.asarray(np.isfinite(motion.origin).all(axis=0) & np.isfinite(motion.direction).all(axis=0))
 
 
 def stops(course: Motion) -> list[tuple[Reals, str]]:
-    """Stops of the mechanism: drive coordinates and the joint that opens.
+    """Return the stops of a mechanism: drive coordinates, and the joint that opens.
 
-    This works for one design, by bisection to round-off between a reachable position and an unreachable neighbour.
+    The motion must have a single design. Each stop is found by bisection between a reachable position and an
+    unreachable neighbour.
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
     ends = []
@@ -40,7 +41,7 @@ def stops(course: Motion) -> list[tuple[Reals, str]]:
 
 
 def _runs_to_infinity(course: Motion, place: Reals) -> bool:
-    """Whether a link is infinitely far away at the stop."""
+    """Return whether a link is infinitely far away at a stop."""
     there = motion(course.mechanism, place[:, None], lead=outline(course.drive))
     return bool(
         np.abs(there.origin).max(initial=0.0, where=np.isfinite(there.origin))
@@ -49,7 +50,7 @@ def _runs_to_infinity(course: Motion, place: Reals) -> bool:
 
 
 def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals:
-    """Drive coordinates at the stop between reachable and unreachable ones."""
+    """Return the drive coordinates of the stop between reachable and unreachable coordinates."""
     lead = outline(course.drive[:, : position + 1] if len(course.drive) > 1 else course.drive)
     for _ in range(MAX_HALVINGS):
         middle = (inside + outside) / 2
@@ -63,17 +64,17 @@ def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals
 
 
 def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
-    """Raise ReachError unless every position closes.
+    """Raise ReachError if a position is out of reach.
 
     Parameters
     ----------
     lengths
-        Factor from metres to the length unit of the message, and the name of the unit.
+        Unit of lengths in the message: number of units per metre, and name of the unit.
 
     Raises
     ------
     ReachError
-        The error names the drive's coordinate at the stop and the joint that opens.
+        If a position is out of reach. The message states the drive coordinates at the stops and the joints that open.
     """
     closes = reachable(course)
     if closes.all():
@@ -82,7 +83,7 @@ def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
         _require_start(course, lengths)
     ends = stops(course)
     raise ReachError(
-        reach_words(course, ends, lengths),
+        reach_message(course, ends, lengths),
         kind="reach",
         joints=[joint for _, joint in ends],
         drives=range(len(course.drive)),
@@ -90,13 +91,13 @@ def require_reach(course: Motion, lengths: tuple[float, str] = METRES) -> None:
     )
 
 
-def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[float, str] = METRES) -> str:
-    """How much of a motion is out of reach, and where it stops.
+def reach_message(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[float, str] = METRES) -> str:
+    """Return a message about the share of positions that are out of reach, and about the stops.
 
     Parameters
     ----------
     ends
-        See `stops`.
+        Stops, as returned by `stops`.
     """
     limits = "; ".join(
         f'{_coordinates(course, place, lengths)}, where the joint "{joint}" '
@@ -109,12 +110,12 @@ def reach_words(course: Motion, ends: list[tuple[Reals, str]], lengths: tuple[fl
 
 
 def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
-    """Raise ReachError if no position is reached, because assembly fails or the mechanism stops before."""
+    """Raise ReachError for a motion without a reachable position."""
     joint, kind = opening_joint(course), "unreachable"
     problem = "the mechanism cannot be assembled"
     if len(course.columns) == 1 and len(course.drive):
         first = course.drive[:, 0]
-        drawn = first - np.array(first_ways(course.mechanism, course.drive))
+        drawn = first - np.array(initial_travel(course.mechanism, course.drive))
         start = motion(course.mechanism, drawn[:, None])
         if reachable(start).all():
             kind, place = "reach", _coordinates(course, _stop(start, drawn, first, 0), lengths)
@@ -128,13 +129,13 @@ def _require_start(course: Motion, lengths: tuple[float, str]) -> None:
 
 
 def opening_joint(course: Motion, positions: slice = slice(None)) -> str:
-    """Name of the inner joint of the first group that does not close."""
+    """Return the name of the inner joint of the first group that does not close, or ""."""
     group = _open_group(course, positions)
     return group.cut[0].name if group else ""
 
 
 def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
-    """First group that does not close, or None."""
+    """Return the first group that does not close, or None."""
     for closed in course.closures:
         links = list(closed.group.links)
         places = course.origin[links] + course.direction[links]
@@ -144,7 +145,7 @@ def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
 
 
 def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
-    """Message about the distance that two links miss at the first position; one design."""
+    """Return a note on the lengths of two links that do not meet at the first position, for a single design."""
     group = _open_group(course)
     if group is None or len(group.tree) != 2 or not group.cut[0].turns or len(course.columns) != 1:
         return ""
@@ -176,7 +177,7 @@ def _shortfall(course: Motion, lengths: tuple[float, str]) -> str:
 
 
 def _place(course: Motion, link: int, local: Complex) -> complex:
-    """Position of a link's point at the first position."""
+    """Return the location of a link's point at the first position."""
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 
 

@@ -1,4 +1,4 @@
-"""Motion laws from table entries, and repeated laws."""
+"""Motion laws given by tables, and repeated laws."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,12 +9,12 @@ import numpy as np
 
 from rigid.laws import Triple
 
-INSTANT_TOLERANCE = 1e-12  # largest deviation of an instant from the end of a period, relative to its duration
-CLOSING_TOLERANCE = 1e-12  # largest rise of a period that returns to its start, relative to the rise
+INSTANT_TOLERANCE = 1e-12  # times this close before the end of a period count as its end, relative to the period
+CLOSING_TOLERANCE = 1e-12  # largest closing error of a period, relative to 1 + rise
 
 
 class Lasting(Protocol):
-    """Motion law of finite duration."""
+    """A motion law with a finite duration."""
 
     @property
     def duration(self) -> float:
@@ -27,15 +27,15 @@ class Lasting(Protocol):
         ...
 
     def __call__(self, time: Any) -> Triple:
-        """Coordinate, rate and acceleration at given times [s]."""
+        """Return coordinate, rate and acceleration at given times [s]."""
         ...
 
 
 @dataclass(frozen=True)
 class TableLaw:
-    """Coordinate [rad or m] at given times [s], interpolated by a cubic spline.
+    """Motion law that interpolates coordinates [rad or m] at given times [s] by a cubic spline.
 
-    If `repeated`, speed and acceleration at the end equal the values at the start.
+    If `repeated`, speed and acceleration at the end equal those at the start.
     """
 
     times: tuple[float, ...]
@@ -65,7 +65,7 @@ class TableLaw:
         return CubicSpline(time, rest, bc_type="periodic"), slope
 
     def __call__(self, time: Any) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each in their shape."""
+        """Return coordinate, rate and acceleration at given times [s], in the shape of `time`."""
         time = np.asarray(time, float)
         spline, slope = self._spline
         at = np.clip(time, 0.0, self.duration)
@@ -74,7 +74,7 @@ class TableLaw:
 
 @dataclass(frozen=True)
 class RepeatedLaw:
-    """Motion law repeated from the end of the previous period."""
+    """Motion law whose periods each start at the end of the previous one."""
 
     law: Lasting
 
@@ -85,16 +85,16 @@ class RepeatedLaw:
 
     @property
     def rise(self) -> float:
-        """Change of the coordinate in one period [rad or m]."""
+        """Change of the coordinate over one period [rad or m]."""
         first, last = self.law([0.0, self.duration])[0]
         return float(last - first)
 
     def closes(self, turns: bool) -> bool:
-        """Whether one period returns the drive; with `turns` (an angle), up to full turns."""
+        """Return whether a drive is back after one period. An angle (`turns`) may differ by full turns."""
         return self.rounds(1) == 1 if turns else abs(self.rise) <= CLOSING_TOLERANCE * (1 + abs(self.rise))
 
     def rounds(self, most: int) -> int:
-        """Number of periods until an angle returns, up to full turns; 0 if more than `most`."""
+        """Return the number of periods until an angle is back modulo full turns, or 0 if it exceeds `most`."""
         for count in range(1, most + 1):
             rest = count * self.rise
             rest -= 2 * pi * round(rest / (2 * pi))
@@ -103,7 +103,7 @@ class RepeatedLaw:
         return 0
 
     def __call__(self, time: Any) -> Triple:
-        """Coordinate, rate and acceleration at given times [s], each in their shape."""
+        """Return coordinate, rate and acceleration at given times [s], in the shape of `time`."""
         time = np.asarray(time, float)
         rounds = np.floor(time / self.duration + INSTANT_TOLERANCE)
         coordinate, rate, acceleration = self.law(time - rounds * self.duration)

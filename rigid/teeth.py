@@ -1,4 +1,4 @@
-"""Tooth forces of gears: pitch points and lines of action, theory.md, "Gears"."""
+"""Tooth contacts of gears: pitch points and lines of action (theory.md, "Gears")."""
 
 from dataclasses import dataclass
 
@@ -7,35 +7,35 @@ import numpy as np
 from rigid.arrays import Columns
 from rigid.plane import number
 
-MIN_EFFORT = 1e-12  # largest effort that loads no flank, relative to its terms
+MIN_EFFORT = 1e-12  # effort below which no flank is loaded, relative to the terms of the effort
 
 
 def pitch_reach(hub: Columns, rate: Columns) -> Columns:
-    """Vector from a wheel's centre to its pitch point, from the driving centre [m]."""
+    """Return the vector from a wheel's centre to the pitch point [m]; `hub` is the vector to the driving centre."""
     return hub / (1 - rate)
 
 
 @dataclass(frozen=True, eq=False)
 class Teeth:
-    """Contact of a gear's follower, a wheel or a rack, with the driving body.
+    """Contact between the driven wheel or rack of a gear and the driving body.
 
     Attributes
     ----------
     wheel
-        Number of the link with the driven teeth: the child of the follower's joint, or its parent if the child is the
-        carrier.
+        Index of the link with the driven teeth. It is the child of the follower's joint, or the parent if the child is
+        the carrier.
     sense
-        +1 for the child, -1 for the parent.
+        +1 if `wheel` is the child of the joint, -1 if it is the parent.
     body
-        Number of the link with the driving teeth.
+        Index of the link with the driving teeth.
     arm
-        From that link's origin to the pitch point [m], complex.
+        Vector from the origin of `body` to the pitch point (complex) [m].
     reach_body, reach
-        From the driving and from the follower's point, at their joints, to the pitch point [m], complex.
+        Vectors from the driving and from the driven joint's point to the pitch point (complex) [m].
     along, apart
-        Force on the follower per effort along its coordinate, complex; [1/m] for a wheel, dimensionless for a rack.
-        `along` is the component along the common tangent, and `apart` the normal component due to the pressure angle
-        for a positive effort.
+        Force on the follower per effort along its coordinate (complex), in 1/m for a wheel and dimensionless for a
+        rack. `along` is the component along the common tangent. `apart` is the normal component due to the pressure
+        angle, for a positive effort.
     """
 
     wheel: int
@@ -48,15 +48,15 @@ class Teeth:
     apart: Columns
 
     def push(self, flank: Columns) -> Columns:
-        """Force on the follower per effort, complex, along the line of action of a flank.
+        """Return the force on the follower per effort, along the line of action of a flank (complex).
 
-        `flank`: +1, -1, or 0 for neither, signed as the effort on the child of the follower's joint.
+        `flank` is +1 or -1, the sign of the effort on the child of the follower's joint, or 0 for no normal component.
         """
         return self.along + self.sense * flank * self.apart
 
 
 def wheel_push(reach: Columns, slope: float, ring: bool) -> tuple[Columns, Columns]:
-    """`Teeth.along` and `apart` of a wheel, or a ring, with its pitch point at `reach` [m].
+    """Return `Teeth.along` and `apart` of a wheel or ring with the pitch point at `reach` [m] from its centre.
 
     `slope` is the tangent of the pressure angle.
     """
@@ -65,6 +65,6 @@ def wheel_push(reach: Columns, slope: float, ring: bool) -> tuple[Columns, Colum
 
 
 def loaded_flank(effort: Columns, size: Columns) -> Columns:
-    """Sign of an effort, 0.0 if it is round-off relative to its terms."""
+    """Return the sign of an effort, or 0.0 if the effort is round-off. `size` is the size of its terms."""
     effort, size = number(effort), number(size)
     return np.where(np.abs(effort) > MIN_EFFORT * size, np.sign(effort), 0.0) if np.ndim(effort) or effort else 0.0

@@ -1,4 +1,4 @@
-"""Transmission angles of dyads: how effectively one link drives the other."""
+"""Transmission angles of dyads, which measure how effectively one link drives the other."""
 
 from dataclasses import dataclass
 
@@ -22,8 +22,8 @@ class Transmission:
     links
         Names of the links.
     angle
-        Angle between them [rad], folded into 0 to pi/2, shape (..., positions); its sine is |s|. For a slider, the
-        normal of its line replaces the link.
+        Acute angle between the links [rad], shape (..., positions). Its sine is |s|. At a slider, the angle is measured
+        from the normal to the line instead of the link.
     """
 
     joint: str
@@ -32,7 +32,7 @@ class Transmission:
 
 
 def transmission_angles(course: Motion) -> list[Transmission]:
-    """Transmission angles of all dyads, in order of solution; for larger groups see `Motion.sine`."""
+    """Return the transmission angles of all dyads, in the order of solution (for larger groups see `Motion.sine`)."""
     links = course.mechanism.links
     angles = []
     for closed in course.closures:
@@ -45,7 +45,7 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 
 
 def _lines(closed: Closure) -> tuple[Columns, Columns]:
-    """Lines of a dyad with the transmission angle between them: links, or slider normals."""
+    """Return the two lines (links or slider normals) that form the transmission angle of a dyad."""
     inner, hinges = closed.cut[0], [closed.tree[number] for number in closed.group.free]
     if inner.turns:
         first, second = (_body_arm(closed, hinge) if hinge.turns else 1j * hinge.along for hinge in hinges)
@@ -53,13 +53,13 @@ def _lines(closed: Closure) -> tuple[Columns, Columns]:
     slides = [hinge for hinge in hinges if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
-    # links that slide on each other: line of their outer pins, and normal of the inner slider
+    # links that slide on each other: the line through their outer pins, and the normal of the inner slider
     ends = [_body_arm(closed, hinge) for hinge in hinges]
     return ends[0] - ends[1], 1j * inner.along
 
 
 def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
-    """Vector from an outer joint of a dyad to the inner one [m], through welded links."""
+    """Return the vector from an outer joint of a dyad to the inner joint, across welded links [m]."""
     inner, body = closed.cut[0], {hinge.joint.child: hinge}
     for place in closed.tree:
         if place.joint.moved and place.joint.parent in body:

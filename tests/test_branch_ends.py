@@ -11,7 +11,7 @@ from tiers import in_tiers
 from kinelast.cli.command import main
 from rigid import Link, Mechanism, PinDrive, Slider, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
-from rigid.positions.knots import some, steps
+from rigid.positions.knots import select, steps
 from rigid.positions.trace import Trace
 
 RODS = (("crank", "O", "K"), ("r1", "G", "A"), ("r2", "H", "B"), ("r3", "K", "C"))
@@ -226,10 +226,10 @@ def test_the_certificate_of_a_step_does_not_depend_on_other_steps():
     np.testing.assert_array_equal(np.isfinite(motion(mechanism, drive).direction).all(axis=0), drive > -1.84831302)
     (branch,) = mechanism.__dict__["_branches"].values()
     at = steps(branch.table)
-    low, high = some(branch.table, at), some(branch.table, at + 1)
+    low, high = select(branch.table, at), select(branch.table, at + 1)
     together = branch.certify(low, high, 4)[0]
     for k in range(len(at)):
-        np.testing.assert_array_equal(branch.certify(some(low, [k]), some(high, [k]), 4)[0], together[k : k + 1])
+        np.testing.assert_array_equal(branch.certify(select(low, [k]), select(high, [k]), 4)[0], together[k : k + 1])
 
 
 THREE_CRANKS = """

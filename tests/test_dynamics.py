@@ -333,10 +333,10 @@ class TestForceLaws:
     @pytest.mark.parametrize(
         ("at", "value", "interpolation", "message"),
         [
-            ([0.0, 1.0], [1.0], "linear", "2 places and 1 values"),
+            ([0.0, 1.0], [1.0], "linear", "2 abscissas and 1 values"),
             ([0.0], [1.0], "linear", "at least 2"),
             ([0.0, 1.0, 2.0], [1.0, 2.0, 3.0], "cubic", "at least 4"),
-            ([0.0, 2.0, 1.0], [1.0, 2.0, 3.0], "linear", "must grow"),
+            ([0.0, 2.0, 1.0], [1.0, 2.0, 3.0], "linear", "must increase"),
             ([0.0, 1.0], [1.0, math.inf], "linear", "finite"),
             ([0.0, 1.0], [1.0, 2.0], "nearest", "expected"),
         ],

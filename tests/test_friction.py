@@ -389,7 +389,7 @@ class TestErrors:
     @pytest.mark.parametrize("wrong", [
         ({"nobody": Friction(0.1, 0.1)}, "expected one joint of this name, got 0"),
         ({"A": Friction(0.1)}, "a pin needs its radius"),
-        ({"A": Friction(-0.1, 0.1)}, "expected none below 0"),
+        ({"A": Friction(-0.1, 0.1)}, "expected at least 0"),
         ({"A": Friction(0.1, 0.1, length=0.1)}, "a length belongs to a slider"),
     ])  # fmt: skip
     def test_invalid_friction_is_an_error(self, wrong):

@@ -159,9 +159,9 @@ class TestAnyGraph:
             Graph((Branch("1", "A", "B"),), ("A",))
         with pytest.raises(MechanismError, match='branch "1" begins and ends at "A"'):
             Graph((Branch("1", "A", "A"),))
-        with pytest.raises(MechanismError, match="1, 2, 3 are no spanning tree"):
+        with pytest.raises(MechanismError, match="1, 2, 3 are not a spanning tree"):
             fundamental_loops(numbered([(1, 2), (2, 3), (3, 1), (3, 4)], 4), [0, 1, 2])
-        with pytest.raises(MechanismError, match="1, 2 are no spanning tree of 4 nodes"):
+        with pytest.raises(MechanismError, match="1, 2 are not a spanning tree of 4 nodes"):
             fundamental_loops(numbered([(1, 2), (2, 3), (3, 1), (3, 4)], 4), [0, 1])
 
 

@@ -48,7 +48,7 @@ class TestText:
         for joint in ("O (ground - first)", "G (ground - third)", "C (third - coupler)"):
             assert joint in printed
         assert "P (rod" not in printed
-        assert re.search(r"redundant link, 1 condition too many +third", section(text, "Groups"))
+        assert re.search(r"overconstrained link, 1 redundant constraint +third", section(text, "Groups"))
 
     def test_a_wrong_number_of_drives_is_reported(self):
         text = structure_text(replace(four_bar_linkage(), drives=()))

@@ -289,7 +289,7 @@ class TestFaults:
             (Weld("K", "tap", "base"), 'there is no link "tap"'),
             (Weld("T", "tip", "base"), 'link "base" has no point "T"'),
             (Weld("K", "tip", "tip"), "cannot be welded to itself"),
-            (Weld("K", "tip", "base", 2.0), "its turn is no unit vector"),
+            (Weld("K", "tip", "base", 2.0), "its turn is not a unit vector"),
         ],
     )
     def test_wrong_names_are_errors(self, weld, words):
@@ -400,7 +400,7 @@ def test_groups_of_welded_links_are_named():
     assert [group.name for group in assur_groups(held)] == ["welded link", "driven link"]
     assert [group.name for group in assur_groups(FOUR_BARS["welded"])] == ["driven link", "dyad RRR, class II"]
     _, ring = triangle()
-    assert assur_groups(ring)[-1].name == "redundant link, 3 conditions too many"
+    assert assur_groups(ring)[-1].name == "overconstrained link, 3 redundant constraints"
     assert mobility_count(ring) == 1 - 3
     assert int(mechanism_mobility(ring).mobility) == 1
     bodies = bar_graph(FOUR_BARS["welded"]).branches

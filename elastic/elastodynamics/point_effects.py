@@ -17,7 +17,7 @@ from elastic.solution import Deflection
 from rigid import Lump, Mechanism, Motion, PointLoad, Spring, TorsionSpring, position_of, structure, velocity_of
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.joints import Joint
-from rigid.kinetostatics import rubbing_joints
+from rigid.kinetostatics import friction_joints
 from rigid.plane import dot
 from rigid.plane import number as plain
 
@@ -112,7 +112,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
 
 def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
     """Points of blocks, of the beams under them, of toothed wheels, and of pins with friction."""
-    rails, rubbing = trees_of(mechanism).rails, {number for number, _ in rubbing_joints(mechanism)}
+    rails, rubbing = trees_of(mechanism).rails, {number for number, _ in friction_joints(mechanism)}
     for number, joint in enumerate(structure(mechanism).joints):
         pins: list[Joint] = [joint] if number in rubbing and joint.turns else []
         if not joint.turns:
@@ -136,7 +136,7 @@ def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
     numbers = {where: number for number, where in enumerate(chosen)}
     effects = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
     still = np.zeros(motion.columns)
-    for (_, friction), row in zip(rubbing_joints(motion.mechanism), sliding_rows(motion, chosen), strict=True):
+    for (_, friction), row in zip(friction_joints(motion.mechanism), sliding_rows(motion, chosen), strict=True):
         if friction.viscosity:
             effects.append(PointEffect(row, row, still, friction.viscosity, rubs=True))
     for load in motion.mechanism.loads:
@@ -218,10 +218,10 @@ def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int
 
 
 def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
-    """Displacements along the coordinates of joints with friction, child from parent; see `rubbing_joints`."""
+    """Displacements along the coordinates of joints with friction, child from parent; see `friction_joints`."""
     numbers = {where: number for number, where in enumerate(chosen)}
     rows = []
-    for number, _ in rubbing_joints(motion.mechanism):
+    for number, _ in friction_joints(motion.mechanism):
         place = motion.places[number]
         joint = place.joint
         if joint.turns:

@@ -23,7 +23,7 @@ from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.kinetostatics import beam_directions, creep_rate, rubbing_joints
+from rigid.kinetostatics import beam_directions, creep_rate, friction_joints
 from rigid.plane import cross
 
 
@@ -229,7 +229,7 @@ def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tupl
     """
     grid, kinds = problem.terms.grid, problem.terms.kinematics
     rates = []
-    rubbing = rubbing_joints(motion.mechanism)
+    rubbing = friction_joints(motion.mechanism)
     for (number, _), row in zip(rubbing, sliding_rows(motion, kinds.chosen), strict=True):
         unit = row(kinds.unit)
         rate = (grid.rates(unit)[0] * x + unit[1:] * x1).sum(axis=-1)

@@ -23,7 +23,7 @@ from kinelast.scene.reading import Reader, Reading, known, reading
 from machine.cams import CamPush
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
-from rigid.kinetostatics import rubbing_joints, sliding_directions
+from rigid.kinetostatics import friction_joints, sliding_directions
 
 SAME = 1e-9  # distance of coincident points, relative to the size of the link
 STEADY = 1e-9  # relative change of a constant speed due to round-off
@@ -253,7 +253,7 @@ def joints_of(reader: Reader) -> list[dict[str, Any]]:
 def friction_of(reader: Reader) -> report.FrictionReport | None:
     """Return friction efforts and friction power of the joints; None without friction."""
     results = reader.results
-    rubbing = rubbing_joints(results.mechanism)
+    rubbing = friction_joints(results.mechanism)
     if not rubbing:
         return None
     peaks, words, places = results.figures.peaks, results.joint_words, results.motion.places

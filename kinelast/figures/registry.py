@@ -50,7 +50,7 @@ from kinelast.scene.parts.bearings import PLAIN, ROLLING
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
-from rigid.kinetostatics import friction_power, rubbing_joints
+from rigid.kinetostatics import friction_joints, friction_power
 
 NAMES = {"w": "deflection", "mises": "stress"}  # keys of figures that differ from the key of their field
 HARMONICS = 6  # number of harmonics of the fastest drive that are compared with natural frequencies
@@ -130,7 +130,7 @@ def _feedback(cycle: Cycle) -> Reals:
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
     """Create a figure that exists only in scenes with friction."""
-    return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
+    return each(lambda cycle: [values(cycle)] if friction_joints(cycle.scene.mechanism) else [])
 
 
 IN_ROW = ("w", "chord", "mises")  # fields that appear in the row of a design

@@ -216,7 +216,7 @@ def _label(body: LinkModel, number: int) -> str:
 def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """Return the run: the given duration, or else one cycle, one turn of a steady drive, or the longest law."""
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
-    no_cycle = repetition.why if repetition.turn is not None else ""
+    no_cycle = repetition.reason if repetition.turn is not None else ""
     given = table.run.duration is not None
     more = table.run.tolerance, table.run.steps, repetition.period, no_cycle, given
     if table.run.duration is not None:

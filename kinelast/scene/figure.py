@@ -12,7 +12,7 @@ from elastic import Largest, largest_row
 from machine import Range
 from rigid import Mechanism, structure
 from rigid.arrays import Flags, Numbers, Reals
-from rigid.kinetostatics import rubbing_joints
+from rigid.kinetostatics import friction_joints
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
@@ -56,12 +56,12 @@ def _listed(scene: Scene, function: Callable[[Scene], Iterable[str]]) -> list[st
 
 def _rubbing(scene: Scene) -> list[str]:
     names = joint_words(scene.mechanism)
-    return [names[number][0] for number, _ in rubbing_joints(scene.mechanism)]
+    return [names[number][0] for number, _ in friction_joints(scene.mechanism)]
 
 
 SCENE = Kind("scene", lambda _: ("",))
 STOPPING = Kind("scene that stops", lambda scene: [""] * scene.course.stops)
-FRICTION = Kind("scene with friction", lambda scene: [""] * bool(rubbing_joints(scene.mechanism)))
+FRICTION = Kind("scene with friction", lambda scene: [""] * bool(friction_joints(scene.mechanism)))
 BEAM = Kind("beam", lambda scene: scene.labels)
 LINK = Kind("link", lambda scene: (link.name for link in scene.mechanism.links[1:]))
 POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechanism)))

@@ -34,20 +34,20 @@ class Repetition:
         repeated law returns its drive. None without either.
     period
         Common period [s], or nan. Shape (designs, 1) if designs differ.
-    why
+    reason
         Reason why there is no period, or "".
     """
 
     turn: Any
     period: Any
-    why: str = ""
+    reason: str = ""
 
 
 def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Repetition:
     """Return the common period of the drives. The law of a drive with a given effort is None."""
     turns: list[Any] = []
     rounds: list[float] = []
-    why = ""
+    reason = ""
     for number, (drive, law) in enumerate(zip(mechanism.drives, laws, strict=True), 1):
         if isinstance(law, ConstantSpeed):
             speed: Any = law.speed
@@ -57,25 +57,25 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
                 with np.errstate(divide="ignore"):
                     turns.append(2 * pi / abs(speed))
             else:
-                why = why or f"drive no. {number} slides at constant speed and does not return"
+                reason = reason or f"drive no. {number} slides at constant speed and does not return"
         elif isinstance(law, RepeatedLaw):
             count = law.rounds(MAX_ROUNDS) if drive.turns else int(law.closes(False))
             rounds.append(law.duration * max(count, 1))
             if not count:
-                why = why or f"the repeated law of drive no. {number} does not return it to the start"
+                reason = reason or f"the repeated law of drive no. {number} does not return it to the start"
         elif law is None:
-            why = why or f"drive no. {number} is an effort"
+            reason = reason or f"drive no. {number} has a given effort"
         elif isinstance(law, TableLaw) or (
             isinstance(law, SegmentedLaw) and any(piece.curve != "dwell" for piece in law.segments)
         ):
-            why = why or f"the law of drive no. {number} is not repeated"
+            reason = reason or f"the law of drive no. {number} is not repeated"
     first = turns[0] if turns else max(rounds, default=None)
-    if first is None or why:
-        return Repetition(first, nan, why)
+    if first is None or reason:
+        return Repetition(first, nan, reason)
     period = common_period([*turns, *rounds])
     if np.isnan(period).any():
-        why = f"the drives have no common period within {MAX_ROUNDS} turns or periods of each drive"
-    return Repetition(first, period, why)
+        reason = f"the drives have no common period within {MAX_ROUNDS} turns or periods of each drive"
+    return Repetition(first, period, reason)
 
 
 def common_period(periods: Sequence[Real]) -> Real:
@@ -110,7 +110,7 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
     Several drive periods may be needed with gears, or if the links change their assembly. If the mechanism cannot move
     through the first period, `drives` is returned unchanged.
     """
-    if drives.why or drives.turn is None:
+    if drives.reason or drives.turn is None:
         return drives
     given = [law for law in laws if law is not None]
     for most in (1, MAX_ROUNDS) if mechanism.gears else TURNS:
@@ -128,8 +128,8 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
             return replace(drives, period=drives.period * (times[:, None] if times.ndim else int(times)))
         if np.isnan(away).any():
             break
-    why = f"the links or wheels of the mechanism do not return to the start within {most} periods of its drives"
-    return replace(drives, period=nan, why=why)
+    reason = f"the links or wheels of the mechanism do not return to the start within {most} periods of its drives"
+    return replace(drives, period=nan, reason=reason)
 
 
 def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, most: int) -> Reals:

@@ -50,13 +50,13 @@ class AssurGroup:
         """Description such as "dyad RRR, class II"."""
         if self.surplus:
             links = "link" if len(self.links) == 1 else "links"
-            return f"redundant {links}, {counted(self.surplus, 'condition')} too many"
+            return f"overconstrained {links}, {counted(self.surplus, 'redundant constraint')}"
         if self.group_class == 1 and self.fixed:
             return "welded link" if len(self.links) == 1 else "welded links"
         if self.group_class == 1:
             return "driven link" if len(self.links) == 1 else "driven chain"
-        what = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"
-        return f"{what}, class {ROMAN[self.group_class]}"
+        kind = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"
+        return f"{kind}, class {ROMAN[self.group_class]}"
 
 
 def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:

@@ -3,9 +3,9 @@
 from rigid.kinetostatics.friction import (
     MAX_FLANK_ROUNDS,
     creep_rate,
+    friction_joints,
     friction_per_rate,
     friction_power,
-    rubbing_joints,
     sliding_directions,
     with_friction,
 )

@@ -31,7 +31,7 @@ Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None],
 """Function from friction efforts and gear flanks (both optional) to joint forces in equilibrium."""
 
 
-def rubbing_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
+def friction_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
     """Return the indices and friction of the joints with friction, in the order of `Structure.joints`."""
     return _rubbing(mechanism) if mechanism.friction else ()
 
@@ -60,7 +60,7 @@ def with_friction(
     -------
     Joint forces, with nan at positions where friction may lock the mechanism.
     """
-    rubbing = rubbing_joints(motion.mechanism)
+    rubbing = friction_joints(motion.mechanism)
     forces = balance(None, None)
     if not rubbing:
         return forces
@@ -120,7 +120,7 @@ def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, C
     `creep` are the creep rates (see `with_friction`).
     """
     per_rate = {}
-    for number, friction in rubbing_joints(motion.mechanism):
+    for number, friction in friction_joints(motion.mechanism):
         place = motion.places[number]
         press = _pressing(place, friction, *forces.without_friction(number), motion.columns)
         size = friction.radius * np.hypot(*press) if place.turns else np.abs(press).max(axis=0)
@@ -232,7 +232,7 @@ def _contacts(
     sliding: Mapping[int, Columns],
     directions: Mapping[int, Reals],
 ) -> _Contacts:
-    rubbing, columns = rubbing_joints(motion.mechanism), motion.columns
+    rubbing, columns = friction_joints(motion.mechanism), motion.columns
     places = [motion.places[number] for number, _ in rubbing]
     pins = [place.turns for place in places]
     strength = np.array([

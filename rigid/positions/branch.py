@@ -1,9 +1,9 @@
-"""Assembly branch of a mechanism, tracked with certainty from the drawing along the drive path.
+"""Tracking of a mechanism's assembly branch along the drive path, with proof.
 
-The path is divided by knots that do not depend on the requested positions. Each step between two knots needs a
-certificate (`rigid.positions.enclosure`) that exactly one branch runs through the step. A step without a certificate is
-halved. A step that remains uncertain is either a change point, which the smooth branch crosses, or a limit of motion,
-beyond which positions are nan.
+The branch starts at the drawing. Knots, which do not depend on the requested positions, divide the path into steps.
+Each step needs a certificate (`rigid.positions.enclosure`) that exactly one branch runs through it. Steps without a
+certificate are halved. A short step that remains uncertain is either a change point, which the smooth branch crosses,
+or a limit of motion, beyond which positions are nan.
 """
 
 from dataclasses import replace
@@ -22,24 +22,24 @@ from rigid.positions import knots as table_of
 from rigid.positions.drive_path import FINEST_STEP, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import Ends, KnotStep, StepCertificate, loop
-from rigid.positions.knots import Table, located, merged, some, steps, touches
+from rigid.positions.knots import Table, knots_before, merged, select, steps, touches
 from rigid.positions.newton import MAX_NEWTON_STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
 
-DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in its finest steps
-GENERAL_CHANGE_WIDTH = 256  # same for other groups, with more round-off
-FINEST_GENERAL = 2.0**-24  # shortest step of other groups, in strides; round-off hides branches in shorter ones
-STEPS_PER_BLOCK = 4096  # number of steps certified at once, so that they fit into the cache
-MAX_HALVED = 30_000  # largest number of steps halved at once, or that at the start if more
+DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in finest steps
+GENERAL_CHANGE_WIDTH = 256  # same for other groups, which have more round-off
+FINEST_GENERAL = 2.0**-24  # finest step of other groups, in strides; in shorter steps, round-off hides branches
+STEPS_PER_BLOCK = 4096  # number of steps that are certified together, chosen to fit into the cache
+MAX_HALVED = 30_000  # largest number of steps halved at once (or the number of steps at the start if larger)
 LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
-MAX_JUMP = 1e-3  # larger changes of a slide in a finest step, relative to the mechanism's size, count as infinite
+MAX_JUMP = 1e-3  # change of a slide in a finest step above which the slide counts as infinite, relative to the size
 
 
 class TrackedBranch:
-    """Knots on the drive path of a mechanism, in `table`.
+    """The branch of a mechanism, as a table of knots on the drive path.
 
-    `edge` is the resolution of limits of motion in strides.
+    `forms` states for each group whether it has a closed form. `edge` is the resolution of limits of motion [strides].
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class TrackedBranch:
         counts = len(mechanism.links), len(structure.groups), len(self.drivers)
         self.table: Table = table_of.knots(grid, self.rows, *counts)
 
-    def enter(self, number: int) -> None:
+    def add_group(self, number: int) -> None:
         """Add a group's columns to the table."""
         group, count = self.structure.groups[number], len(self.table["place"])
         free, cuts = len(group.free), len(group.cut)
@@ -64,10 +64,10 @@ class TrackedBranch:
         for name in ("columns", "duals"):
             self.table[f"{name}{number}"] = np.full((count, free, cuts), np.nan, complex)
         self.table[f"box{number}"] = np.full((count, free), np.nan)
-        self.table[f"sure{number}"] = np.zeros(count, bool)
+        self.table[f"certain{number}"] = np.zeros(count, bool)
 
     def measure(self, group: Group) -> None:
-        """Make the angles of joints that drive a group's gears continuous along the knots, from the drawing on."""
+        """Tabulate the angles of undriven joints that drive a group's gears, unwrapped from the drawing."""
         place = self.table["place"]
         sources = [driver for joint in group.tree if joint.gear for _, driver in joint.gear.sources]
         for driver in sources:
@@ -79,18 +79,22 @@ class TrackedBranch:
             change -= 2 * np.pi * np.round(change / (2 * np.pi))
             path = np.concatenate([[0.0], np.nancumsum(change[:, 0] - change[:, 1])])
             path *= driver.sense
-            seen = driver.sense * (angle[:, 0] - angle[:, 1])
+            measured = driver.sense * (angle[:, 0] - angle[:, 1])
             drawn = self.drawing.coordinate(driver)
             for row in range(self.rows):
                 mine = np.flatnonzero(self.table["row"] == row)
                 begin = mine[np.abs(place[mine] - self.path.begin).argmin()]
-                start = seen[begin] + 2 * np.pi * np.round((drawn - seen[begin]) / (2 * np.pi))
-                self.table["led"][mine, k] = start + path[mine] - path[begin]
+                start = measured[begin] + 2 * np.pi * np.round((drawn - measured[begin]) / (2 * np.pi))
+                self.table["driver_angles"][mine, k] = start + path[mine] - path[begin]
 
     # Placing
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = MAX_NEWTON_STEPS) -> None:
-        """Place a group at knots, starting from `guess`, shape (free, knots), in at most `corrections` steps."""
+        """Place a group at knots.
+
+        Groups without a closed form are placed by Newton's method from `guess`, shape (free, knots), in at most
+        `corrections` steps.
+        """
         placed, group = self._placed_before(table, number)
         shape = placed.shape
         if not group.free:
@@ -107,22 +111,25 @@ class TrackedBranch:
         self._write(table, number, placed, group, sine_there)
 
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
-        """True for each knot at which coordinates of a group, shape (free, knots), close it to round-off."""
+        """Return whether given coordinates of a group, shape (free, knots), close it to round-off at each knot."""
         placed, group = self._placed_before(table, number)
-        parts = 1.0 + np.abs(table["place"] - self.path.begin)  # angles lose digits over many turns
-        coordinates, parts = coordinates.reshape(len(group.free), *placed.shape), parts.reshape(placed.shape)
-        return closes(placed, group, coordinates, parts).reshape(len(table["place"]))
+        factor = 1.0 + np.abs(table["place"] - self.path.begin)  # angles lose digits over many turns
+        coordinates, factor = coordinates.reshape(len(group.free), *placed.shape), factor.reshape(placed.shape)
+        return closes(placed, group, coordinates, factor).reshape(len(table["place"]))
 
     def _placed_before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
-        """Return a posture with all earlier groups placed at knots, and the group in the designs of the knots."""
+        """Return the posture of all earlier groups at knots, and the group with the lengths of each knot's design."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
         group = select_designs(self.structure.groups[number], table["row"], self.designs)
         drive = self.path.drives(table["place"]).reshape(-1, *shape)
         origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
         sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
-        led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
-        return PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led), group
+        driver_angles = {key: table["driver_angles"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
+        placed = PartialPosture(
+            self.mechanism, drive, origin, direction, sine, shape=shape, driver_angles=driver_angles
+        )
+        return placed, group
 
     def _write(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
         """Write a placed group to the table."""
@@ -135,8 +142,8 @@ class TrackedBranch:
             table["origin"][:, link] = flat(placed.origin[link])
             table["direction"][:, link] = flat(placed.direction[link])
         for k, key in enumerate(self.drivers):
-            if key in placed.seen:
-                table["led"][:, k] = flat(placed.seen[key])
+            if key in placed.exact_driver_angles:
+                table["driver_angles"][:, k] = flat(placed.exact_driver_angles[key])
         if not group.free:
             table["sine"][:, number] = np.where(
                 np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan
@@ -154,23 +161,23 @@ class TrackedBranch:
                 table[f"duals{number}"][:, k, c] = flat(duals[k, c])
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
-        """Create knots halfway between others, with all groups up to `number` placed."""
-        middle = some(low, np.arange(len(low["place"])))
+        """Create knots halfway between pairs of knots, and place all groups up to `number` there."""
+        middle = select(low, np.arange(len(low["place"])))
         middle["place"] = 0.5 * (low["place"] + high["place"])
         middle["coarse"] = np.zeros(len(middle["place"]), bool)
-        middle["led"] = 0.5 * (low["led"] + high["led"])
+        middle["driver_angles"] = 0.5 * (low["driver_angles"] + high["driver_angles"])
         for k in range(number + 1):
             guess = None
             if self.structure.groups[k].free and not self.forms[k]:
-                guess = (low[f"free{k}"] + 0.5 * self.ways(k, low, high)).T
+                guess = (low[f"free{k}"] + 0.5 * self.changes(k, low, high)).T
             self.set(middle, k, guess)
-            # a certificate also holds for both halves, with twice the box: their chords differ from that of the step
+            # the certificate holds for both halves with twice the box, because their chords differ from the step's
             low[f"box{k}"] = 2 * low[f"box{k}"]
-            middle[f"box{k}"], middle[f"sure{k}"] = low[f"box{k}"].copy(), low[f"sure{k}"].copy()
+            middle[f"box{k}"], middle[f"certain{k}"] = low[f"box{k}"].copy(), low[f"certain{k}"].copy()
         return middle
 
-    def ways(self, number: int, low: Table, high: Table) -> Reals:
-        """Change of a group's coordinates between knots, the shorter way round, shape (knots, free)."""
+    def changes(self, number: int, low: Table, high: Table) -> Reals:
+        """Return the change of a group's coordinates between knots, for angles in [-pi, pi], shape (knots, free)."""
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
@@ -179,17 +186,16 @@ class TrackedBranch:
     # Certainty
 
     def certify(self, low: Table, high: Table, number: int, at: Any = None) -> tuple[Reals, Flags]:
-        """Return boxes of a group in steps (steps, free), nan if uncertain; True if earlier groups are certain.
+        """Return the boxes of a group in steps, (steps, free), and whether earlier groups are certain, (steps,).
 
-        The steps are processed in blocks that fit into the cache. `at`: first knots of the steps, if both tables are
-        the same.
+        Boxes of uncertain steps are nan. If both tables are the same, `at` selects the first knot of each step.
         """
         count = len(low["place"] if at is None else at)
         parts = []
         for first in range(0, max(count, 1), STEPS_PER_BLOCK):
             block = slice(first, first + STEPS_PER_BLOCK)
             begin, end = (block, block) if at is None else (at[block], at[block] + 1)
-            parts.append(self._certified(some(low, begin), some(high, end), number))
+            parts.append(self._certified(select(low, begin), select(high, end), number))
         boxes, before = zip(*parts, strict=True)
         return np.concatenate(boxes), np.concatenate(before)
 
@@ -210,8 +216,8 @@ class TrackedBranch:
                 np.zeros((links, count)),
             )
             for k, group in enumerate(self.structure.groups[: number + 1]):
-                ways = self.ways(k, low, high)
-                free = np.array([low[f"free{k}"].T, (low[f"free{k}"] + ways).T])
+                changes = self.changes(k, low, high)
+                free = np.array([low[f"free{k}"].T, (low[f"free{k}"] + changes).T])
                 sides = (
                     np.array([np.moveaxis(end[name], 0, -1) for end in (low, high)], order="C")
                     for name in (f"columns{k}", f"duals{k}")
@@ -221,24 +227,24 @@ class TrackedBranch:
                 if k == number:
                     return box.T, before
                 passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
-                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + DYAD_CHANGE_WIDTH * FINEST_STEP, box)
+                box = np.where(np.isnan(box) & passed, np.abs(changes.T) + DYAD_CHANGE_WIDTH * FINEST_STEP, box)
                 before &= np.isfinite(box).all(axis=0)
                 certificate.fill(box)
         raise AssertionError
 
     def refine(self, number: int, which: Integers, finest: float | None = None) -> None:
-        """Halve steps of a group until they are certain, or as short as `finest` in strides."""
+        """Halve steps of a group until they are certain or as short as `finest` [strides]."""
         finest = (self.finest(number) if finest is None else finest) * self.path.stride
         most, table = max(MAX_HALVED, len(which)), self.table
         box, before = self.certify(table, table, number, which)
         split = self._split(table, table, number, (box, before), finest, most, which)
-        table[f"box{number}"][which], table[f"sure{number}"][which] = box, np.isfinite(box).all(axis=1)
+        table[f"box{number}"][which], table[f"certain{number}"][which] = box, np.isfinite(box).all(axis=1)
         if not split.any():
             return
         at = which[split]
         others = np.ones(len(table["place"]), bool)
         others[at] = False
-        low, high, kept = some(table, at), some(table, at + 1), [some(table, others)]
+        low, high, kept = select(table, at), select(table, at + 1), [select(table, others)]
         while len(low["place"]):
             middle = self._between(low, high, number)
             low, high = (
@@ -247,82 +253,82 @@ class TrackedBranch:
             box, before = self.certify(low, high, number)
             split = self._split(low, high, number, (box, before), finest, most)
             low[f"box{number}"] = box
-            low[f"sure{number}"] = np.asarray(np.isfinite(box).all(axis=1))
-            kept.append(some(low, np.logical_not(split)))
-            low, high = some(low, split), some(high, split)
+            low[f"certain{number}"] = np.asarray(np.isfinite(box).all(axis=1))
+            kept.append(select(low, np.logical_not(split)))
+            low, high = select(low, split), select(high, split)
         self.table = merged(kept)
 
     def _split(
         self, low: Table, high: Table, number: int, known: tuple[Reals, Flags], finest: float, most: int, at: Any = None
     ) -> Flags:
-        """Select the steps to halve; `known` and `at` as in `certify`."""
+        """Return the steps to halve. `known` is the result of `certify`, with the same `at`."""
         box, before = known
         begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
         edge = (LIMIT_RESOLUTION if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
-        # certificates of earlier groups also hold for halves, even if the halves' boxes are unknown
-        sure: Any = np.all([low[f"sure{k}"][begin] for k in range(number)], axis=0) if number else True
-        split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | sure) & closes.any(axis=0)
+        # certificates of earlier groups also hold for halves of a step, even if the boxes of these are unknown
+        certain: Any = np.all([low[f"certain{k}"][begin] for k in range(number)], axis=0) if number else True
+        split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | certain) & closes.any(axis=0)
         split &= closes.all(axis=0) | (length > edge)
-        if np.count_nonzero(split) > most:  # no step is certain, e.g. for unrealistic dimensions
+        if np.count_nonzero(split) > most:  # no step becomes certain, for example with unrealistic dimensions
             split[:] = False
         return split
 
     def uncertain_steps(self, number: int) -> list[tuple[int, int]]:
-        """First and last knot of each run of uncertain steps."""
+        """Return the first and the last knot of each run of consecutive uncertain steps."""
         at = steps(self.table)
-        open_ = at[~self.table[f"sure{number}"][at]]
+        open_ = at[~self.table[f"certain{number}"][at]]
         runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
         return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
     def finest(self, number: int) -> float:
-        """Shortest useful step of a group, in strides."""
+        """Return the finest step of a group [strides]."""
         return FINEST_STEP if self.forms[number] else FINEST_GENERAL
 
     def width(self, number: int) -> float:
-        """Largest width of uncertain steps about a change point of a group."""
+        """Return the largest width of the uncertain steps at a change point of a group."""
         return (
             (DYAD_CHANGE_WIDTH if self.forms[number] else GENERAL_CHANGE_WIDTH) * self.finest(number) * self.path.stride
         )
 
     def before(self, row: int, place: float) -> int:
-        """Index of a design's knot before a point on the path, never its last knot."""
-        return int(located(self.table, np.array([place]), self.rows)[row, 0])
+        """Return the index of a design's last knot before a point on the path, but never that of its final knot."""
+        return int(knots_before(self.table, np.array([place]), self.rows)[row, 0])
 
     def end(self, number: int, row: int, sense: int, place: float) -> None:
-        """End a group at a point on the path: make it unknown on the side away from the drawing."""
+        """End the branch of a group at a point on the path, and set the group to nan beyond this point."""
         ends = {sense: np.full(self.rows, sense * np.inf) for sense in (1, -1)}
         ends[sense][row] = place
         self._end_beyond(number, ends[-1], ends[1])
 
     def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
-        """Make a group unknown outside two points per design, shape (designs,) each."""
+        """Set a group to nan outside the range between two points of each design, shape (designs,) each."""
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
             return (place < low[row]) | (place > high[row])
 
-        self.table = table = some(self.table, ~outside(self.table) | self.table["coarse"])
-        lost = outside(table)
-        self._forget(number, lost)
+        self.table = table = select(self.table, ~outside(self.table) | self.table["coarse"])
+        unknown = outside(table)
+        self._clear(number, unknown)
         at = steps(table)
-        at = at[lost[at] | lost[at + 1]]
-        table[f"sure{number}"][at] = False
+        at = at[unknown[at] | unknown[at + 1]]
+        table[f"certain{number}"][at] = False
         table[f"box{number}"][at] = np.nan
 
-    def _forget(self, number: int, lost: Flags | Integers) -> None:
-        """Set a group to nan at some knots."""
+    def _clear(self, number: int, unknown: Flags | Integers) -> None:
+        """Set a group to nan at selected knots."""
         table = self.table
         for name in ("origin", "direction"):
             for link in self.structure.groups[number].links:
-                table[name][lost, link] = np.nan
-        table["sine"][lost, number] = np.nan
+                table[name][unknown, link] = np.nan
+        table["sine"][unknown, number] = np.nan
         for name in ("free", "columns", "duals"):
-            table[f"{name}{number}"][lost] = np.nan
+            table[f"{name}{number}"][unknown] = np.nan
 
     def closed(self, sense: int) -> bool:
-        """True if the branches of all designs end on a side of the drawing; there is no motion beyond."""
+        """Return whether the branches of all designs end on a side of the drawing."""
         row = self.table["row"]
         outermost = np.flatnonzero(np.diff(row, append=-1) if sense > 0 else np.diff(row, prepend=-1))
         return bool(np.isnan(self.table["sine"][outermost]).any(axis=1).all())
@@ -330,24 +336,24 @@ class TrackedBranch:
     # Dyads
 
     def follow_dyad(self, number: int) -> None:
-        """Track a dyad until it opens or runs to infinity; its sign changes at each change point."""
+        """Track a dyad until it opens or runs to infinity, and change its sign at each change point."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))
         self._end_at_open_knots(number)
         if len(behind := self._behind_infinity(number)):
-            self._forget(number, behind)
+            self._clear(number, behind)
             self._end_at_open_knots(number)
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
         for at in self._change_points(number):
-            if self.path.onward(place[at - 1], place[at + 1]):
+            if self.path.keeps_direction(place[at - 1], place[at + 1]):
                 beyond = place > place[at] if place[at] >= self.path.begin else place < place[at]
                 sign[beyond & (row == row[at])] *= -1.0
         if (sign < 0).any():
             ended = np.isnan(self.table["sine"][:, number])
             self.table["sign"][:, number] = sign
             self.set(self.table, number)
-            self._forget(number, ended)
+            self._clear(number, ended)
 
     def _end_at_open_knots(self, number: int) -> None:
         """End a dyad at the first open knot on each side of the drawing."""
@@ -362,14 +368,14 @@ class TrackedBranch:
         self._end_beyond(number, low, high)
 
     def _behind_infinity(self, number: int) -> Integers:
-        """Indices of the first knots beyond points at which a slide of a dyad is infinite.
+        """Return the indices of the first knots beyond points at which a slide of a dyad is infinite.
 
-        Two sliding lines become parallel there, and their sine changes sign. If the lines coincide, the slide stays
-        finite and passes smoothly.
+        At such a point two sliding lines are parallel, and their sine changes sign. If the lines coincide, however, the
+        slide is finite and smooth.
         """
         table, at = self.table, steps(self.table)
         place, sine = table["place"], table["sine"][:, number]
-        at = at[~table[f"sure{number}"][at] & (sine[at] * sine[at + 1] <= 0)]
+        at = at[~table[f"certain{number}"][at] & (sine[at] * sine[at + 1] <= 0)]
         at = at[place[at + 1] - place[at] <= 2 * FINEST_STEP * self.path.stride]
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
@@ -377,9 +383,9 @@ class TrackedBranch:
         return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _change_points(self, number: int) -> list[int]:
-        """Knots nearest to the locations at which the sine of a dyad touches zero."""
+        """Return the knots closest to points at which the sine of a dyad touches zero."""
         table = self.table
-        uncertain = ~table[f"sure{number}"] & (
+        uncertain = ~table[f"certain{number}"] & (
             np.diff(table["place"], append=np.inf) <= 2 * FINEST_STEP * self.path.stride
         )
         return touches(table["place"], table["row"], table["sine"][:, number], uncertain, self.width(number))

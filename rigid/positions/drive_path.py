@@ -1,4 +1,4 @@
-"""Drive path: drive coordinates from the drawing through all requested positions, as functions of one parameter."""
+"""Path of the drive coordinates from the drawing through all requested positions, with one parameter."""
 
 from __future__ import annotations
 
@@ -15,37 +15,37 @@ from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 
 KNOTS_PER_TURN = 64
-STRIDE = 2 * math.pi / KNOTS_PER_TURN  # distance between knots for a drive at a pin [rad]
-STRIDES_PER_SIZE = 50  # number of strides of a slider's drive over the size of the drawing
-KNOTS_PER_EXTENSION = 16  # number of knots by which a branch is extended
+STRIDE = 2 * math.pi / KNOTS_PER_TURN  # [rad] distance between knots of a pin drive
+STRIDES_PER_SIZE = 50  # number of strides of a slider drive per mechanism size
+KNOTS_PER_EXTENSION = 16  # number of knots by which a branch is extended at a time
 KNOT_OFFSET = 0.0618  # offset of knots from round angles, in strides
-PLACE_TOLERANCE = 1e-9  # largest distance of points that count as equal [rad or m]
-FINEST_STEP = 2.0**-18  # resolution of a change point, in strides
+PLACE_TOLERANCE = 1e-9  # [rad or m] distance up to which two points on the path count as equal
+FINEST_STEP = 2.0**-18  # resolution of a dyad's change point, in strides
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Drive coordinates along the path, by the path parameter s.
+    """Drive coordinates as functions of a path parameter s.
 
-    For a single drive s is its coordinate, and the path extends both ways from the drawing. For several drives s counts
-    the positions.
+    With a single drive, s is the drive coordinate, and the path extends in both directions from the drawing. With
+    several drives, s is the index of a vertex of the path.
 
     Attributes
     ----------
     begin
-        s of the drawing.
+        s at the drawing.
     requested
-        s of the requested positions, shape (positions,), or (designs, positions) if designs differ.
+        s at the requested positions, shape (positions,), or (designs, positions) if designs differ.
     stride
-        Largest step of s.
+        Largest step of s between knots.
     turn
-        Change of s in a full turn after which the drive is back at its start; 0 if there is none.
+        Change of s in a full turn of the drive, if turns do not count; otherwise 0.
     outline
-        s of the first, smallest and largest position of the whole motion, of which `requested` may be a part.
+        s at the first, the smallest and the largest position of the whole motion. `requested` may be a part of it.
     vertices
         Drive coordinates at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     whole
-        True if `requested` is the whole motion.
+        Whether `requested` is the whole motion.
     """
 
     begin: float
@@ -58,7 +58,7 @@ class Path:
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Smallest and largest s of the requested positions; the drawing's s if there are none."""
+        """Smallest and largest s of the requested positions; `begin` if there are none."""
         if self.whole:
             return self.outline[1], self.outline[2]
         if not len(self.requested):
@@ -66,7 +66,7 @@ class Path:
         return self.requested.min(), self.requested.max()
 
     def shifted(self, shift: float) -> Path:
-        """Shift the path by -`shift`."""
+        """Return the path with all s reduced by `shift`."""
         return replace(
             self,
             begin=self.begin - shift,
@@ -75,7 +75,7 @@ class Path:
         )
 
     def drives(self, places: Any) -> Reals:
-        """Drive coordinates at points, shape (drives, ...)."""
+        """Return the drive coordinates at points s, shape (drives, ...)."""
         if self.vertices is None:
             return np.asarray(places)[None]
         flat = np.ravel(places)
@@ -83,18 +83,18 @@ class Path:
         return np.array([np.interp(flat, grid, row) for row in self.vertices]).reshape(-1, *np.shape(places))
 
     def grid(self, low: float, high: float) -> Reals:
-        """Knots that cover `low` to `high`, including the drawing."""
+        """Return knots that cover the range from `low` to `high`, and the drawing."""
         if self.vertices is None:
             below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
             number = np.arange(-max(below, 0), max(above, 0) + 1)
-            # offset from round angles, at which many mechanisms are singular
+            # avoid round angles, at which many mechanisms are singular
             return np.asarray(
                 self.begin + self.stride * (number + np.where(number % KNOTS_PER_TURN, KNOT_OFFSET, 0.0)), float
             )
         return np.arange(self.vertices.shape[1], dtype=float)
 
-    def onward(self, low: float, high: float) -> bool:
-        """True if the drives do not reverse between two points."""
+    def keeps_direction(self, low: float, high: float) -> bool:
+        """Return whether the drives move on without reversing between two points."""
         if self.vertices is None:
             return True
         first, last = int(np.floor(low)), int(np.ceil(high))
@@ -103,18 +103,18 @@ class Path:
 
 
 def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) -> Path:
-    """Build the path from the drawing, through `lead` if given, to the requested positions."""
+    """Return the path from the drawing, through `lead` if given, to the requested positions."""
     _, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
-    ways = first_ways(mechanism, given)
+    travel = initial_travel(mechanism, given)
     strides = drive_strides(mechanism)
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
         whole = float(given[0].flat[0]), float(given[0].min()), float(given[0].max())
-        return Path(whole[0] - ways[0], drive[0], strides[0], turn, whole, whole=given is drive)
+        return Path(whole[0] - travel[0], drive[0], strides[0], turn, whole, whole=given is drive)
     if not len(drive):
         return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
-    given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
+    given = np.concatenate([given[:, :1] - np.array(travel)[:, None], given], axis=1)
     steps = np.abs(np.diff(given, axis=1)) / strides[:, None]
     pieces = np.maximum(np.ceil(steps.max(axis=0)), 1).astype(int)
     at = np.concatenate([[0], np.cumsum(pieces)])
@@ -125,9 +125,9 @@ def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) 
 
 
 def outline(drive: Any) -> Any:
-    """Positions that determine how the drives leave the drawing, to be used as `lead` for a part of a motion.
+    """Return the drive positions that determine the path of a whole motion, for use as `lead` of a part of it.
 
-    First, smallest and largest position of a single drive; all positions of several drives.
+    These are the first, smallest and largest position of a single drive, or all positions of several drives.
     """
     if len(drive) != 1:
         return drive
@@ -135,8 +135,11 @@ def outline(drive: Any) -> Any:
     return row[[0, row.argmin(), row.argmax()]][None]
 
 
-def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
-    """Travel of each drive from the drawing to the first position [rad or m], the shorter one if turns do not count."""
+def initial_travel(mechanism: Mechanism, drive: Any) -> list[float]:
+    """Return the travel of each drive from the drawing to the first position [rad or m].
+
+    It is the shorter way round if full turns do not count.
+    """
     drawn, slides, wraps = drawn_drives(mechanism)
     first = drive[:, 0] if drive.ndim == 2 else drive[:, 0, 0]
     return [
@@ -147,16 +150,16 @@ def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
 
 @lru_cache(maxsize=64)
 def drive_strides(mechanism: Mechanism) -> Reals:
-    """Distance between knots of each drive [rad or m]."""
+    """Return the distance between knots of each drive [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
     return np.where(slides, mechanism.size / STRIDES_PER_SIZE, STRIDE)
 
 
 @lru_cache(maxsize=64)
 def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
-    """Drive coordinates as drawn; whether each is a slide; whether full turns of the drives do not count.
+    """Return the drawn drive coordinates, whether each is a slide, and whether drive positions repeat each full turn.
 
-    Turns count if an undriven joint drives a gear, because its angle is counted from the drawing.
+    They do not repeat if an undriven joint drives a gear, because the angle of this joint is counted from the drawing.
     """
     drawing = Drawing(mechanism)
     joints = structure(mechanism).joints

@@ -1,4 +1,4 @@
-"""Placement of both links of a dyad, for the five kinds of dyads."""
+"""Placement of the five kinds of dyads."""
 
 from collections.abc import Callable
 from functools import lru_cache, reduce
@@ -15,11 +15,11 @@ from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
 from rigid.positions.partial_posture import PartialPosture
 
-MAX_SLACK = 1e-6  # tolerance of a squared sine beyond a singular position
+MAX_SLACK = 1e-6  # largest tolerance for a negative squared sine
 
 
 def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place both links of a dyad; `flip` is -1 for the assembly opposite to the drawing."""
+    """Place the links of a dyad, and return its sine. `flip` is -1 for the assembly opposite to the drawing."""
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
     for joint in group.fixed:
@@ -28,7 +28,7 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
 
 
 def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint]:
-    """Closed form for a dyad, its outer joints (pins first), and its inner joint."""
+    """Return the function that solves a dyad, its outer joints (pins first), and its inner joint."""
     assert group.dyad is not None
     *outer, inner = group.dyad
     first, second = sorted(outer, key=lambda joint: not joint.turns)
@@ -41,7 +41,7 @@ def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint
 
 
 def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place a dyad, with a tolerance that allows for the digits lost at singular positions of earlier groups."""
+    """Place a dyad, with a tolerance for digits that are lost at singular positions of earlier groups."""
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
         worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
@@ -51,14 +51,14 @@ def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing
     return sine
 
 
-def _hold(placed: PartialPosture, outer: Joint, pin: Columns, direction: Columns) -> None:
-    """Place the child of an outer pin."""
+def _place_at_pin(placed: PartialPosture, outer: Joint, pin: Columns, direction: Columns) -> None:
+    """Place the child of an outer pin with a given direction."""
     placed.direction[outer.child] = direction
     placed.origin[outer.child] = pin - carried(direction, outer.at_child)
 
 
-def _carry(placed: PartialPosture, outer: Joint) -> Columns:
-    """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
+def _place_on_slider(placed: PartialPosture, outer: Joint) -> Columns:
+    """Place the child of an outer slider at slide 0, and return its displacement per unit slide."""
     placed.hang(outer, 0.0)
     return outer.sense * outer.along(placed)
 
@@ -74,14 +74,14 @@ def _two_pins(
     side = flip * (drawn if drawing.rows is None or not np.ndim(drawn) else drawn[drawing.rows])
     arms = inner.at(first_pin.child) - first_pin.at_child, inner.at(second_pin.child) - second_pin.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
-    _hold(placed, first_pin, first, direction)
-    _hold(placed, second_pin, second, opposite)
+    _place_at_pin(placed, first_pin, first, direction)
+    _place_at_pin(placed, second_pin, second, opposite)
     return sine
 
 
 @lru_cache(maxsize=64)
 def _drawn_side(mechanism: Mechanism, first: str, second: str, inner: str) -> Any:
-    """+1 if the inner pin is drawn left of the line from the first to the second outer pin, else -1."""
+    """Return +1 if the inner pin is drawn to the left of the line from the first to the second outer pin, else -1."""
     drawing = Drawing(mechanism)
     drawn = [drawing.at(name) for name in (first, second, inner)]
     base = drawn[1] - drawn[0]
@@ -93,7 +93,7 @@ def _pin_and_slide(
     placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
-    along = _carry(placed, slide)
+    along = _place_on_slider(placed, slide)
     start = point_of(placed, slide.child, inner.at(slide.child))
     ahead = drawing.along(slide) * slide.sense
     side = flip * drawing.side(
@@ -103,14 +103,14 @@ def _pin_and_slide(
         center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
     )
     placed.origin[slide.child] = placed.origin[slide.child] + travel * along
-    _hold(placed, pin, center, direction)
+    _place_at_pin(placed, pin, center, direction)
     return sine
 
 
 def _two_slides(
     placed: PartialPosture, first: Joint, second: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
-    along, across = _carry(placed, first), _carry(placed, second)
+    along, across = _place_on_slider(placed, first), _place_on_slider(placed, second)
     starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (first, second)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
     placed.origin[first.child] = placed.origin[first.child] + way * along
@@ -129,8 +129,8 @@ def _slide_between(
         dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner.name, block.name, inner.name)
     )
     direction, _, sine = dyads.slotted(pins[0], pins[1], foot, inner.line, side, placed.slack)
-    _hold(placed, owner, pins[0], direction)
-    _hold(placed, block, pins[1], direction * inner.turned)
+    _place_at_pin(placed, owner, pins[0], direction)
+    _place_at_pin(placed, block, pins[1], direction * inner.turned)
     return sine
 
 
@@ -138,9 +138,9 @@ def _slide_on_slide(
     placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
-    along = _carry(placed, slide)
+    along = _place_on_slider(placed, slide)
     toward = inner.turn if inner.child == pin.child else np.conj(inner.turn)
-    _hold(placed, pin, center, placed.direction[slide.child] * toward)
+    _place_at_pin(placed, pin, center, placed.direction[slide.child] * toward)
     across = inner.along(placed)
     gap = point_of(placed, pin.child, inner.at(pin.child)) - point_of(placed, slide.child, inner.at(slide.child))
     way, _, sine = dyads.line_line(gap, along, across)

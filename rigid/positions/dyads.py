@@ -1,7 +1,8 @@
-"""Positions of the five dyads in closed form.
+"""Positions of the five kinds of dyads in closed form.
 
-Each function returns the position of both links, and the sine s of their angle. s is zero at a singular position, nan
-if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 above -`slack` count as zero.
+Each function returns the position of both links and the sine s of the angle between them. s is zero at a singular
+position, and nan if the links cannot meet. `side` selects the branch, +1 or -1. Values of s^2 from -`slack` to 0 count
+as zero.
 """
 
 from typing import Any
@@ -13,7 +14,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 
 def _root(square: Any, slack: Columns) -> Columns:
-    """Square root; 0 if slightly negative, nan below -`slack`."""
+    """Return the square root: 0 for negative values above -`slack`, and nan below."""
     if not np.asarray(square).min() >= 0.0:
         square = np.where((square < 0.0) & (square > -slack), 0.0, square)
     return np.sqrt(square)
@@ -22,20 +23,20 @@ def _root(square: Any, slack: Columns) -> Columns:
 def circle_circle(
     first: Columns, second: Numbers, arm_first: Columns, arm_second: Columns, side: Columns, slack: Columns = ROUND_OFF
 ) -> tuple[Complexes, Complexes, Reals]:
-    """RRR: directions of two links with outer pins at `first` and `second`, and a common inner pin.
+    """Solve an RRR dyad: two links with outer pins at `first` and `second`, and a common inner pin.
 
     Parameters
     ----------
     first, second
-        Outer pins [m], complex, shape (..., positions).
+        Outer pins (complex) [m], shape (..., positions).
     arm_first, arm_second
-        Vector from each outer pin to the inner pin in link axes [m], complex.
+        Vectors from each outer pin to the inner pin in link axes (complex) [m].
     side
-        +1 if the inner pin is left of the line from `first` to `second`.
+        +1 if the inner pin is to the left of the line from `first` to `second`.
 
     Returns
     -------
-    Unit vectors of both links' axes; s = sine of the angle between the arms.
+    Unit vectors of both links' axes, and s = sine of the angle between the arms.
     """
     base = second - first
     square = base.real**2 + base.imag**2
@@ -53,22 +54,22 @@ def circle_circle(
 def circle_line(
     center: Columns, arm: Columns, point: Columns, along: Columns, side: Columns, slack: Columns = ROUND_OFF
 ) -> tuple[Columns, Columns, Columns]:
-    """RRP: direction of a link with an outer pin at `center`, and an inner pin that slides on a line.
+    """Solve an RRP dyad: a link with an outer pin at `center` and an inner pin that slides on a line.
 
     Parameters
     ----------
     center
-        Outer pin [m], complex.
+        Outer pin (complex) [m].
     arm
-        Vector from the outer pin to the inner pin in link axes [m], complex.
+        Vector from the outer pin to the inner pin in link axes (complex) [m].
     point, along
-        Inner pin at slide 0 [m], and unit vector of the slide, complex.
+        Inner pin at slide 0 [m], and unit vector of the line (complex).
     side
         +1 if the inner pin is ahead of the foot of `center` on the line.
 
     Returns
     -------
-    Unit vector of the link's axes; slide [m]; s = sine of the angle between the arm and the line's normal.
+    Unit vector of the link's axes, slide [m], and s = sine of the angle between the arm and the normal to the line.
     """
     length = abs(arm)
     behind = point - center
@@ -82,22 +83,22 @@ def circle_line(
 def slotted(
     owner: Columns, block: Complexes, foot: Any, along: Any, side: Columns, slack: Any = ROUND_OFF
 ) -> tuple[Complexes, Reals, Reals]:
-    """RPR: direction of a link with outer pin `owner`, on which a link with outer pin `block` slides.
+    """Solve an RPR dyad: a link with outer pin `owner`, on which a link with outer pin `block` slides.
 
     Parameters
     ----------
     owner, block
-        Outer pins of the line's owner and of the sliding link [m], complex.
+        Outer pins of the owner of the line and of the sliding link (complex) [m].
     foot
-        Vector from the owner's pin to the block's pin at slide 0, in owner axes [m], complex.
+        Vector from the owner's pin to the block's pin at slide 0, in owner axes (complex) [m].
     along
         Unit vector of the line in owner axes.
     side
-        +1 if the block's pin is ahead of the owner's along the line.
+        +1 if the block's pin is ahead of the owner's pin along the line.
 
     Returns
     -------
-    Unit vector of the owner's axes; slide [m]; s = pin distance along the line / pin distance.
+    Unit vector of the owner's axes, slide [m], and s = distance of the pins along the line / distance of the pins.
     """
     base = block - owner
     distance = abs(base)
@@ -109,6 +110,6 @@ def slotted(
 
 
 def line_line(gap: Complexes, along: Columns, other: Columns) -> tuple[Reals, Reals, Columns]:
-    """PRP, RPP: slides x and y so that `x along - y other = gap`; s = sine of the angle between the lines."""
+    """Solve a PRP or RPP dyad: return slides x and y with `x along - y other = gap`, and the sine between the lines."""
     s = cross(other, along)
     return cross(other, gap) / s, cross(along, gap) / s, s

@@ -1,4 +1,4 @@
-"""Proof that exactly one branch of a group runs between two points on the drive path.
+"""Proof that exactly one branch of a group runs through a step on the drive path.
 
 Derivation: docs/theory.md, "The branch".
 """
@@ -15,27 +15,27 @@ from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
 
-MAX_ATTEMPTS = 6  # number of attempts to find a box that is mapped into itself
-INFLATION = 1.05  # factor that enlarges a box, so that it is mapped into its interior
-GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap, relative to the sizes of its vectors
-MIN_BOX = 1e-13  # smallest half width of a box [rad or m], because of round-off
+MAX_ATTEMPTS = 6  # maximum number of attempts to find a box that is mapped into itself
+INFLATION = 1.05  # factor by which a box is enlarged, so that it is mapped into its interior
+GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap / sum of the lengths of its vectors
+MIN_BOX = 1e-13  # [rad or m] smallest half width of a box, which covers round-off
 
 
 @dataclass(frozen=True, eq=False)
 class KnotStep:
-    """Motion of the links in steps between knots; the steps are the last axis.
+    """Motion of the links in steps between knots. The last axis of all arrays is the steps.
 
     Attributes
     ----------
     row
         Index of the design.
     origin, shift
-        Origin of every link at the first knot, and its displacement to the second [m], complex, shape (links, steps).
+        Origin of each link at the first knot, and its displacement to the second knot (complex) [m], (links, steps).
     turned
-        Rotation of every link in the step [rad], shape (links, steps).
+        Rotation of each link in the step [rad], shape (links, steps).
     bend, stray
-        Largest deviation of a link's angle [rad] and origin [m] from linear motion in the step, shape (links, steps);
-        filled group by group.
+        Bounds on the deviation of each link's angle [rad] and origin [m] from linear motion in the step, shape (links,
+        steps). They are filled in group by group.
     """
 
     row: Integers
@@ -48,14 +48,14 @@ class KnotStep:
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """A group at both ends of steps.
+    """A group at both ends of the steps.
 
     Attributes
     ----------
     free
         Coordinates of the free joints, shape (2, free, steps).
     columns, duals
-        See `Closure`, complex, shape (2, free, cuts, steps).
+        See `Closure`; complex, shape (2, free, cuts, steps).
     """
 
     free: Reals
@@ -65,18 +65,18 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """The gap of a cut joint as a sum of vectors that rotate with links.
+    """The gap of a cut joint, as a sum of vectors that rotate with links.
 
     Attributes
     ----------
     arms
-        Vector of each link in link axes [m].
+        Vector on each link, in link axes [m].
     slides
-        +1 or -1 for each sliding tree joint, by index; the slide's vector rotates with the child.
+        Sign of each sliding tree joint in the sum, by index. The vector of the slide rotates with the child.
     roots
-        Weight of the origin of each link of an earlier group.
+        Weight of the origin of each link of an earlier group in the sum.
     owner
-        Link in whose axes the gap of a slider is measured; None for a pin.
+        For a slider, the link in whose axes the gap is measured; None for a pin.
     """
 
     arms: Mapping[int, Columns]
@@ -106,9 +106,9 @@ def loop(group: Group, cut: Joint) -> Loop:
 
 
 class StepCertificate:
-    """Proof that exactly one branch of a group runs through a step, near linear motion.
+    """Proof that exactly one branch of a group runs through each step, near linear motion.
 
-    `box`: bound on the deviation of the free coordinates, shape (free, steps); nan if there is no proof.
+    `box` bounds the deviation of the free coordinates from linear motion, shape (free, steps). It is nan without proof.
     """
 
     def __init__(self, group: Group, loops: tuple[Loop, ...], step: KnotStep, ends: Ends) -> None:
@@ -117,7 +117,7 @@ class StepCertificate:
         self.base = self._base()
 
     def _base(self) -> dict[int, Reals]:
-        """Bend of each link due to links of earlier groups."""
+        """Return the `bend` of each link that is due to earlier groups."""
         base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
         for hinge in self.group.tree:
             base[hinge.child] = base[hinge.parent]
@@ -126,13 +126,13 @@ class StepCertificate:
         return base
 
     def _follower_deviation(self, hinge: Joint) -> Reals:
-        """Deviation of a gear's follower from linear motion."""
+        """Return a bound on the deviation of a gear's follower from linear motion."""
         assert hinge.gear is not None
         total: Reals = np.zeros(())
         for ratio, driver in hinge.gear.sources:
             if not driver.moved:
-                sort = self.step.bend if driver.turns else self.step.stray
-                total = total + abs(ratio) * sum(sort[link] for link in (driver.parent, driver.child))
+                deviation = self.step.bend if driver.turns else self.step.stray
+                total = total + abs(ratio) * sum(deviation[link] for link in (driver.parent, driver.child))
         return total
 
     def _size(self, arm: Columns) -> Real:
@@ -141,7 +141,7 @@ class StepCertificate:
 
     @cached_property
     def _slide(self) -> dict[int, tuple[Reals, Reals]]:
-        """Largest slide, and change of the slide, of each sliding tree joint."""
+        """Largest slide, and change of the slide in the step, of each sliding tree joint."""
         travels = {}
         for number, hinge in enumerate(self.group.tree):
             if hinge.turns:
@@ -156,14 +156,14 @@ class StepCertificate:
         return travels
 
     def _relative(self, link: int | None, owner: int | None) -> tuple[Columns, Columns]:
-        """Rotation of a link relative to another, and the sum of both bends."""
+        """Return the rotation of a link relative to another link, and the sum of both bends."""
         if link == owner:
             return 0.0, 0.0
         turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
         return turned, sum(self.base[each] for each in (link, owner) if each is not None)
 
     def _deviation(self, loop: Loop, links: set[int] | None) -> Columns:
-        """Deviation from linear motion of the part of a loop on some links (all for None)."""
+        """Return a bound on the deviation from linear motion of the vectors of a loop on some links (default: all)."""
         total: Any = 0.0
         for link, arm in loop.arms.items():
             if links is None or link in links:
@@ -184,13 +184,13 @@ class StepCertificate:
         return total
 
     def _extent(self, loop: Loop) -> Columns:
-        """Sum of the lengths of a loop's vectors [m], used to estimate its round-off."""
+        """Return the sum of the lengths of a loop's vectors [m], for an estimate of round-off."""
         total = sum(self._size(arm) for arm in loop.arms.values())
         total = total + sum(self._slide[number][0] for number in loop.slides)
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
 
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Columns:
-        """Bound on the derivative of a loop's part on some links by a free coordinate."""
+        """Return a bound on the derivative of the vectors of a loop on some links by free coordinate k."""
         turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
         total: Any = 0.0
@@ -207,7 +207,7 @@ class StepCertificate:
 
     @cached_property
     def box(self) -> Reals:
-        """Boxes of the free coordinates, see the class."""
+        """Bounds on the deviation of the free coordinates (see the class)."""
         free, cuts, count = len(self.group.free), len(self.loops), len(self.step.row)
         if not free:
             return np.zeros((0, count))
@@ -228,15 +228,15 @@ class StepCertificate:
                     bent[j, c] = turned**2 / 8 + bend
                     for k in range(free):
                         turns = self.group.angles[k]
-                        held = (hinge.child in self.carried[k]) + (
+                        rotations = (hinge.child in self.carried[k]) + (
                             each.owner is not None and each.owner in self.carried[k]
                         )
-                        slope[j, k, c] = turns * held * (hinge.child != each.owner)
+                        slope[j, k, c] = turns * rotations * (hinge.child != each.owner)
         with np.errstate(all="ignore"):
             return self._invariant_boxes(gap, twist, bent, slope)
 
     def _invariant_boxes(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
-        """Find boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
+        """Return boxes that Newton's method with the matrix of either end maps into themselves."""
         lines = np.array(self.group.guides)[:, None]
         box: Any = MIN_BOX
         maps = []
@@ -247,15 +247,15 @@ class StepCertificate:
             first = np.abs((duals[:, None] * change).sum(axis=2).imag) + (weight[:, None] * bent).sum(axis=2)
             maps.append((start + MIN_BOX, first, (weight[:, None, None] * slope).sum(axis=3)))
             box = np.maximum(box, start)
-        sure = np.zeros(box.shape[1:], bool)
+        certain = np.zeros(box.shape[1:], bool)
         for _ in range(MAX_ATTEMPTS):
-            box = np.where(sure, box, box * INFLATION)  # keep proven boxes: growth with the others could spoil them
+            box = np.where(certain, box, box * INFLATION)  # do not enlarge proven boxes, which may invalidate them
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
-            sure = (again < box).all(axis=0)
-            if sure.all():
+            certain = (again < box).all(axis=0)
+            if certain.all():
                 break
-            box = np.where(sure, box, np.maximum(again, box))
-        return np.where(sure, box, np.nan)
+            box = np.where(certain, box, np.maximum(again, box))
+        return np.where(certain, box, np.nan)
 
     @staticmethod
     def _mapped(each: tuple[Reals, Reals, Reals], box: Reals) -> Reals:
@@ -263,19 +263,19 @@ class StepCertificate:
         return start + ((first + (second * box).sum(axis=2)) * box).sum(axis=1)
 
     def fill(self, box: Reals) -> None:
-        """Write the deviations of the group's links, for coordinates within `box`."""
+        """Fill in `bend` and `stray` of the group's links, for coordinates within `box`."""
         step = self.step
         for number, hinge in enumerate(self.group.tree):
             parent, child = hinge.parent, hinge.child
             free = self.group.free.index(number) if number in self.group.free else None
             bend = step.bend[parent] + (box[free] if free is not None and hinge.turns else 0.0)
-            led = self._follower_deviation(hinge) if hinge.gear is not None else 0.0
-            step.bend[child] = bend + (led if hinge.turns else 0.0)
+            follower = self._follower_deviation(hinge) if hinge.gear is not None else 0.0
+            step.bend[child] = bend + (follower if hinge.turns else 0.0)
             stray = step.stray[parent]
             for link, arm in ((parent, hinge.at_parent), (child, hinge.at_child)):
                 stray = stray + self._size(arm) * (step.turned[link] ** 2 / 8 + step.bend[link])
             if not hinge.turns:
                 most, change = self._slide[number]
                 stray = stray + most * (step.turned[child] ** 2 / 8 + bend) + change * np.abs(step.turned[child]) / 4
-                stray = stray + (box[free] if free is not None else led)
+                stray = stray + (box[free] if free is not None else follower)
             step.stray[child] = stray

@@ -1,4 +1,4 @@
-"""Knots: points on the drive path at which a mechanism's posture is known, ordered by design and path parameter."""
+"""Table of knots: points on the drive path with known postures, ordered by design and path parameter."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,33 +7,33 @@ import numpy as np
 
 from rigid.arrays import Flags, Integers, Reals
 
-SIDE_KNOTS = 3  # number of knots on each side of a change point that must have a larger sine
+SIDE_KNOTS = 3  # number of knots on each side of a change point whose sine must be larger
 
 Table = dict[str, Any]
-"""Arrays with the knots as first axis.
+"""Arrays by name. Their first axis is the knots.
 
 place
     Path parameter s.
 row
     Index of the design.
 coarse
-    True if the knot belongs to the grid common to all designs.
+    True if the knot belongs to the grid that all designs share.
 origin, direction
-    Origin and unit vector of every link, complex, shape (knots, links).
-led
-    Coordinate of each joint that drives a gear and is not driven, shape (knots, gears).
+    Origin and unit vector of each link (complex), shape (knots, links).
+driver_angles
+    Coordinate of each undriven joint that drives a gear, shape (knots, gears).
 sine, sign
-    Sine of every group; +1, or -1 if a dyad is assembled opposite to the drawing, shape (knots, groups).
+    Sine of each group; -1 for a dyad assembled opposite to the drawing, otherwise +1; shape (knots, groups).
 free0, columns0, duals0, ...
-    For each group: coordinates of its free joints, and columns and duals, see `Closure`.
-box0, sure0, ...
-    For each group, for the step to the next knot: bound on the deviation of the coordinates from linear motion, and
-    whether the branch is certain.
+    For each group: coordinates of its free joints, and columns and duals (see `Closure`).
+box0, certain0, ...
+    For each group in the step to the next knot: bound on the deviation of the coordinates from linear motion, and True
+    if the branch is certain.
 """
 
 
 def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
-    """Create knots without placed links (except the ground)."""
+    """Create a table of knots in which no links are placed except the ground."""
     count = rows * len(places)
     return {
         "place": np.tile(np.asarray(places, float), rows),
@@ -41,30 +41,30 @@ def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
         "coarse": np.ones(count, bool),
         "origin": np.zeros((count, links), complex),
         "direction": np.ones((count, links), complex),
-        "led": np.full((count, gears), np.nan),
+        "driver_angles": np.full((count, gears), np.nan),
         "sine": np.ones((count, groups)),
         "sign": np.ones((count, groups)),
     }
 
 
-def some(table: Mapping[str, Any], which: Any) -> Table:
-    """Select knots."""
+def select(table: Mapping[str, Any], which: Any) -> Table:
+    """Return the selected knots of a table."""
     return {name: value[which] for name, value in table.items()}
 
 
 def merged(tables: list[Table]) -> Table:
-    """Merge tables, ordered by design and path parameter."""
+    """Merge tables, and order the knots by design and path parameter."""
     joined = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-    return some(joined, np.lexsort((joined["place"], joined["row"])))
+    return select(joined, np.lexsort((joined["place"], joined["row"])))
 
 
 def steps(table: Mapping[str, Any]) -> Integers:
-    """Indices of knots followed by a knot of the same design."""
+    """Return the indices of the knots that are followed by a knot of the same design."""
     return np.flatnonzero(table["row"][1:] == table["row"][:-1])
 
 
-def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
-    """Index of the knot before each point, shape (rows, places), never the last one of a design."""
+def knots_before(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
+    """Return the index of the last knot before each point, shape (rows, places), but never that of a final knot."""
     place, row = table["place"], table["row"]
     if rows == 1:
         before = np.searchsorted(place, np.ravel(places), side="right") - 1
@@ -80,14 +80,15 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
 
 
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
-    """Knots nearest to the locations at which a sine touches zero, at most one in `width`.
+    """Return the knots closest to points at which a sine touches zero, at most one in `width`.
 
-    There the sine drops sharply within a few finest steps. A sine that only comes close to zero turns gently.
+    At such a point the sine drops sharply within a few finest steps. If it only comes close to zero, it has a smooth
+    minimum.
 
     Parameters
     ----------
     uncertain
-        True for each knot that is followed by one of the finest steps without a certificate.
+        Whether each knot is followed by a finest step without a certificate.
     """
     sine, least, count = np.abs(sine), np.zeros(len(place), bool), len(place) - 2 * SIDE_KNOTS
     if count > 0:

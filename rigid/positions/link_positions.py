@@ -1,4 +1,4 @@
-"""Positions of all links, group by group."""
+"""Placement of all links, group by group."""
 
 from typing import Any
 
@@ -13,35 +13,35 @@ from rigid.mechanism import Mechanism
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.drive_path import FINEST_STEP, PLACE_TOLERANCE, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
-from rigid.positions.knots import located
+from rigid.positions.knots import knots_before
 from rigid.positions.newton import correct, newton, require_closed, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
-MIN_FIRM_SINE = 0.5  # dyads with larger sines pass no change point between near positions
-MAX_NEAR_STEP = 0.1  # largest change of a drive [rad] or a sine between near positions
-NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion in strides, if positions close to it are requested
-BOX_MARGIN = 1e-6  # tolerance in addition to the certified box
-PASS_KNOTS = 2  # number of knots on each side of a change point from which its crossing is interpolated
+MIN_FIRM_SINE = 0.5  # sine of a dyad above which it passes no change point between closely spaced positions
+MAX_NEAR_STEP = 0.1  # largest change of a drive [rad] or of a sine between closely spaced positions
+NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion if positions close to it are requested, in strides
+BOX_MARGIN = 1e-6  # tolerance that is added to a certified box
+PASS_KNOTS = 2  # distance in knots from a change point to the knots between which its crossing is interpolated
 
 
 def place(
     mechanism: Mechanism, structure: Structure, drive: Reals, near: Posture | None = None, lead: Reals | None = None
 ) -> tuple[PartialPosture, tuple[Closure, ...]]:
-    """Place every link at every position.
+    """Place all links at all positions.
 
     Parameters
     ----------
     drive
-        Coordinates of the drives [rad or m], shape (drives, positions).
+        Drive coordinates [rad or m], shape (drives, positions).
     near
         See `motion`.
     lead
-        Drive coordinates between the drawing and the first position, shape (drives, n).
+        Drive coordinates on the path from the drawing to the first position, shape (drives, n).
     """
     if near is None:
-        placed = _followed(mechanism, structure, path_through(mechanism, drive, lead), drive)
+        placed = _tracked(mechanism, structure, path_through(mechanism, drive, lead), drive)
     else:
         links = len(mechanism.links)
         placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
@@ -57,14 +57,14 @@ def place(
 
 
 def _drive(placed: PartialPosture, group: Group) -> None:
-    """Place a group of driven links."""
+    """Place a group whose joints are all driven."""
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint))
     require_closed(placed, group)
 
 
 def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
-    """Place a group closest to a given posture."""
+    """Place a group on the branch that is closest to a given posture."""
     if not group.free:
         _drive(placed, group)
     elif not group.closed_form:
@@ -81,7 +81,7 @@ def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
 
 
 def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> PartialPosture:
-    """Place all links: dyads assembled as drawn, other groups by Newton's method from the drawing."""
+    """Place all links without tracking: dyads assembled as drawn, other groups by Newton's method from the drawing."""
     links, drawing = len(mechanism.links), Drawing(mechanism)
     placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links)
     for group in structure.groups:
@@ -97,7 +97,7 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> Parti
 
 
 def _closely_spaced(path: Path) -> bool:
-    """True if the requested positions are close together and include the drawing."""
+    """Return whether the requested positions are closely spaced and include the drawing."""
     if path.vertices is not None:
         return False
     low, high = path.span
@@ -107,7 +107,7 @@ def _closely_spaced(path: Path) -> bool:
 
 
 def _far_from_change_points(sines: Any) -> bool:
-    """True if no dyad is near a change point."""
+    """Return whether all dyads stay far from change points."""
     for sine in sines:
         size = np.abs(sine)
         if not size.min() >= MIN_FIRM_SINE:
@@ -117,40 +117,41 @@ def _far_from_change_points(sines: Any) -> bool:
     return True
 
 
-def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
-    """Place all links on the branch tracked from the drawing."""
+def _tracked(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
+    """Place all links on the branch of the drawing, tracking the branch if necessary."""
     drawn = path.vertices is None and all(abs(end - path.begin) <= PLACE_TOLERANCE for end in path.span)
-    plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
-    if plain is not None and (
-        drawn or not plain.sine or (_closely_spaced(path) and _far_from_change_points(plain.sine))
+    as_drawn = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
+    if as_drawn is not None and (
+        drawn or not as_drawn.sine or (_closely_spaced(path) and _far_from_change_points(as_drawn.sine))
     ):
-        return plain
+        return as_drawn
     forms = tuple(group.closed_form for group in structure.groups)
     for edge in (FINEST_STEP, NEAR_LIMIT_RESOLUTION):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
-        at = located(branch.table, places, branch.rows)
-        if plain is not None and (branch.table["sign"] > 0).all():
-            return _up_to_ends(plain, branch, at)
+        at = knots_before(branch.table, places, branch.rows)
+        if as_drawn is not None and (branch.table["sign"] > 0).all():
+            return _up_to_ends(as_drawn, branch, at)
         if all(branch.forms) or not _at_an_end(branch, places, at):
             break
     return _place_on_branch(branch, places, at, drive)
 
 
-def _up_to_ends(plain: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
-    """Keep dyads as drawn, but set them to nan beyond an end of the branch."""
+def _up_to_ends(as_drawn: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
+    """Set dyads, which are assembled as drawn, to nan beyond the ends of the branch."""
     if np.isfinite(branch.table["sine"]).all():
-        return plain
+        return as_drawn
     at = at if branch.designs else at[0]
     for number, group in enumerate(branch.structure.groups):
         if group.free:
-            _end_dyad(plain, branch, number, at, lambda values: values)
-    return plain
+            _end_dyad(as_drawn, branch, number, at, lambda values: values)
+    return as_drawn
 
 
 def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
     """Set a dyad to nan beyond the end of its branch, even if it closes there.
 
-    In the step that contains the end, a position is beyond it if the dyad does not close or its sine has changed sign.
+    In the step that contains the end, a position is beyond the end if the dyad does not close or its sine has changed
+    sign.
     """
     free = sum(bool(group.free) for group in branch.structure.groups[:number])
     sine = branch.table["sine"][:, number]
@@ -159,15 +160,15 @@ def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: An
     if not ended.any():
         return
     before = np.where(np.isnan(here), there, here)
-    lost = np.isnan(before) | (ended & (placed.sine[free] * before < 0))
+    unknown = np.isnan(before) | (ended & (placed.sine[free] * before < 0))
     for link in branch.structure.groups[number].links:
-        placed.origin[link] = np.where(lost, np.nan, placed.origin[link])
-        placed.direction[link] = np.where(lost, np.nan, placed.direction[link])
-    placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
+        placed.origin[link] = np.where(unknown, np.nan, placed.origin[link])
+        placed.direction[link] = np.where(unknown, np.nan, placed.direction[link])
+    placed.sine[free] = np.where(unknown, np.nan, placed.sine[free])
 
 
 def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
-    """Place all links at points on a branch; `at` contains the knots before them."""
+    """Place all links at points on a branch. `at` contains the index of the knot before each point."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
@@ -180,17 +181,17 @@ def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Re
     low, high = table["place"][at], table["place"][at + 1]
     part = wide((places - low) / (high - low))
     links = len(mechanism.links)
-    led = {}
+    driver_angles = {}
     for k, key in enumerate(branch.drivers):
-        low_led, high_led = (wide(table["led"][which, k]) for which in (at, at + 1))
-        led[key] = low_led + part * (high_led - low_led)
-    placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, led=led)
+        low_angle, high_angle = (wide(table["driver_angles"][which, k]) for which in (at, at + 1))
+        driver_angles[key] = low_angle + part * (high_angle - low_angle)
+    placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, driver_angles=driver_angles)
     for number, group in enumerate(structure.groups):
         if not group.free:
             _drive(placed, group)
             continue
         finite = np.isfinite(table["sine"][at, number] + table["sine"][at + 1, number])
-        changing = ~table[f"sure{number}"][at] & finite & (high - low <= branch.width(number))
+        changing = ~table[f"certain{number}"][at] & finite & (high - low <= branch.width(number))
         if branch.forms[number]:
             signs = [wide(table["sign"][which, number]) for which in (at, at + 1)]
             sign = np.where(part < 0.5, *signs) if (table["sign"][:, number] < 0).any() else 1.0
@@ -206,7 +207,7 @@ def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Re
 def _place_at_change_point(
     placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
 ) -> None:
-    """Place a group at a change point by interpolation, if its equations are singular to round-off."""
+    """Place a group near a change point by interpolation, at positions where its equations fail."""
     table, shape = branch.table, np.shape(placed.sine[-1])
     row = table["row"][at]
     ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-PASS_KNOTS, PASS_KNOTS + 1)]
@@ -218,26 +219,26 @@ def _place_at_change_point(
         )
         turned = here * np.exp(1j * part * np.angle(there * np.conj(here)))
         direction = np.broadcast_to(placed.direction[link], shape)
-        lost = where & ~(np.abs(direction - turned) <= BOX_MARGIN)
-        placed.direction[link] = np.where(lost, turned, direction)
+        failed = where & ~(np.abs(direction - turned) <= BOX_MARGIN)
+        placed.direction[link] = np.where(failed, turned, direction)
         origin = np.broadcast_to(placed.origin[link], shape)
-        placed.origin[link] = np.where(lost, before + part * (after - before), origin)
-        placed.sine[-1] = np.where(lost, 0.0, placed.sine[-1])
+        placed.origin[link] = np.where(failed, before + part * (after - before), origin)
+        placed.sine[-1] = np.where(failed, 0.0, placed.sine[-1])
 
 
 def _at_an_end(branch: TrackedBranch, places: Reals, at: Integers) -> bool:
-    """True if a position is so close to a limit of motion that it may still be reachable."""
-    place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
+    """Return whether a position is so close to a limit of motion that a finer resolution may show it is reachable."""
+    place, unknown = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
     width = max(branch.width(number) for number, form in enumerate(branch.forms) if not form)
     near = [np.abs(places - place[one]) <= width for one in (at, at + 1)]
-    return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
+    return bool(((unknown[at + 1] & ~unknown[at] & near[0]) | (unknown[at] & ~unknown[at + 1] & near[1])).any())
 
 
 def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, part: Reals, wide: Any) -> Reals:
-    """Place a group between knots of its branch."""
+    """Place a group without closed form between knots of its branch, and return its sine."""
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
-    change = branch.ways(number, low, high)
+    change = branch.changes(number, low, high)
     free = range(len(group.free))
     start = np.stack([wide(low[f"free{number}"][:, k]) + part * wide(change[:, k]) for k in free])
     start = np.broadcast_to(start, (len(group.free), *np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)))
@@ -246,6 +247,6 @@ def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Int
     box = np.where(np.isfinite(box), box, np.abs(change) + branch.width(number))
     limit = np.stack([wide(box[:, k]) for k in free]) * (1 + BOX_MARGIN) + BOX_MARGIN
     with np.errstate(invalid="ignore"):
-        astray = ~(np.abs(coordinates - start) <= limit).all(axis=0)
-    coordinates = np.where(astray, np.nan, coordinates)
+        off_branch = ~(np.abs(coordinates - start) <= limit).all(axis=0)
+    coordinates = np.where(off_branch, np.nan, coordinates)
     return sine_of(tree_closure(placed, group, coordinates))

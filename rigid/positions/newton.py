@@ -1,4 +1,4 @@
-"""Positions of groups without closed form, by Newton's method at all positions at once."""
+"""Placement of groups without closed form, by Newton's method at all positions at once."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -16,8 +16,8 @@ from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
 MAX_NEWTON_STEPS = 40  # maximum number of Newton steps
-TOLERANCE = 1e-14  # largest last step, in radians or mechanism sizes
-MAX_CLOSED_GAP = 1e-10  # largest gap of a redundant joint that counts as closed, in radians or mechanism sizes
+TOLERANCE = 1e-14  # largest final step: angle [rad], or slide / mechanism size
+MAX_CLOSED_GAP = 1e-10  # largest gap of a closed redundant joint: angle [rad], or distance / mechanism size
 
 
 def _shape(placed: PartialPosture) -> tuple[int, ...]:
@@ -28,7 +28,7 @@ def _shape(placed: PartialPosture) -> tuple[int, ...]:
 
 
 def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
-    """Place a group from a nearby posture, each position independently; nan if there is no solution."""
+    """Place a group from a nearby posture, independently at each position, and return its sine (nan if it is open)."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
     start = np.stack([np.broadcast_to(joint.coordinate(near), shape) for joint in free])
@@ -36,7 +36,7 @@ def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
 
 
 def require_closed(placed: PartialPosture, group: Group) -> None:
-    """Set a driven group to nan if its redundant joints do not fit."""
+    """Set a driven group to nan at positions where its redundant joints do not close."""
     size = placed.mechanism.size if group.cut or group.rings else 1.0
     for joint in group.cut + group.rings:
         closed = joint.closes(placed, MAX_CLOSED_GAP, MAX_CLOSED_GAP * size)
@@ -44,7 +44,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
 
 
 def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Closure:
-    """Place the group's links by the coordinates of the free joints, and return its closure."""
+    """Place the links of a group for given coordinates of its free joints, and return the closure."""
     free = iter(coordinates)
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint) if joint.moved else next(free))
@@ -52,14 +52,14 @@ def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Clos
     return closure(group, tree, cut)
 
 
-def closes(placed: PartialPosture, group: Group, coordinates: Any, parts: Columns) -> Flags:
-    """True if coordinates of the free joints close a group to `parts` times the round-off."""
+def closes(placed: PartialPosture, group: Group, coordinates: Any, factor: Columns) -> Flags:
+    """Return whether given coordinates of the free joints close a group to `factor` times round-off."""
     closed = tree_closure(placed, group, coordinates)
-    return _closed_to_round_off(placed, closed, [gap / parts for gap in _gaps(placed, closed)])
+    return _closed_to_round_off(placed, closed, [gap / factor for gap in _gaps(placed, closed)])
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = MAX_NEWTON_STEPS) -> Reals:
-    """Find the coordinates of the free joints that close the group; nan if there is no solution."""
+    """Return the coordinates of the free joints that close a group; nan if there is no solution."""
     per_coordinate = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.reshape([group.tree[number].sense for number in group.free], per_coordinate)
     unit = np.reshape(np.where(group.angles, 1.0, placed.mechanism.size), per_coordinate)
@@ -73,7 +73,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
             coordinates = coordinates + sense * step
             length = (np.abs(step) / unit).max(axis=0)
             converged = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
-            # near a singular position, round-off keeps steps finite: accept closed joints if steps stop shrinking
+            # near a singular position, round-off keeps the steps large: accept closed joints if steps stop decreasing
             converged |= _closed_to_round_off(placed, closed, gaps) & (length > length_before / 4)
             if closed.tensions:
                 converged &= _redundant_joints_fit(group, closed, gaps)
@@ -84,12 +84,12 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
 
 
 def _gaps(placed: PartialPosture, closed: Closure) -> list[Columns]:
-    """Gaps of the cut joints."""
+    """Return the gaps of the cut joints."""
     return [place.joint.gap(placed) for place in closed.cut]
 
 
 def _closed_to_round_off(placed: PartialPosture, closed: Closure, gaps: Sequence[Columns]) -> Flags:
-    """True if the gaps of all cut joints are round-off of their positions."""
+    """Return whether the gaps of all cut joints are round-off."""
 
     def is_round_off(joint: Joint, gap: Columns) -> Flags:
         ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
@@ -100,16 +100,17 @@ def _closed_to_round_off(placed: PartialPosture, closed: Closure, gaps: Sequence
 
 
 def _redundant_joints_fit(group: Group, closed: Closure, gaps: Sequence[Columns]) -> Flags:
-    """True if the gaps left by the least-squares step are small, relative to the effect of the free joints."""
+    """Return whether the gaps that least squares leave are small, relative to the effects of the free joints."""
     effects = (np.abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
     return reduce(np.maximum, map(np.abs, gaps)) <= MAX_CLOSED_GAP * reduce(np.maximum, effects)
 
 
 def sine_of(closed: Closure) -> Columns:
-    """Smallest singular value of the loop equations, with each free joint scaled to unit effect.
+    """Return the sine of a group: the smallest singular value of the loop equations, with unit columns.
 
-    For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), with the sine s of the dyad. Rotations at
-    closing sliders count as displacements of the longest arm, so that the result does not depend on the unit of length.
+    For a dyad that closes at a pin, the value lies between |s| and |s|/sqrt(2), where s is the sine of the dyad.
+    Rotations at sliders that close the group count as displacements of the longest arm, so that the value does not
+    depend on the unit of length.
     """
     table = columns(closed.group, closed.tree, closed.cut)
     effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)), complex)

@@ -1,4 +1,4 @@
-"""Range over which a mechanism is tracked from its drawing: as requested, or the turns of a closed cycle."""
+"""Range in which the branch is tracked from the drawing: the requested range, or the turns of a closed cycle."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,24 +10,24 @@ from rigid.decomposition.groups import Structure
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.drive_path import KNOTS_PER_EXTENSION, PLACE_TOLERANCE, Path, drawn_drives
-from rigid.positions.knots import located
+from rigid.positions.knots import knots_before
 from rigid.positions.trace import Trace
 
-RETURN_TURNS = (1, 2, 4, 8)  # turns of the drive after which a mechanism may return to its first posture
-POSTURE_TOLERANCE = 1e-7  # tolerance of an equal posture, relative to the size and in unit vectors
+RETURN_TURNS = (1, 2, 4, 8)  # numbers of drive turns to try for a return to the first posture
+POSTURE_TOLERANCE = 1e-7  # difference between equal postures: of origins / size, or of unit vectors
 
 
-def _followed(
+def _tracked(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
 ) -> TrackedBranch:
-    """Track all groups along the path between two points."""
+    """Track all groups on the path between two points."""
     branch = TrackedBranch(mechanism, structure, path, low, high, forms, edge)
     for number, group in enumerate(structure.groups):
-        branch.enter(number)
+        branch.add_group(number)
         branch.measure(group)
         if not group.free:
             branch.set(branch.table, number)
-            branch.table[f"sure{number}"][:] = True
+            branch.table[f"certain{number}"][:] = True
         elif forms[number]:
             branch.follow_dyad(number)
         else:
@@ -38,18 +38,19 @@ def _followed(
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
 ) -> tuple[TrackedBranch, Reals]:
-    """Track the branch as far as the requested positions; return it and their locations on it.
+    """Track the branch through the requested positions, and return it with the path parameters of the positions.
 
-    The drive goes straight from the drawing to a position; positions beyond a limit of motion are unknown. The first
-    position is reached the shorter way round, or else the longer way. If both are blocked, the drive starts within the
-    requested range, at the drawn angle (plus whole turns) nearest to the first position.
+    The drive moves directly from the drawing to each position. Positions beyond a limit of motion are unknown. The
+    drive reaches the first position the shorter way round, or if this way is blocked, the longer way round. If both are
+    blocked, it starts within the requested range, at the drawn angle plus whole turns that is closest to the first
+    position.
     """
     if path.vertices is not None:
-        return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
+        return _tracked(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
     kept = _branches_of(mechanism)
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
-        # the drawing's own coordinate, so that the result can be reused for any turn
+        # start from the drawn coordinate, so that the cached branch can be used for any turn
         path = path.shifted(path.turn * turns)
         begin = path.begin
     low, high = map(float, path.span)
@@ -60,9 +61,7 @@ def branch_through(
         whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, kept)
         if whole.closed(int(sense)):
             break
-        if _is_closed_cycle(
-            whole, begin, begin + period
-        ):  # positions beyond an end are nan, so there is no end in between
+        if _is_closed_cycle(whole, begin, begin + period):  # the branch has no end in between, where it would be nan
             return whole, begin + np.mod(path.requested - begin, period)
     branch = _branch_over_request(mechanism, structure, path, forms, edge, kept)
     if path.turn and _ends(branch) and not _is_known_at(branch, path.outline[0]):
@@ -74,9 +73,10 @@ def branch_through(
 
 
 def _other_starts(path: Path) -> list[Path]:
-    """Paths that start whole turns away from the drawing, if the shorter way to the first position is blocked.
+    """Return alternative paths that start whole turns away, if the shorter way to the first position is blocked.
 
-    One starts on the other side of the first position, one within the requested range and nearest to this position.
+    The first path starts on the other side of the first position. The second path, if any, starts within the requested
+    range, as close as possible to the first position.
     """
     begin, turn = path.begin, path.turn
     first, least, most = path.outline
@@ -88,7 +88,7 @@ def _other_starts(path: Path) -> list[Path]:
 def _branch_over_request(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
 ) -> TrackedBranch:
-    """Track the branch from the drawing as far as the requested positions, in blocks of knots."""
+    """Track the branch from the drawing through the requested positions, in whole blocks of knots."""
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     low, high = path.span
     below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
@@ -98,8 +98,8 @@ def _branch_over_request(
 
 
 def _is_known_at(branch: TrackedBranch, place: float) -> bool:
-    """True if the branch of some design is known at a knot next to a point."""
-    at = located(branch.table, np.array([place]), branch.rows)[:, 0]
+    """Return whether the branch of any design is known at a knot next to a point."""
+    at = knots_before(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
     inside = (branch.table["place"][at] <= place + PLACE_TOLERANCE) & (
         place - PLACE_TOLERANCE <= branch.table["place"][at + 1]
@@ -108,9 +108,9 @@ def _is_known_at(branch: TrackedBranch, place: float) -> bool:
 
 
 def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
-    """True if all designs have equal postures at two points."""
+    """Return whether the postures at two points are equal for all designs."""
     place, to = branch.table["place"], np.array([first, last])
-    at = located(branch.table, to + PLACE_TOLERANCE, branch.rows)
+    at = knots_before(branch.table, to + PLACE_TOLERANCE, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
     at_begin, at_end = (
         {name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1)
@@ -124,16 +124,16 @@ def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
 
 
 def _ends(branch: TrackedBranch) -> bool:
-    """True if a branch ends on the path."""
+    """Return whether a branch ends on the path."""
     return bool(np.isnan(branch.table["sine"]).any())
 
 
 _latest: list[dict[Any, TrackedBranch]] = [{}]
-"""Branches of the latest mechanism with many designs; earlier ones would fill the memory of a sweep."""
+"""Branches of the latest mechanism with many designs. Others are discarded, because they would fill the memory."""
 
 
 def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:
-    """Return the cache of branches of a mechanism."""
+    """Return the branch cache of a mechanism."""
     kept: dict[Any, TrackedBranch] = mechanism.__dict__.setdefault("_branches", {})
     if mechanism.designs and kept is not _latest[0]:
         _latest[0].clear()
@@ -144,7 +144,7 @@ def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:
 def _cached_branch(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
 ) -> TrackedBranch:
-    """Return the branch between two places, from the cache if possible."""
+    """Return the branch between two points, from the cache if possible."""
     branch: TrackedBranch | None = kept.get((forms, edge))
     if branch is not None:
         if branch.low <= low + PLACE_TOLERANCE or branch.closed(-1):
@@ -154,5 +154,5 @@ def _cached_branch(
         if (low, high) == (branch.low, branch.high):
             return branch
         low, high = min(low, branch.low), max(high, branch.high)
-    branch = kept[forms, edge] = _followed(mechanism, structure, path, low, high, forms, edge)
+    branch = kept[forms, edge] = _tracked(mechanism, structure, path, low, high, forms, edge)
     return branch

@@ -1,4 +1,4 @@
-"""Selection of designs from mechanisms, links, loads or sections."""
+"""Selection of designs in mechanisms, links, loads or sections."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -13,9 +13,10 @@ PLAIN = (str, float, complex, int, type(None))
 
 
 def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    """Select designs of a mechanism, link, load or section, by cutting every array of shape `designs`.
+    """Return a mechanism, link, load or section with selected designs only.
 
-    `rows`: slice, or array of indices that may repeat.
+    The designs are selected in all arrays of shape `designs`. `rows` is a slice, or an array of indices, which may
+    repeat.
     """
     if not designs or (isinstance(rows, slice) and rows == slice(0, designs[0])):
         return value
@@ -43,7 +44,7 @@ def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
 
 
 def designs_of_lengths(mechanism: Mechanism) -> tuple[int, ...]:
-    """Shape of a mechanism's dimensions: () or (designs, 1)."""
+    """Return the broadcast shape of a mechanism's dimensions: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for part in mechanism.fixed_angles for value in part.lengths]
     values += mechanism.drawing.values()

@@ -1,4 +1,4 @@
-"""Tracking of a group without closed form along the knots of a branch."""
+"""Tracking of a group without closed form through the knots of a branch."""
 
 from typing import Any
 
@@ -6,34 +6,34 @@ import numpy as np
 
 from rigid.arrays import Integers, Reals
 from rigid.positions.branch import TrackedBranch
-from rigid.positions.knots import Table, merged, some, steps
+from rigid.positions.knots import Table, merged, select, steps
 
-BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which branches are distinct, in strides
-MIN_BRANCH_DISTANCE = 2.0**-20  # same beyond a change point of round-off width
-MAX_SMOOTH_DEVIATION = 0.1  # largest deviation from linear motion of a smooth branch, relative to the travel
+BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which its branches are distinct, in strides
+MIN_BRANCH_DISTANCE = 2.0**-20  # same for a change point that is as narrow as round-off
+MAX_SMOOTH_DEVIATION = 0.1  # largest deviation of a smooth branch from linear motion, relative to the travel
 MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
-MAX_SHORTENING = 8  # steps this many times shorter than an unproved one are certified
+MAX_SHORTENING = 8  # certify a step at once if it is shorter than the last leap by this factor
 MAX_MARCH_STEPS = 400  # maximum number of steps of a march
-MAX_HIDDEN_SINE = 2e-6  # with smaller sines, round-off may hide a branch
-MIN_CLEAR_SINE = 0.1  # with larger sines of earlier groups, their round-off is negligible
-MIN_KNOTS = 8  # number of grid knots needed to find links that turn with the drive
-STEPS_TO_DOUBLE = 2  # number of successful steps after which a march doubles its step
-MAX_CORRECTIONS = 10  # maximum number of Newton steps from a close guess
-MAX_LEAP_DEVIATION = 0.25  # largest deviation from linear motion of a leap, relative to its length
-FIRST_RESOLUTION = 2.0**-6  # resolution of the first certification of a walk, in strides
-MIN_DIFFERENCE = 1e-15  # smaller differences along the path are zero [rad or m]
-CHANGE_POINT_NOISE = 1e-9  # round-off near a change point [rad or m]
+MAX_HIDDEN_SINE = 2e-6  # sine below which round-off may hide a branch
+MIN_CLEAR_SINE = 0.1  # sine of earlier groups above which their round-off is negligible
+MIN_KNOTS = 8  # number of grid knots needed to detect links that turn with the drive
+STEPS_TO_DOUBLE = 2  # a march doubles its step after more successful steps than this
+MAX_CORRECTIONS = 10  # maximum number of Newton steps from a good guess
+MAX_LEAP_DEVIATION = 0.25  # largest deviation of a leap (uncertified step) from linear motion, relative to its length
+FIRST_RESOLUTION = 2.0**-6  # resolution of the first certification after a walk, in strides
+MIN_DIFFERENCE = 1e-15  # [rad or m] distance up to which two points on the path count as equal
+CHANGE_POINT_NOISE = 1e-9  # [rad or m] round-off of coordinates near a change point
 
 
 class Trace:
-    """Knots of a branch, with one group tracked through them."""
+    """Tracking of one group through the knots of a branch."""
 
     def __init__(self, branch: TrackedBranch, number: int) -> None:
         self.branch, self.number = branch, number
         self.group = branch.structure.groups[number]
 
     def run(self) -> None:
-        """Walk from the drawing, certify the steps, and continue beyond uncertain ones."""
+        """Walk from the drawing in both directions, certify the steps, and continue beyond uncertain steps."""
         branch = self.branch
         coarse = np.flatnonzero(branch.table["coarse"]).reshape(branch.rows, -1)
         begin = int(np.abs(branch.table["place"][coarse[0]] - branch.path.begin).argmin())
@@ -47,29 +47,31 @@ class Trace:
                 self._handle_uncertain_steps(row, sense)
 
     def _drawn(self) -> Reals:
-        """Drawn coordinates of the group, shape (free,)."""
+        """Return the drawn coordinates of the group, shape (free,)."""
         return np.array([self.branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
-        """Place the group at knots; return its coordinates, shape (free, knots). Adjacent steps become uncertain."""
-        part = some(self.branch.table, which)
+        """Place the group at knots, mark adjacent steps as uncertain, and return the coordinates, (free, knots)."""
+        part = select(self.branch.table, which)
         self.branch.set(part, self.number, guess)
         for name, value in part.items():
             self.branch.table[name][which] = value
-        for beside in (np.asarray(which), np.asarray(which) - 1):
-            self.branch.table[f"sure{self.number}"][beside] = False
+        for adjacent in (np.asarray(which), np.asarray(which) - 1):
+            self.branch.table[f"certain{self.number}"][adjacent] = False
         return part[f"free{self.number}"].T
 
     def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
-        """Place the group at knots, shape (designs, n), one after the other, by linear extrapolation.
+        """Place the group at knots, shape (designs, n), one after another, by linear extrapolation.
 
-        The first `known` knots remain unchanged.
+        The group is already placed at the first `known` knots.
         """
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
         for k in range(order.shape[1]):
-            stands = k < known
-            here = self.branch.table[f"free{self.number}"][order[:, k]].T if stands else self._place(order[:, k], guess)
+            if k < known:
+                here = self.branch.table[f"free{self.number}"][order[:, k]].T
+            else:
+                here = self._place(order[:, k], guess)
             reached = np.isfinite(here).all(axis=0)
             if not reached.any():
                 break
@@ -82,25 +84,25 @@ class Trace:
             last, walked = here, True
 
     def _near_angles(self, here: Reals, near: Reals) -> Reals:
-        """Shift angles by full turns to be close to others."""
+        """Shift angles by full turns, so that they are close to other angles."""
         turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
     def _fill(self, which: Integers, coarse: Integers) -> None:
-        """Place the group at knots between coarse ones."""
+        """Place the group at knots between coarse knots, by interpolation."""
         table = self.branch.table
         after = np.searchsorted(coarse, which)
         which, after = which[after < len(coarse)], after[after < len(coarse)]
         if not len(which):
             return
-        low, high = some(table, coarse[after - 1]), some(table, coarse[after])
+        low, high = select(table, coarse[after - 1]), select(table, coarse[after])
         part = (table["place"][which] - low["place"]) / (high["place"] - low["place"])
-        self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
+        self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.changes(self.number, low, high)).T)
 
     def _handle_uncertain_steps(self, row: int, sense: int) -> None:
-        """Go outward from the drawing and resolve each run of uncertain steps."""
+        """Resolve each run of uncertain steps, outward from the drawing."""
         branch = self.branch
-        passed = closed_in = marched = branch.path.begin - sense
+        passed = refined = marched = branch.path.begin - sense
         leaps, carried = True, False
         while (run := self._next(row, sense, passed)) is not None:
             table = branch.table
@@ -109,8 +111,8 @@ class Trace:
                 passed = stop
                 continue
             if abs(stop - start) > branch.width(self.number):
-                if start != closed_in and np.isfinite(table["sine"][list(run), self.number]).all():
-                    closed_in = start
+                if start != refined and np.isfinite(table["sine"][list(run), self.number]).all():
+                    refined = start
                     near = np.arange(min(run), max(run))
                     near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
@@ -126,13 +128,13 @@ class Trace:
                 branch.end(self.number, row, sense, start)
                 return
             knots, stuck = self._march(row, sense, run[0], leaps)
-            self._enter(row, start, knots)
+            self._insert(row, start, knots)
             here = float(knots[-1]["place"][0]) if knots else start
-            sure = self._certain(row, sense, start, here)
-            if leaps and not (sure == here or (stuck and abs(here - sure) <= branch.width(self.number))):
+            certain = self._certain(row, sense, start, here)
+            if leaps and not (certain == here or (stuck and abs(here - certain) <= branch.width(self.number))):
                 leaps = False
                 continue
-            marched, leaps, here = start, True, sure
+            marched, leaps, here = start, True, certain
             if stuck:
                 knot = self._knot_beyond(row, sense, here) if len(knots) < MAX_MARCH_STEPS else None
                 if knot is None:
@@ -140,12 +142,12 @@ class Trace:
                         continue
                     branch.end(self.number, row, sense, here)
                     return
-                self._enter(row, here, [knot])
+                self._insert(row, here, [knot])
                 here = float(knot["place"][0])
-            self._onward(row, sense, here)
+            self._continue_walk(row, sense, here)
 
     def _next(self, row: int, sense: int, passed: float) -> tuple[int, int] | None:
-        """Inner and outer knot of the next run of uncertain steps beyond a point."""
+        """Return the inner and the outer knot of the next run of uncertain steps beyond a point, or None."""
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
         for first, last in self.branch.uncertain_steps(self.number)[::sense]:
@@ -162,32 +164,32 @@ class Trace:
         return None
 
     def _knot_at(self, row: int, place: float, guess: Reals | None) -> Table:
-        """Create a knot of one design, with the group placed from a guess and earlier groups from the table."""
+        """Create a knot of one design. The group is placed from `guess`, which by default is interpolated."""
         branch = self.branch
         at = branch.before(row, place)
-        low, high = some(branch.table, [at]), some(branch.table, [at + 1])
+        low, high = select(branch.table, [at]), select(branch.table, [at + 1])
         part = (place - low["place"]) / (high["place"] - low["place"])
-        knot = some(low, [0])
+        knot = select(low, [0])
         knot["place"], knot["coarse"] = np.array([place]), np.zeros(1, bool)
-        knot["led"] = low["led"] + part[:, None] * (high["led"] - low["led"])
+        knot["driver_angles"] = low["driver_angles"] + part[:, None] * (high["driver_angles"] - low["driver_angles"])
         for k in range(self.number):
             if branch.structure.groups[k].free and not branch.forms[k]:
-                branch.set(knot, k, (low[f"free{k}"] + part[:, None] * branch.ways(k, low, high)).T)
+                branch.set(knot, k, (low[f"free{k}"] + part[:, None] * branch.changes(k, low, high)).T)
             else:
                 branch.set(knot, k)
         if guess is None:
-            guess = (low[f"free{self.number}"] + part[:, None] * branch.ways(self.number, low, high)).T
+            guess = (low[f"free{self.number}"] + part[:, None] * branch.changes(self.number, low, high)).T
         branch.set(knot, self.number, guess, MAX_CORRECTIONS)
-        knot[f"sure{self.number}"] = np.zeros(1, bool)
+        knot[f"certain{self.number}"] = np.zeros(1, bool)
         return knot
 
     def _extrapolated(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
-        """Extrapolate the group a little ahead: path parameter, coordinates, and their tolerance.
+        """Extrapolate the group a short step ahead, and return path parameter, coordinates and their tolerance.
 
-        On this scale a branch continues straight if only round-off interferes, and turns back at a limit of motion.
+        In such a short step a branch is straight except for round-off, unless it turns back at a limit of motion.
         """
         farther, nearer = (self._knot_at(row, place - k * step, None) for k in (2, 1))
-        slope = self.branch.ways(self.number, farther, nearer)
+        slope = self.branch.changes(self.number, farther, nearer)
         return (
             place + step,
             nearer[f"free{self.number}"] + 2 * slope,
@@ -195,7 +197,7 @@ class Trace:
         )
 
     def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
-        """Knot of the smooth branch just beyond a change point, or None."""
+        """Return a knot of the smooth branch just beyond a change point, or None."""
         with np.errstate(all="ignore"):
             to, guess, known = self._extrapolated(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
             if (to - self._last(row, sense)) * sense > 0:
@@ -204,10 +206,10 @@ class Trace:
             return knot if self._distance(knot, guess) <= known else None
 
     def _turns_with_drive(self, row: int, sense: int, place: float) -> bool:
-        """True if the group turns with the drive from a point onwards; its knots are then placed accordingly.
+        """Check whether the group turns with the drive from a point onward. If so, place it there and return True.
 
-        Links carried by parallel cranks turn as fast as the drive, or not at all, on their only smooth branch.
-        Round-off may hide this branch, but it continues to the end of the path if it closes the group everywhere.
+        Links on parallel cranks have one smooth branch only, on which each turns as fast as the drive or not at all.
+        Round-off may hide this branch. It is valid to the end of the path if it closes the group everywhere.
         """
         branch, table, begin = self.branch, self.branch.table, self.branch.path.begin
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
@@ -218,17 +220,14 @@ class Trace:
         )
         if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < MIN_KNOTS:
             return False
-        one, other, looked_at = (some(table, which) for which in (passed[:-1], passed[1:], clear))
+        one, other, checked = (select(table, which) for which in (passed[:-1], passed[1:], clear))
         with np.errstate(all="ignore"):
-            rates = branch.ways(self.number, one, other) / (other["place"] - one["place"])[:, None]
+            rates = branch.changes(self.number, one, other) / (other["place"] - one["place"])[:, None]
         rate = np.round(np.median(rates, axis=0))[:, None]
         best = passed[int(table["sine"][passed, self.number].argmax())]
         for known, at in ((self._drawn(), begin), (table[f"free{self.number}"][best], table["place"][best])):
             start = known[:, None] - rate * at
-            if (
-                np.abs(rate).max() <= 1.0
-                and branch.closes(looked_at, self.number, start + rate * looked_at["place"]).all()
-            ):
+            if np.abs(rate).max() <= 1.0 and branch.closes(checked, self.number, start + rate * checked["place"]).all():
                 self._place(np.flatnonzero(beyond), start + rate * table["place"][beyond])
                 at_steps = steps(table)
                 nearer = np.minimum(table["place"][at_steps] * sense, table["place"][at_steps + 1] * sense)
@@ -237,17 +236,17 @@ class Trace:
         return False
 
     def _distance(self, knot: Table, guess: Any) -> float:
-        """Largest difference between a knot and guessed coordinates."""
+        """Return the largest difference between the coordinates of a knot and guessed coordinates."""
         return float(np.abs(self._near_angles(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
     def _last(self, row: int, sense: int) -> float:
-        """Path parameter of the outermost knot."""
+        """Return the path parameter of the outermost knot."""
         table = self.branch.table
         return float(table["place"][table["row"] == row][::sense][-1])
 
     def _passes_smoothly(self, row: int, sense: int, start: float, stop: float) -> bool:
-        """True if the table continues smoothly through a change point that is as narrow as round-off."""
-        if not self.branch.path.onward(*sorted((start, stop))):
+        """Return whether the branch is smooth through a change point that is as narrow as round-off."""
+        if not self.branch.path.keeps_direction(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
             step = max(abs(stop - start), MIN_BRANCH_DISTANCE * self.branch.path.stride)
@@ -257,34 +256,34 @@ class Trace:
             ) <= known
 
     def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
-        """Return how far the steps between two points are certain, outward from `inner`."""
+        """Return the point up to which the steps from `inner` toward `outer` are certain."""
         table = self.branch.table
         at = steps(table)
-        at = at[(table["row"][at] == row) & ~table[f"sure{self.number}"][at]]
+        at = at[(table["row"][at] == row) & ~table[f"certain{self.number}"][at]]
         near, far = (table["place"][at + (sense < 0)] * sense, table["place"][at + (sense > 0)] * sense)
         open_ = near[(near >= inner * sense) & (far <= outer * sense)]
         return float(open_.min() * sense) if len(open_) else outer
 
     def _march(self, row: int, sense: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
-        """Take steps outward from a knot, up to a stride; return them, and True if stuck.
+        """Take steps outward from a knot, up to a stride. Return the new knots, and whether the march got stuck.
 
-        Each step is certified, or, with `leaps`, only checked to be nearly straight and certified later.
+        Each step is certified. With `leaps`, steps are only checked to be nearly straight, and are certified later.
         """
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
-        here = some(table, [inner])
+        here = select(table, [inner])
         end = float(table["place"][table["row"] == row][::sense][-1])
         before = inner - sense
         slope = np.zeros_like(here[name])
-        known = table[f"sure{self.number}"][min(before, inner)]
+        known = table[f"certain{self.number}"][min(before, inner)]
         if 0 <= before < len(table["row"]) and table["row"][before] == row and known:
-            back = some(table, [before])
-            slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])[:, None]
+            back = select(table, [before])
+            slope = branch.changes(self.number, back, here) / (here["place"] - back["place"])[:, None]
         knots: list[Table] = []
-        step, gone, easy = stride / 8, 0.0, 0
+        step, travelled, successes = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while gone < stride and here["place"][0] != end and len(knots) < MAX_MARCH_STEPS:
+            while travelled < stride and here["place"][0] != end and len(knots) < MAX_MARCH_STEPS:
                 if step < min(branch.edge, MIN_MARCH_STEP) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
@@ -299,17 +298,17 @@ class Trace:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
                 if not good:
-                    step, easy = step / 2, 0
+                    step, successes = step / 2, 0
                     continue
-                slope = branch.ways(self.number, here, knot) / (knot["place"] - here["place"])
+                slope = branch.changes(self.number, here, knot) / (knot["place"] - here["place"])
                 knots.append(knot)
-                here, gone, easy = knot, gone + step, easy + 1
+                here, travelled, successes = knot, travelled + step, successes + 1
                 leapt = step if leaps else leapt
-                step = 2 * step if easy > STEPS_TO_DOUBLE else step
-        return knots, gone < stride and here["place"][0] != end
+                step = 2 * step if successes > STEPS_TO_DOUBLE else step
+        return knots, travelled < stride and here["place"][0] != end
 
-    def _enter(self, row: int, inner: float, knots: list[Table]) -> None:
-        """Replace the knots beyond a point, except for the grid, and certify their steps."""
+    def _insert(self, row: int, inner: float, knots: list[Table]) -> None:
+        """Replace the knots from a point outward, keep those of the grid, and certify the steps."""
         branch, name = self.branch, f"free{self.number}"
         if not knots:
             return
@@ -322,22 +321,22 @@ class Trace:
         places = {float(knot["place"][0]) for knot in knots}
         kept = ~mine | (grid & ~np.isin(table["place"], list(places))) | (table["place"] == inner)
         places.add(inner)
-        branch.table = table = merged([some(table, kept), *knots])
+        branch.table = table = merged([select(table, kept), *knots])
         known = np.isin(table["place"], list(places))
         inside = (table["row"] == row) & (table["place"] > ends[0]) & (table["place"] < ends[1]) & ~known
         after = np.flatnonzero(known & (table["row"] == row))
         for at in np.flatnonzero(inside):
             k = int(np.searchsorted(after, at))
-            low, high = some(table, after[k - 1 : k]), some(table, after[k : k + 1])
+            low, high = select(table, after[k - 1 : k]), select(table, after[k : k + 1])
             part = (table["place"][at] - low["place"]) / (high["place"] - low["place"])
-            self._place([at], (low[name] + part[:, None] * branch.ways(self.number, low, high)).T)
+            self._place([at], (low[name] + part[:, None] * branch.changes(self.number, low, high)).T)
         begins = steps(table)
         mine = (table["row"][begins] == row) & (table["place"][begins] >= ends[0])
         mine &= table["place"][begins + 1] <= ends[1]
         branch.refine(self.number, begins[mine])
 
-    def _onward(self, row: int, sense: int, last: float) -> None:
-        """Walk on from a knot and certify the steps, unless the table already continues from it."""
+    def _continue_walk(self, row: int, sense: int, last: float) -> None:
+        """Continue the walk from a knot and certify the steps, unless the table already continues on this branch."""
         branch, name = self.branch, f"free{self.number}"
         if self._rejoins(row, sense, last):
             return
@@ -357,7 +356,7 @@ class Trace:
         branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], FIRST_RESOLUTION)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
-        """True if certain steps lead from a knot to the next grid knot of the table."""
+        """Return whether certain steps lead from a knot to the next grid knot of the table."""
         branch, table = self.branch, self.branch.table
         outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * sense > 0)][::sense]
         if not len(outer):

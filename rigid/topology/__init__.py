@@ -1,4 +1,4 @@
-"""Graphs, mobility and redundancy of mechanisms and of chains in space."""
+"""Graphs, mobility and redundancy of planar mechanisms and of spatial chains."""
 
 from rigid.topology.assembly import assembled, flat_triangles
 from rigid.topology.graph import (

@@ -1,4 +1,4 @@
-"""Assembly of a mechanism near its drawing, with any drives, even if redundant."""
+"""Assembly of a mechanism near its drawing, for any number of drives and redundant constraints."""
 
 from itertools import combinations
 
@@ -15,20 +15,20 @@ from rigid.postures import Posture
 from rigid.topology.kinematic_pairs import pairs
 
 MAX_GAP = 1e-9  # largest gap of a closed joint, relative to the mechanism's size
-MAX_ROUNDED_GAP = 1e-3  # largest gap due to rounded dimensions, relative to the size
+MAX_ROUNDED_GAP = 1e-3  # largest gap that may be due to rounded dimensions, relative to the mechanism's size
 MAX_STEPS = 40  # maximum number of damped least-squares steps
 
 
 def assembled(mechanism: Mechanism) -> Posture:
-    """Posture of a mechanism assembled near its drawing, for the first design.
+    """Assemble a mechanism near its drawing, for the first design, and return its posture.
 
-    Rigid links are moved by damped least squares until the joints close. The damping is proportional to the remaining
-    gap, so a redundant mechanism, whose equations are singular when closed, converges equally fast.
+    The links are moved by damped least squares until the joints close. The damping is proportional to the remaining
+    gap. A redundant mechanism, whose equations are singular when it closes, therefore converges equally fast.
 
     Raises
     ------
     MechanismError
-        The mechanism does not close near the drawing (the error names the open joint), or a link has no drawn point.
+        If the mechanism does not close near the drawing (the error names the open joint), or a link has no drawn point.
     """
     named = pairs(mechanism)
     joints = [pair.joint.of_first_design() for pair in named if pair.joint is not None]
@@ -53,10 +53,10 @@ def assembled(mechanism: Mechanism) -> Posture:
     worst[welds] = np.maximum(worst[welds], np.abs(gap[2 * len(joints) :]))
     if worst.size and worst.max() > MAX_GAP:
         pair = named[int(worst.argmax())]
-        little = ": if dimensions are rounded, give more digits" if worst.max() < MAX_ROUNDED_GAP else ""
+        hint = ": if dimensions are rounded, give more digits" if worst.max() < MAX_ROUNDED_GAP else ""
         raise MechanismError(
             f'the mechanism does not close near its drawing: {pair.kind} "{pair.name}" of "{pair.start}" and '
-            f'"{pair.end}" stays open by {worst.max() * size:.3g} m{little}',
+            f'"{pair.end}" stays open by {worst.max() * size:.3g} m{hint}',
             kind="open",
             links=(pair.start, pair.end),
             joints=(pair.name,),
@@ -65,16 +65,18 @@ def assembled(mechanism: Mechanism) -> Posture:
 
 
 def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
-    """Triples of links pinned at three collinear points, singular in every position.
+    """Return triples of links that are pinned to one another at three collinear points.
 
-    They occur if a bar with three joints is drawn as three bars; it should be one link with three points.
+    Such links are singular in every position. They occur if a bar with three joints is drawn as three bars; it should
+    be one link with three points.
     """
     links = here.mechanism.links
     holders: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         for point in link.points:
             holders.setdefault(point, []).append(number)
-    shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}  # common pins with each later link
+    # a common pin of each link with each later link
+    shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}
     for number, link in enumerate(links):
         for point in link.points:
             for other in holders[point]:
@@ -98,7 +100,7 @@ def _first(value: Complex) -> complex:
 
 
 def _drawn(mechanism: Mechanism) -> Posture:
-    """Place each link by its drawn points; for one design, with scalar lengths."""
+    """Place each link by its drawn points, for the first design."""
     drawing = Drawing(mechanism)
     origin = np.zeros(len(mechanism.links), complex)
     direction = np.ones(len(mechanism.links), complex)
@@ -114,14 +116,14 @@ def _drawn(mechanism: Mechanism) -> Posture:
 
 
 def _size(here: Posture, joints: list[Joint]) -> float:
-    """Reference size of gaps: largest extent of the joints [m], or 1."""
+    """Return the reference length of gaps: the largest distance of a joint from the first one [m], or 1."""
     places = [here.place(link, joint.at(link)) for joint in joints for link in (joint.owner, joint.block)]
     extent = max((abs(place - places[0]) for place in places), default=0.0)
     return float(extent) or 1.0
 
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Scaled joint gaps: (x, y) of a pin, (angle, normal) of a slider; then weld rotations."""
+    """Return the gaps of all joints, (x, y) / size or (angle, normal / size), and then the rotations of welds."""
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
@@ -129,7 +131,7 @@ def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
 
 
 def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Jacobian of the gaps with respect to (x, y, angle) of moving links, with lengths relative to the size."""
+    """Return the Jacobian of the gaps with respect to (x / size, y / size, angle) of the moving links."""
     matrix = np.zeros((2 * len(joints), 3 * len(here.origin)))
     for row, joint in enumerate(joints):
         place = joint_place(here, joint)

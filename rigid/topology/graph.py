@@ -1,4 +1,4 @@
-"""Oriented graphs: nodes and branches, incidence, spanning tree and independent loops."""
+"""Oriented graphs: incidence matrix, spanning tree and independent loops."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from rigid.parts import MechanismError
 
 @dataclass(frozen=True)
 class Branch:
-    """Oriented branch: a joint between two links, or a bar between two joints."""
+    """An oriented branch: a joint between two links, or a bar between two joints."""
 
     name: str
     start: str
@@ -20,26 +20,26 @@ class Branch:
 
 @dataclass(frozen=True)
 class Graph:
-    """Oriented graph.
+    """An oriented graph.
 
     Parameters
     ----------
     branches
-        Columns of the matrices. Several branches may connect the same two nodes.
+        Branches, in the order of the matrices' columns. Several branches may connect the same two nodes.
     nodes
-        Rows of the matrices; by default in the order of the branches.
+        Names of the nodes, in the order of the matrices' rows (default: the order in which the branches mention them).
 
     Raises
     ------
     MechanismError
-        A branch has an unknown node, or its ends are equal.
+        If a branch has an unknown node, or begins and ends at the same node.
     """
 
     branches: tuple[Branch, ...]
     nodes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Collect the nodes and check the ends of every branch."""
+        """Collect the nodes and check the ends of each branch."""
         mentioned = dict.fromkeys(node for branch in self.branches for node in (branch.start, branch.end))
         object.__setattr__(self, "nodes", tuple(self.nodes or mentioned))
         for branch in self.branches:
@@ -51,7 +51,7 @@ class Graph:
 
 
 def incidence(graph: Graph) -> Integers:
-    """Incidence matrix A, (nodes, branches): +1 if a branch leaves a node, -1 if it enters.
+    """Return the incidence matrix A, shape (nodes, branches): +1 if a branch leaves a node, -1 if it enters the node.
 
     References
     ----------
@@ -73,7 +73,7 @@ def incidence(graph: Graph) -> Integers:
 
 
 def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
-    """Connected components as lists of nodes."""
+    """Return the nodes of each connected component."""
     root = _Roots(graph.nodes)
     for branch in graph.branches:
         root.join(branch.start, branch.end)
@@ -84,14 +84,14 @@ def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
 
 
 def cyclomatic_number(graph: Graph) -> int:
-    """Number of independent loops: branches - nodes + components."""
+    """Return the number of independent loops: branches - nodes + components."""
     return len(graph.branches) - len(graph.nodes) + len(components(graph))
 
 
 def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...]:
-    """Numbers of the branches of a spanning tree, ascending.
+    """Return the indices of the branches of a spanning tree, in ascending order.
 
-    Branches are taken in order, `preferred` ones first. A graph with several components has one tree in each.
+    Branches are added in order, `preferred` ones first. If the graph has several components, each has its own tree.
     """
     root = _Roots(graph.nodes)
     ends = [(branch.start, branch.end) for branch in graph.branches]
@@ -99,43 +99,45 @@ def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...
 
 
 def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Integers:
-    """Fundamental loop matrix B_f, shape (loops, branches), with A B_f^T = 0.
+    """Return the fundamental loop matrix B_f, shape (loops, branches), with A B_f^T = 0.
 
-    There is one row per branch outside the tree, ascending: its loop through the tree, with +1 for a branch in the
-    loop's direction and -1 for one against it. `B_f = [-(A_t^-1 A_l)^T : I]`, in the order of the branches.
+    Each row is the loop that a branch outside the tree closes through the tree. Entries are +1 for branches in the
+    direction of the loop, and -1 for branches against it. `B_f = [-(A_t^-1 A_l)^T : I]`, with the columns in the order
+    of the branches.
 
     Parameters
     ----------
     tree
-        Numbers of the tree's branches; by default `spanning_tree(graph)`.
+        Indices of the branches of the tree (default: `spanning_tree(graph)`).
 
     Raises
     ------
     MechanismError
-        The given branches are not a spanning tree.
+        If the given branches are not a spanning tree.
 
     References
     ----------
-    Scutaru, Vlase, Marin, equation (9), with [A]_f read as the tree's A_t.
+    Scutaru, Vlase, Marin, equation (9), with A_t of the tree for [A]_f.
     """
     chosen = sorted(spanning_tree(graph) if tree is None else tree)
     kept = [node not in {part[-1] for part in components(graph)} for node in graph.nodes]
     if set(spanning_tree(graph, chosen)) != set(chosen):
         names = ", ".join(graph.branches[number].name for number in chosen)
-        raise MechanismError(f"the branches {names} are no spanning tree of {len(graph.nodes)} nodes")
+        raise MechanismError(f"the branches {names} are not a spanning tree of {len(graph.nodes)} nodes")
     chords = [number for number in range(len(graph.branches)) if number not in chosen]
     reduced = incidence(graph)[kept]
     loops = np.zeros((len(chords), len(graph.branches)), np.int64)
     loops[:, chords] = np.eye(len(chords), dtype=np.int64)
-    # A_t is unimodular: its inverse has only entries -1, 0, 1, so rounding is exact
+    # A_t is unimodular: the entries of its inverse are -1, 0 or 1, so rounding is exact
     loops[:, chosen] = -np.rint(np.linalg.solve(reduced[:, chosen], reduced[:, chords])).astype(np.int64).T
     return loops
 
 
 def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
-    """Branches along a loop with signs: (number, +1 or -1).
+    """Return the branches along a loop in order, as pairs (index, +1 or -1).
 
-    `loop` is a row of the fundamental loop matrix; the walk begins with its last branch, in that branch's direction.
+    `loop` is a row of the fundamental loop matrix. The walk starts with the last branch of the loop, along its
+    direction.
     """
     left = [int(number) for number in np.flatnonzero(loop)]
     steps: list[tuple[int, int]] = []
@@ -170,7 +172,7 @@ class _Roots:
         return node
 
     def join(self, first: str, second: str) -> bool:
-        """Join two components; False if already connected."""
+        """Join the components of two nodes. Return False if they are already connected."""
         first, second = self.of(first), self.of(second)
         self.above[second] = first
         return first != second

@@ -1,4 +1,4 @@
-"""Input-output laws of a chain at one position: rates per rate, loads per load."""
+"""Input-output laws of a chain at one position: ratios of rates and of loads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ from rigid.parts import MechanismError
 from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]
-MAX_ERROR = 1e-9  # largest relative error of an output determined by the inputs
+MAX_ERROR = 1e-9  # relative error up to which the inputs determine an output
 
 
 @dataclass(frozen=True)
 class Action:
-    """Load of unknown size on a link: a force [N] along a direction, or a moment [N m].
+    """A load of unknown magnitude on a link: a force [N] along a direction, or a moment [N m].
 
-    `at` [m], `force` and `moment` have three components in space; in the plane, `at` and `force` have two and `moment`
-    one. The size of the load multiplies both.
+    In space, `at` [m], `force` and `moment` have three components. In the plane, `at` and `force` have two, and
+    `moment` has one. The magnitude multiplies force and moment.
     """
 
     name: str
@@ -29,18 +29,18 @@ class Action:
 
 
 def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[Coordinate]) -> Reals:
-    """Rates of joint coordinates relative to other joint rates, shape (outputs, inputs).
+    """Return the rates of joint coordinates per unit of other joint rates, shape (outputs, inputs).
 
     Parameters
     ----------
     inputs, outputs
-        Joints, by name if they have one freedom, otherwise with the freedom: `("shaft", "Vz")`. Rates are those of the
-        joint's end link relative to its start link [rad/s or m/s].
+        Names of joints with one freedom, or pairs of joint and freedom, such as `("shaft", "Vz")`. Rates are those of
+        the joint's end link relative to its start link [rad/s or m/s].
 
     Raises
     ------
     MechanismError
-        The inputs do not determine an output, depend on each other, or a coordinate is unknown.
+        If the inputs do not determine an output or depend on each other, or if a coordinate is unknown.
 
     Examples
     --------
@@ -59,19 +59,19 @@ def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[C
 
 
 def joint_rates(chain: Chain) -> Reals:
-    """Rates of all joint coordinates in the independent motions [rad/s, m/s], (freedoms, m)."""
+    """Return the rates of all joint coordinates in the m independent motions [rad/s or m/s], shape (freedoms, m)."""
     shares, size = _shares(chain)
     return np.asarray(shares / size[:, None])
 
 
 def _shares(chain: Chain) -> tuple[Reals, Reals]:
-    """Rates of joint coordinates relative to their unit twists, and twist sizes, (freedoms,)."""
+    """Return the rates of joint coordinates in units of twists, (freedoms, m), and the twist sizes, (freedoms,)."""
     modes = null_space(kinematic_matrix(chain))
     shares, sizes, start = [], [], 0
     for twist in chain.twists:
         scaled = chain.scale * twist
         count, size = scaled.shape[-1], np.linalg.norm(scaled, axis=0)
-        # the loop equations use the orthonormal basis from the same QR of these twists
+        # the loop equations use the orthonormal basis of the same QR decomposition
         triangle = np.linalg.qr(scaled, mode="complete")[1][:count]
         shares.append(size[:, None] * np.linalg.solve(triangle, modes[start : start + count]))
         sizes.append(size)
@@ -80,34 +80,35 @@ def _shares(chain: Chain) -> tuple[Reals, Reals]:
 
 
 def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """Loads that balance a chain per unit of other loads, shape (outputs, inputs).
+    """Return the loads that balance a chain, per unit of given loads, shape (outputs, inputs).
 
-    By virtual work on the free motions, without joint forces, so redundancy does not matter. The first index is the
-    computed load, the second the given load.
+    The loads follow from virtual work on the independent motions. Joint forces are not needed, so the chain may be
+    redundant.
 
     Raises
     ------
     MechanismError
-        The given loads do not determine the others, or an action or link is unknown.
+        If the inputs do not determine the outputs, or an action or link is unknown.
     """
     size = {action.name: _size(chain, action) for action in actions}
     powers = {action.name: _power(chain, action) / size[action.name] for action in actions}
     for name in (*inputs, *outputs):
         if name not in powers:
-            raise MechanismError(f'there is no action "{name}": there are {", ".join(powers)}')
+            raise MechanismError(f'unknown action "{name}", expected one of {", ".join(powers)}')
     given = np.array([powers[name] for name in inputs]).T
-    sought = np.array([powers[name] for name in outputs]).T
-    if np.linalg.matrix_rank(sought, RANK_TOLERANCE) < len(outputs):
-        raise MechanismError(f"balance does not tell {', '.join(outputs)}: choose fewer, or loads that do work")
-    law = -np.linalg.lstsq(sought, given, rcond=None)[0]
-    if np.abs(sought @ law + given).max(initial=0.0) > MAX_ERROR:
+    wanted = np.array([powers[name] for name in outputs]).T
+    if np.linalg.matrix_rank(wanted, RANK_TOLERANCE) < len(outputs):
+        names = ", ".join(outputs)
+        raise MechanismError(f"equilibrium does not determine {names}: choose fewer outputs, or loads that do work")
+    law = -np.linalg.lstsq(wanted, given, rcond=None)[0]
+    if np.abs(wanted @ law + given).max(initial=0.0) > MAX_ERROR:
         raise MechanismError(f"{', '.join(outputs)} alone cannot balance {', '.join(inputs)}: the chain would move")
     sizes = [np.array([size[name] for name in names]) for names in (inputs, outputs)]
     return np.asarray(law * sizes[0] / sizes[1][:, None])
 
 
 def _size(chain: Chain, action: Action) -> float:
-    """Reference power of a unit action: the largest on its link at unit twist [N m]."""
+    """Return the reference size of a unit action: force times length of the chain, plus moment [N m]."""
     size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
     if not size > 0:
         raise MechanismError(f'action "{action.name}" has neither a force nor a moment')
@@ -115,7 +116,7 @@ def _size(chain: Chain, action: Action) -> float:
 
 
 def _power(chain: Chain, action: Action) -> Reals:
-    """Power of a unit action in each independent motion, shape (m,)."""
+    """Return the power of a unit action in each independent motion, shape (m,)."""
     if action.link not in chain.graph.nodes[1:]:
         raise MechanismError(f'action "{action.name}": there is no moving link "{action.link}"')
     motions = link_motions(chain)[:, chain.graph.nodes.index(action.link) - 1]
@@ -131,7 +132,7 @@ def _power(chain: Chain, action: Action) -> Reals:
 
 
 def _number(chain: Chain, coordinate: Coordinate) -> int:
-    """Number of a joint coordinate among all freedoms."""
+    """Return the index of a joint coordinate among all freedoms."""
     joint, freedom = (coordinate, "") if isinstance(coordinate, str) else coordinate
     start = 0
     for branch, names in zip(chain.graph.branches, chain.freedoms, strict=True):
@@ -140,13 +141,13 @@ def _number(chain: Chain, coordinate: Coordinate) -> int:
                 return start
             if freedom in names:
                 return start + names.index(freedom)
-            raise MechanismError(f'joint "{joint}": say which of its freedoms {", ".join(names)} is meant')
+            raise MechanismError(f'joint "{joint}": name one of its freedoms {", ".join(names)}')
         start += len(names)
     raise MechanismError(f'there is no joint "{joint}"')
 
 
 def _ratio(driving: Reals, driven: Reals, inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """Matrix that maps the rows `driving` to the rows `driven`."""
+    """Return the matrix that maps the rows of `driving` to those of `driven`."""
     if np.linalg.matrix_rank(driving, RANK_TOLERANCE) < len(inputs):
         raise MechanismError(f"{', '.join(inputs)} do not move independently of each other")
     law = np.linalg.lstsq(driving.T, driven.T, rcond=None)[0].T

@@ -1,4 +1,4 @@
-"""Kinematic pairs of a mechanism, each between two links, and their count."""
+"""Kinematic pairs of a mechanism, and the mobility by counting them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ Kind = Literal["pin", "slider", "weld", "rolling", "slipping"]
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact of two links: gears, or a cam and its follower.
+    """A contact between two links, such as two gears, or a cam and its follower.
 
     Parameters
     ----------
     one, other
         Names of the links.
     at
-        Contact point [m], in the ground's axes, at the position considered.
+        Contact point in ground axes at the considered position [m].
     normal
-        Common normal of links that slip along the tangent and rotate: two freedoms. None for rolling without slip: one
-        freedom.
+        Common normal of links that slip along the tangent (two freedoms), or None for rolling without slip (one
+        freedom).
     """
 
     name: str
@@ -37,9 +37,9 @@ class Contact:
 
 @dataclass(frozen=True)
 class Pair:
-    """Joint between two links: freedoms of the end link relative to the start link.
+    """A joint between two links, or a contact. Its freedoms are those of the end link relative to the start link.
 
-    `joint` for pins, welds and sliders, `contact` for others; `drive` is the number of its drive.
+    Pins, welds and sliders have a `joint`, other pairs a `contact`. `drive` is the index of the drive, or None.
     """
 
     name: str
@@ -52,17 +52,17 @@ class Pair:
 
     @property
     def freedoms(self) -> int:
-        """Number of freedoms: two for slipping contacts, zero for welds, one otherwise."""
+        """Number of freedoms: two for a slipping contact, zero for a weld, and one for all other pairs."""
         return {"slipping": 2, "weld": 0}.get(self.kind, 1)
 
 
 def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
-    """Tooth contacts of a mechanism's gears as drawn, which slip along the line of centres.
+    """Return the tooth contacts of all gears as drawn. The normal is such that they slip along the line of centres.
 
     Raises
     ------
     MechanismError
-        A gear of ratio 1 has no contact point, or a point is not drawn.
+        If a gear has no contact point, as with ratio 1, or a point is not drawn.
     """
     return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
 
@@ -88,14 +88,14 @@ def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
 
 
 def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
-    """All pairs of a mechanism, including `contacts` of gears or cams.
+    """Return all pairs of a mechanism, including `contacts` of gears or cams.
 
-    n links on one pin make n - 1 pairs, including any pair of links driven against each other.
+    A pin with n links counts as n - 1 pairs. Links with a weld or a drive between them form such a pair.
 
     Raises
     ------
     MechanismError
-        A slider or contact has an unknown link.
+        If a slider or contact has an unknown link.
     """
     all_pairs = list(_pins(mechanism))
     slid = {drive.slider: number for number, drive in enumerate(mechanism.drives) if isinstance(drive, SliderDrive)}
@@ -147,22 +147,23 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
 
 
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
-    """Mobility of a planar mechanism by count: 3 (n - 1) - 2 j1 - j2 - 3 j0.
+    """Return the mobility of a planar mechanism by counting: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
-    The count ignores special dimensions: for gears it is 0, and yet they turn. `mobility` takes them into account.
+    The count ignores special dimensions. For two rolling gears it is 0, although they turn. `mobility` takes the
+    dimensions into account.
 
     Parameters
     ----------
     links
-        Number of links n, including the fixed one.
+        Number of links n, including the fixed link.
     one_freedom, two_freedom
-        Numbers of pairs with one freedom (pins, sliders, rolling) and with two (cam and follower, slipping).
+        Numbers of pairs j1 with one freedom (pin, slider, rolling) and j2 with two freedoms (slipping, as with cams).
     welds
-        Number of welds, j0.
+        Number of welds j0.
 
     Examples
     --------
-    A four-bar; two rolling gears; two slipping gears.
+    A four-bar, two rolling gears, and two slipping gears:
 
     >>> kutzbach(4, 4), kutzbach(3, 3), kutzbach(3, 2, 1)
     (1, 0, 1)
@@ -171,7 +172,7 @@ def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0)
 
 
 def mobility_count(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> int:
-    """Kutzbach count of a mechanism."""
+    """Return the mobility of a mechanism by counting (see `kutzbach`)."""
     joints = pairs(mechanism, contacts)
     none, one, two = (sum(pair.freedoms == freedoms for pair in joints) for freedoms in (0, 1, 2))
     return kutzbach(len(mechanism.links), one, two, none)

@@ -1,4 +1,4 @@
-"""Graphs and mobility of planar mechanisms: twists of pairs in a posture, redundant constraints."""
+"""Graphs, mobility and redundant constraints of planar mechanisms."""
 
 from collections.abc import Iterable
 from functools import lru_cache
@@ -20,13 +20,13 @@ from rigid.topology.ranks import Chain, Mobility, mobility
 
 
 def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
-    """Joints of a planar mechanism in a posture of one or many positions.
+    """Return the chain of a planar mechanism in a posture of one or many positions.
 
-    `contacts` (gears, cams) are at fixed points of this posture; with contacts, use a posture of one position.
+    `contacts` (gears, cams) are at fixed points, so the posture should then have one position only.
 
     Examples
     --------
-    Two rolling gears have a count of 0, but mobility 1 and one redundant constraint:
+    Two rolling gears have mobility 1 with one redundant constraint, although their count is 0:
 
     >>> from rigid.topology import Contact, assembled, mobility, planar_chain
     >>> from rigid import Link, Mechanism
@@ -54,12 +54,12 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
 
 
 def mechanism_mobility(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Mobility:
-    """Mobility and hyperstaticity of a mechanism as drawn, without drives."""
+    """Return the mobility and hyperstaticity of a mechanism as drawn, with its drives free."""
     return mobility(planar_chain(assembled(mechanism), contacts))
 
 
 def _place(here: Posture, pair: Pair) -> Complexes:
-    """Position of a pair in ground axes [m]; for a slider, its block's point."""
+    """Return the position of a pair in ground axes [m]; for a slider, that of the block's point."""
     if pair.joint is not None:
         return here.place(pair.joint.block, pair.joint.at(pair.joint.block))
     assert pair.contact is not None
@@ -67,7 +67,7 @@ def _place(here: Posture, pair: Pair) -> Complexes:
 
 
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
-    """Twists (angular velocity, velocity at the center) of a pair at `arm` from the center."""
+    """Return the twists (angular velocity, velocity at the center) and freedoms of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
     if not pair.freedoms:
         return turn[..., :0], ()
@@ -80,19 +80,19 @@ def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str
 
 
 def _column(angular: Reals, velocity: Complexes) -> Reals:
-    """One twist, shape (..., 3, 1)."""
+    """Return one twist, shape (..., 3, 1)."""
     angular, velocity = np.broadcast_arrays(angular, velocity)
     return np.stack([angular, velocity.real, velocity.imag], axis=-1)[..., None]
 
 
 @lru_cache(maxsize=64)
 def require_fit(mechanism: Mechanism) -> None:
-    """Raise MechanismError for redundant constraints that do not fit, or are drives.
+    """Raise MechanismError unless the redundant constraints of a mechanism fit and its drives can move.
 
     Raises
     ------
     MechanismError
-        The joints do not close, the mechanism is locked, or it has more drives than freedoms.
+        If the joints do not close, the mechanism is locked, or it has more drives than freedoms.
     """
     for group in structure(mechanism).groups:
         if group.surplus:
@@ -103,21 +103,21 @@ def _require_fit(mechanism: Mechanism, group: Group) -> None:
     drives = len(mechanism.drives)
     names = tuple(mechanism.links[link].name for link in sorted(group.links))
     try:
-        ways = int(mechanism_mobility(mechanism).mobility)
+        freedoms = int(mechanism_mobility(mechanism).mobility)
     except MechanismError as unfit:
         raise MechanismError(
-            f"links {_quoted(names)} are held {counted(group.surplus, 'time')} too often, "
-            f"and the surplus does not fit ({unfit}): remove a joint",
+            f"links {_quoted(names)} are overconstrained by {counted(group.surplus, 'constraint')}, "
+            f"and their dimensions do not fit ({unfit}): remove a joint",
             kind="overconstrained",
             links=names,
         ) from unfit
-    if drives and ways == 0:
+    if drives and freedoms == 0:
         names = tuple(link.name for link in mechanism.links[1:])
-        locked = f"links {_quoted(names)} are locked: no drive can move them, remove a link or a joint"
-        raise MechanismError(locked, kind="overconstrained", links=names)
-    if drives > ways:
-        many = f"too many drives: {drives} of a mechanism that moves in {counted(ways, 'way')}: remove one"
-        raise MechanismError(many, kind="drives")
+        message = f"links {_quoted(names)} are locked: no drive can move them, remove a link or a joint"
+        raise MechanismError(message, kind="overconstrained", links=names)
+    if drives > freedoms:
+        message = f"too many drives: {drives} for a mechanism with {counted(freedoms, 'freedom')}: remove one"
+        raise MechanismError(message, kind="drives")
 
 
 def _quoted(names: tuple[str, ...]) -> str:
@@ -125,7 +125,7 @@ def _quoted(names: tuple[str, ...]) -> str:
 
 
 def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Graph:
-    """Graph of links, ground first, and joints; n links on one pin make n - 1 branches."""
+    """Return the graph with links as nodes (ground first) and pairs as branches."""
     joints = pairs(mechanism, contacts)
     return Graph(
         tuple(Branch(pair.name, pair.start, pair.end) for pair in joints), tuple(link.name for link in mechanism.links)
@@ -133,12 +133,12 @@ def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Grap
 
 
 def bar_graph(mechanism: Mechanism) -> Graph:
-    """Graph of joints and bars, after Vlase.
+    """Return the graph with joints as nodes and bars as branches, after Vlase.
 
-    A link with two joints is one bar; with n > 2 joints, it is a strip of triangles made of 2 n - 3 bars. The ground is
-    a path of bars through its joints. A slider is a branch of variable length from its line's origin to its point; the
-    origin is a node named like the slider, or a joint of the owner at the same place. Points of a single link are
-    omitted unless the link has fewer than two joints. Welded links are one.
+    A link with two joints is one bar. A link with n > 2 joints is a strip of triangles with 2 n - 3 bars. The ground is
+    a path of bars through its joints. A slider is a branch of variable length from the origin of its line to its point.
+    The origin is a node with the name of the slider, or a joint of the owner at the same place. Points that belong to
+    one link only are omitted, unless the link has fewer than two joints. Welded links count as one link.
     """
     named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
@@ -163,16 +163,16 @@ def bar_graph(mechanism: Mechanism) -> Graph:
 
 
 def _bodies(mechanism: Mechanism) -> dict[str, str]:
-    """Map each link to the first of the links welded to it, including itself."""
+    """Map each link to the first link of its welded body."""
     body = {link.name: link.name for link in mechanism.links}
     for weld in mechanism.welds:
-        kept, gone = sorted((body[weld.on], body[weld.link]), key=mechanism.index.__getitem__)
-        body = {name: kept if first == gone else first for name, first in body.items()}
+        kept, merged = sorted((body[weld.on], body[weld.link]), key=mechanism.index.__getitem__)
+        body = {name: kept if first == merged else first for name, first in body.items()}
     return body
 
 
 def _bars(link: Link, joints: list[str]) -> list[Branch]:
-    """Bars that make a link rigid."""
+    """Return the bars that make a link rigid."""
     nodes = joints
     if len(nodes) < 2 and link.name != GROUND:
         nodes = list(dict.fromkeys((*link.points, *joints)))

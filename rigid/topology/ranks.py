@@ -1,8 +1,8 @@
-"""Mobility and redundancy of a chain of links from ranks, in the plane or in space.
+"""Mobility and redundancy of a chain of links in the plane or in space, from matrix ranks.
 
-*Twists* are the free motions of a joint, *wrenches* the loads it transmits; d is 3 in the plane and 6 in space. The
-kinematic equations close the twists around each independent loop; the static equations balance the wrenches on each
-link. Derivation: docs/structure.md.
+*Twists* are the free motions of a joint, and *wrenches* are the loads that it transmits. They have d components, 3 in
+the plane and 6 in space. The kinematic equations close the twists around each independent loop. The static equations
+balance the wrenches on each link. Derivation: docs/structure.md.
 """
 
 from collections.abc import Sequence
@@ -15,28 +15,28 @@ from rigid.parts import MechanismError
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
 RANK_TOLERANCE = 1e-9
-"""Largest singular value that counts as zero, relative to the greatest."""
-STRESS_TOLERANCE = 1e-6  # smallest share of a self-stress of a stressed joint
+"""Relative singular value up to which a singular value counts as zero."""
+STRESS_TOLERANCE = 1e-6  # smallest share of a unit self-stress at which a joint counts as stressed
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Joints between links at one or many positions, with their free motions.
+    """Links and joints at one or many positions, with the free motions of the joints.
 
     Attributes
     ----------
     graph
-        Links as nodes, the fixed one first; joints as branches.
+        Graph with links as nodes (the fixed link first) and joints as branches.
     twists
-        Per joint: motions of its end link relative to its start link, shape (..., d, freedoms). The first rows are the
-        angular velocity [rad/s] (1 in the plane, 3 in space), the others the velocity [m/s] of the end link's point at
-        `center`.
+        For each joint, motions of its end link relative to its start link, shape (..., d, freedoms). The first rows (1
+        in the plane, 3 in space) are the angular velocity [rad/s]. The other rows are the velocity of the end link's
+        point at `center` [m/s].
     freedoms
-        Names of the columns of each joint.
+        Names of the freedoms of each joint.
     center
         Reference point of twists and wrenches [m], shape (2,) or (3,).
     length
-        Unit of lengths [m], so that ranks are independent of units.
+        Reference length [m], which makes the ranks independent of units.
     """
 
     graph: Graph
@@ -52,7 +52,7 @@ class Chain:
 
     @property
     def scale(self) -> Reals:
-        """Scale factors for comparable twist components, shape (d, 1)."""
+        """Factors that make the twist components comparable, shape (d, 1)."""
         turns = self.size // 2
         return np.array([1.0] * turns + [1 / self.length] * (self.size - turns))[:, None]
 
@@ -64,14 +64,14 @@ class Mobility:
     Attributes
     ----------
     loops
-        Independent loops N_c.
+        Number of independent loops N_c.
     kinematic_unknowns, kinematic_equations, kinematic_rank
-        I_c: freedoms of all joints; E_c = d N_c; r_c, shape (...).
+        I_c, number of freedoms of all joints; E_c = d N_c; and r_c, shape (...).
     static_unknowns, static_equations, static_rank
-        I_s: components transmitted by all joints; E_s = d (links - 1); r_s, shape (...).
+        I_s, number of components that all joints transmit; E_s = d (links - 1); and r_s, shape (...).
     kept, dropped
-        Smallest singular value that counts in the static rank, and largest that does not, relative to the greatest,
-        shape (...). Their ratio shows how clearly the rank is determined.
+        Smallest singular value that counts in the static rank, and largest one that does not, both relative to the
+        largest singular value, shape (...). Their ratio shows how clearly the rank is determined.
 
     References
     ----------
@@ -90,22 +90,22 @@ class Mobility:
 
     @property
     def mobility(self) -> Integers:
-        """Degree of mobility m = E_s - r_s, shape (...): independent motions at the position."""
+        """Degree of mobility m = E_s - r_s, the number of independent motions, shape (...)."""
         return self.static_equations - self.static_rank
 
     @property
     def hyperstaticity(self) -> Integers:
-        """Degree of hyperstaticity h = I_s - r_s, (...): statically undetermined components."""
+        """Degree of hyperstaticity h = I_s - r_s, the number of statically indeterminate components, shape (...)."""
         return self.static_unknowns - self.static_rank
 
     @property
     def index(self) -> int:
-        """Mobility index m - h = I_c - E_c = E_s - I_s, by count."""
+        """Mobility index m - h = I_c - E_c = E_s - I_s, which follows from counting."""
         return self.static_equations - self.static_unknowns
 
     @property
     def sides_agree(self) -> bool:
-        """Whether also m = I_c - r_c and h = E_c - r_c."""
+        """Whether the kinematic equations give the same result: m = I_c - r_c and h = E_c - r_c."""
         moves = self.kinematic_unknowns - self.kinematic_rank
         return bool(np.all(moves == self.mobility)) and bool(
             np.all(self.kinematic_equations - self.kinematic_rank == self.hyperstaticity)
@@ -113,15 +113,15 @@ class Mobility:
 
 
 def mobility(chain: Chain) -> Mobility:
-    """Mobility m, hyperstaticity h and their ranks, at each position of a chain.
+    """Return the mobility, the hyperstaticity and the ranks at each position of a chain.
 
-    Singular values below RANK_TOLERANCE (1e-9) of the greatest count as zero; each joint's twists and wrenches are
-    orthonormalised with `chain.length`. m and h apply to the position; both are larger at a singular one.
+    The twists and wrenches of each joint are scaled with `chain.length` and orthonormalised. Singular values below
+    RANK_TOLERANCE (1e-9) of the largest count as zero. Mobility and hyperstaticity are larger at singular positions.
 
     Raises
     ------
     MechanismError
-        Links are not connected by joints, or a position is not finite.
+        If joints do not connect all links, or a position is not finite.
     """
     _require_connected(chain)
     kinematic, static = kinematic_matrix(chain), static_matrix(chain)
@@ -141,26 +141,26 @@ def mobility(chain: Chain) -> Mobility:
 
 
 def kinematic_matrix(chain: Chain) -> Reals:
-    """Loop equations (..., d loops, freedoms): orthonormal joint twists around each loop."""
+    """Return the loop equations for orthonormal joint twists, shape (..., d loops, freedoms)."""
     return _assembled(fundamental_loops(chain.graph), [_basis(chain, twist)[0] for twist in chain.twists])
 
 
 def static_matrix(chain: Chain) -> Reals:
-    """Equilibrium equations (..., d (links - 1), components): wrenches on each moving link.
+    """Return the equilibrium equations of the moving links, shape (..., d (links - 1), components).
 
-    A joint's wrench acts on its end link, its opposite on the start link. The transpose maps link velocities to
-    constraint violation rates.
+    The wrench of a joint acts on the end link, and the opposite on the start link. The transpose maps link velocities
+    to the rates at which constraints are violated.
     """
     return _assembled(-incidence(chain.graph)[1:], [_basis(chain, twist)[1] for twist in chain.twists])
 
 
 def self_stress(chain: Chain) -> Reals:
-    """Joint wrenches of a redundant chain in equilibrium without load, at one position.
+    """Return the self-stresses of a redundant chain at one position: joint wrenches in equilibrium without load.
 
     Returns
     -------
-    Shape (h, joints, d): per state and joint the moment about `chain.center` [N m] and the force [N] on the end link.
-    The states are orthogonal, each of unit size with moments divided by `chain.length`; empty if h = 0.
+    Array of shape (h, joints, d): for each state and joint, the moment about `chain.center` [N m] and the force [N] on
+    the end link. The states are orthonormal if moments are divided by `chain.length`.
     """
     bases = [_basis(chain, twist)[1] for twist in chain.twists]
     states = null_space(static_matrix(chain))
@@ -173,20 +173,20 @@ def self_stress(chain: Chain) -> Reals:
 
 
 def stressed_joints(chain: Chain) -> tuple[int, ...]:
-    """Numbers of joints with a self-stress: their forces are statically undetermined."""
+    """Return the indices of joints with a self-stress, whose forces are statically indeterminate."""
     states = self_stress(chain) / (chain.scale[:, 0] * chain.length)
     share = np.sqrt((states**2).sum(axis=(0, 2)))
     return tuple(int(number) for number in np.flatnonzero(share > STRESS_TOLERANCE))
 
 
 def link_motions(chain: Chain) -> Reals:
-    """Independent motions at one position, (m, links - 1, d): twists in SI, orthogonal."""
+    """Return the independent motions at one position as orthogonal link twists in SI units, shape (m, links - 1, d)."""
     modes = null_space(static_matrix(chain).T)
     return modes.T.reshape(-1, len(chain.graph.nodes) - 1, chain.size) / chain.scale[:, 0]
 
 
 def null_space(matrix: Reals) -> Reals:
-    """Orthonormal null space of a matrix, by the tolerance of the ranks."""
+    """Return an orthonormal basis of the null space of a matrix, with the tolerance `RANK_TOLERANCE`."""
     _, values, right = np.linalg.svd(matrix)
     rank = int((values > RANK_TOLERANCE * max(values, default=0.0)).sum())
     return right[rank:].T
@@ -197,17 +197,17 @@ def _require_connected(chain: Chain) -> None:
         raise MechanismError("there are no joints: connect links by a common point or a slider")
     for part in components(chain.graph)[1:]:
         names = ", ".join(f'"{name}"' for name in part)
-        raise MechanismError(f'no chain of joints holds {names} to "{chain.graph.nodes[0]}"')
+        raise MechanismError(f'no chain of joints connects {names} to "{chain.graph.nodes[0]}"')
 
 
 def _basis(chain: Chain, twist: Reals) -> tuple[Reals, Reals]:
-    """Orthonormal twists (..., d, freedoms) and reciprocal wrenches (..., d, d - freedoms)."""
+    """Return orthonormal twists (..., d, freedoms) and reciprocal wrenches (..., d, d - freedoms) of a joint."""
     full, _ = np.linalg.qr(chain.scale * twist, mode="complete")
     return full[..., : twist.shape[-1]], full[..., twist.shape[-1] :]
 
 
 def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
-    """Block matrix pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
+    """Return the matrix of the blocks pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
     columns = [
         (pattern[:, j, None, None] * block[..., None, :, :]).reshape(
             *block.shape[:-2], len(pattern) * block.shape[-2], block.shape[-1]
@@ -218,9 +218,9 @@ def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
 
 
 def _singular_values(matrix: Reals) -> Reals:
-    """Singular values relative to the greatest, shape (..., min(rows, columns))."""
+    """Return the singular values relative to the largest, shape (..., min(rows, columns))."""
     if not np.isfinite(matrix).all():
-        raise MechanismError("the mechanism does not close at every position: ask only for reachable ones")
+        raise MechanismError("the mechanism does not close at every position: use reachable positions only")
     if 0 in matrix.shape:
         return np.zeros((*matrix.shape[:-2], 0))
     values = np.linalg.svd(matrix, compute_uv=False)

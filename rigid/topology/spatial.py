@@ -1,7 +1,8 @@
-"""Spatial joints with static and kinematic torsors, and chains of them for mobility analysis.
+"""Spatial joints with their static and kinematic torsors, and spatial chains for mobility analysis.
 
-A torsor is a resultant and a moment at a point. For each joint: relative motions of the end link (rotation, velocity),
-and loads transmitted from the start link (force, moment), in the joint's own axes x, y, z.
+A torsor consists of a resultant and a moment at a point. The kinematic torsor of a joint is the motion of its end link
+relative to its start link (angular velocity, velocity). The static torsor is the load that the start link transmits to
+the end link (force, moment). Components are in the joint's own axes x, y, z.
 """
 
 from collections.abc import Iterable, Mapping
@@ -24,20 +25,20 @@ MOMENTS = ("L", "M", "N")
 
 @dataclass(frozen=True)
 class JointType:
-    """Type of joint.
+    """A type of spatial joint.
 
     Parameters
     ----------
     name
         Common name.
     meaning
-        Meaning of its own axes, according to the source's table.
+        Meaning of the joint's own axes.
     freedoms
-        Free components of the kinematic torsor. The velocity of a helical joint is proportional to its rotation.
+        Free components of the kinematic torsor. (A helical joint also moves along its axis as it rotates.)
     axis
-        Own axis given by a joint's `axis`.
+        Own axis that `SpatialJoint.axis` defines.
     normal
-        Own axis given by its `normal`, for the two types with a second direction.
+        Own axis that `SpatialJoint.normal` defines, for the two types with a second direction.
     """
 
     name: str
@@ -48,7 +49,7 @@ class JointType:
 
     @property
     def transmits(self) -> tuple[str, ...]:
-        """Transmitted components of the static torsor, without work on the freedoms."""
+        """Components of the static torsor that the joint transmits, which do no work on its freedoms."""
         blocked = zip((*FORCES, *MOMENTS), (*VELOCITIES, *ROTATIONS), strict=True)
         return tuple(carried for carried, freedom in blocked if freedom not in self.freedoms)
 
@@ -69,7 +70,7 @@ JOINT_TYPES: Mapping[str, JointType] = {
         JointType("rigid", "no freedom", ()),
     )
 }
-"""Types of joints in space, by name."""
+"""Types of spatial joints, by name."""
 
 SYNONYMS: Mapping[str, str] = {
     "punctual": "point",
@@ -87,27 +88,27 @@ SYNONYMS: Mapping[str, str] = {
     "pin": "revolute",
     "fixed": "rigid",
 }
-"""Other common names of joint types, mapped to names in `JOINT_TYPES`."""
+"""Other common names of joint types, and the corresponding names in `JOINT_TYPES`."""
 
 
 @dataclass(frozen=True)
 class SpatialJoint:
-    """Joint between two links in space.
+    """A joint between two links in space.
 
     Parameters
     ----------
     links
-        Names of the start and end link; torsors are those of the end link relative to the start link.
+        Names of the start link and the end link.
     type
-        A name in JOINT_TYPES or SYNONYMS.
+        A name in `JOINT_TYPES` or `SYNONYMS`.
     at
         Position [m].
     axis
-        Direction of the axis; the normal for a point or planar contact.
+        Direction of the axis; for a point or planar contact, direction of the normal.
     pitch
-        Helical joint: advance per radian p [m], negative for a left-handed thread.
+        For a helical joint: advance per radian p [m], negative for a left-handed thread.
     normal
-        Line contact: its normal; universal joint: its second axis; perpendicular to `axis`.
+        For a line contact, its normal; for a universal joint, its second axis. It must be perpendicular to `axis`.
     """
 
     name: str
@@ -120,26 +121,27 @@ class SpatialJoint:
 
     @property
     def kind(self) -> JointType:
-        """Entry of the joint in JOINT_TYPES.
+        """Type of the joint.
 
         Raises
         ------
         MechanismError
-            The type is unknown.
+            If the type is unknown.
         """
         name = SYNONYMS.get(self.type, self.type)
         if name not in JOINT_TYPES:
             near = get_close_matches(self.type, [*JOINT_TYPES, *SYNONYMS], 1)
-            meant = f', did you mean "{near[0]}"?' if near else f": it is one of {', '.join(JOINT_TYPES)}"
-            raise _fault(self.name, "type", f'there is no type "{self.type}"{meant}')
+            hint = f', did you mean "{near[0]}"?' if near else f", expected one of {', '.join(JOINT_TYPES)}"
+            raise _fault(self.name, "type", f'there is no type "{self.type}"{hint}')
         return JOINT_TYPES[name]
 
 
 def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
-    """Free motions of a joint at a point, shape (6, freedoms).
+    """Return the free motions of a joint at a point, shape (6, freedoms).
 
-    Rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) in ground axes. Columns are in the order of `joint.kind.freedoms`: unit rotations
-    [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] defaults to the joint's position.
+    The rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) in ground axes. The columns are in the order of `joint.kind.freedoms`: unit
+    angular velocities [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] defaults to the joint's
+    position.
     """
     axes = _axes(joint)
     columns = []
@@ -153,10 +155,10 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
 
 
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
-    """Wrenches that a joint transmits to its end link at a point, shape (6, components).
+    """Return the wrenches that a joint transmits to its end link, at a point, shape (6, components).
 
-    Rows are (X, Y, Z, L, M, N) in ground axes. Columns are in the order of `joint.kind.transmits`: unit forces [N] and
-    moments [N m] along the joint's own axes.
+    The rows are (X, Y, Z, L, M, N) in ground axes. The columns are in the order of `joint.kind.transmits`: unit forces
+    [N] and moments [N m] along the joint's own axes. `at` [m] defaults to the joint's position.
     """
     axes = _axes(joint)
     columns = []
@@ -164,7 +166,7 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
         force, moment = np.zeros(3), np.zeros(3)
         if component in FORCES:
             force = axes[:, FORCES.index(component)]
-            # the thread converts an axial force to a moment; together they do no work
+            # the thread converts the axial force to a moment, such that together they do no work
             moment = -joint.pitch * force if joint.kind.name == "helical" and component == "Z" else moment
         else:
             moment = axes[:, MOMENTS.index(component)]
@@ -175,17 +177,17 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
 
 
 def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> Chain:
-    """Chain of placed joints in space.
+    """Return the chain of joints in space.
 
     Parameters
     ----------
     fixed
-        Name of the fixed link; by default "ground" if present, otherwise the first link.
+        Name of the fixed link (default: "ground" if there is such a link, otherwise the first link).
 
     Raises
     ------
     MechanismError
-        There are no joints, or there is a duplicate name, an unknown type, a zero axis, or an unknown fixed link.
+        If there are no joints, or there is a duplicate name, an unknown type, a zero axis, or an unknown fixed link.
     """
     joints = tuple(joints)
     if not joints:
@@ -196,7 +198,7 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
     nodes = list(dict.fromkeys(link for joint in joints for link in joint.links))
     fixed = fixed or (GROUND if GROUND in nodes else nodes[0])
     if fixed not in nodes:
-        raise MechanismError(f'no joint holds the fixed link "{fixed}"')
+        raise MechanismError(f'no joint has the fixed link "{fixed}"')
     nodes.sort(key=lambda node: node != fixed)
     places = np.array([joint.at for joint in joints], float)
     center = places.mean(axis=0)
@@ -211,7 +213,7 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
 
 
 def _axes(joint: SpatialJoint) -> Reals:
-    """Rotation matrix with the joint's x, y, z axes as columns."""
+    """Return the rotation matrix with the joint's x, y and z axes as columns."""
     kind = joint.kind
     axis = _unit(joint, joint.axis, "axis")
     if kind.normal:
@@ -220,7 +222,7 @@ def _axes(joint: SpatialJoint) -> Reals:
         other = _unit(joint, joint.normal, "normal")
         if abs(axis @ other) > 1e-9:
             angle = np.degrees(np.arccos(np.clip(axis @ other, -1, 1)))
-            raise _fault(joint.name, "normal", f"axis and normal stand at {angle:.6g} deg, not at 90")
+            raise _fault(joint.name, "normal", f"the angle between axis and normal is {angle:.6g} deg, expected 90")
     else:
         other = np.eye(3)[np.abs(axis).argmin()]
         other = other - (other @ axis) * axis
