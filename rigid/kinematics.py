@@ -174,7 +174,7 @@ def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
 def _placed(
     mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
 ) -> tuple[Posture, tuple[Closure, ...]]:
-    """Place all links. `drives` are the drive coordinates, and optionally rates (whose shape sets the designs)."""
+    """Place all links. `drives` are the drive coordinates, and optionally rates, which may differ between designs."""
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit

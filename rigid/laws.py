@@ -42,7 +42,7 @@ class TableError(ValueError):
 
 
 def _value(powers: Reals, z: Reals) -> Reals:
-    """Evaluate a polynomial, because `np.polynomial` is slow to import."""
+    """Evaluate a polynomial without importing `np.polynomial`, which is slow."""
     value: Reals = powers[-1] + 0.0 * z
     for power in powers[-2::-1]:
         value = power + value * z
@@ -98,7 +98,7 @@ def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
 
 
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
-    """Return a curve of Norton's SCCA family, whose acceleration has sine, constant and cosine pieces.
+    """Return a curve of Norton's SCCA family: sine, constant and cosine pieces of acceleration.
 
     `sine` is the share of time of both sine pieces together, and `cosine` that of the cosine piece in the middle.
     """

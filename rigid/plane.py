@@ -12,7 +12,7 @@ ROUND_OFF = 4 * np.finfo(float).eps  # relative error after a few operations
 
 
 class Zero:
-    """A constant zero, whose sums and products with arrays are not computed.
+    """A constant zero. Sums and products of arrays with it are not computed.
 
     Arrays delegate operations with it to the methods of this class. `number` converts it to 0.0.
     """

@@ -74,7 +74,7 @@ class TableLaw:
 
 @dataclass(frozen=True)
 class RepeatedLaw:
-    """Motion law whose periods each start at the end of the previous one."""
+    """Periodic repetition of a law. Each period starts at the coordinate at which the previous period ends."""
 
     law: Lasting
 

@@ -117,7 +117,7 @@ def test_a_constant_speed_has_no_acceleration():
     ("segments", "number", "message"),
     [
         ((), 1, "at least one segment"),
-        ((Segment("cycloid", 1.0, 1.0),), 1, 'no curve "cycloid"'),
+        ((Segment("cycloid", 1.0, 1.0),), 1, 'unknown curve "cycloid"'),
         ((Segment("dwell", 1.0), Segment("dwell", 0.0)), 2, "the duration is 0 s"),
         ((Segment("dwell", 1.0, 0.5),), 1, "a dwell cannot rise by 0.5"),
         ((Segment("dwell", 1.0), Segment("constant-speed", 2.0, 3.0)), 2, "the speed jumps from 0 to 1.5"),

@@ -291,7 +291,7 @@ OPEN = spatial_chain([SpatialJoint("J", AB, "cylindrical"), SpatialJoint("K", ("
 LOADS = [Action("motor", "screw", moment=X), Action("across", "nut", (0, 0, 0), Y)]
 ERRORS = [
     (lambda: spatial_chain([SpatialJoint("J", AB, "revolut")]), 'no type "revolut", did you mean "revolute"'),
-    (lambda: spatial_chain([SpatialJoint("J", AB, "q")]), 'no type "q": it is one of point, line'),
+    (lambda: spatial_chain([SpatialJoint("J", AB, "q")]), 'no type "q", expected one of point, line'),
     (lambda: spatial_chain([SpatialJoint("J", AB, "pin", axis=(0, 0, 0))]), "axis has no length"),
     (lambda: spatial_chain([SpatialJoint("J", AB, "line", axis=X)]), "a line joint needs a normal"),
     (
@@ -310,7 +310,7 @@ ERRORS = [
     (lambda: velocity_law(OPEN, ["J"], ["K"]), "name one of its freedoms Ωz, Vz"),
     (lambda: velocity_law(OPEN, [("J", "Ωz")], ["K"]), "K does not follow from"),
     (lambda: force_law(NUT, [*LOADS, Action("none", "nut")], ["across"], ["motor"]), "neither a force nor a moment"),
-    (lambda: force_law(NUT, LOADS, ["pull"], ["motor"]), 'there is no action "pull"'),
+    (lambda: force_law(NUT, LOADS, ["pull"], ["motor"]), 'unknown action "pull"'),
     (lambda: force_law(NUT, LOADS, ["motor"], ["across"]), "equilibrium does not determine across"),
     (
         lambda: force_law(NUT, [Action("x", "support", (0, 0, 0), X)], [], ["x"]),

@@ -239,7 +239,7 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
 
 
 def _turns(coordinate: Coordinate) -> bool:
-    """Return whether the coordinate is an angle, whose differences are modulo full turns."""
+    """Return whether the coordinate is an angle, with differences modulo full turns."""
     return isinstance(coordinate, LinkAngle)
 
 

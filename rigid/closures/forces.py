@@ -202,7 +202,7 @@ def _load_gears(
 def _balance(
     hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns], by_gear: bool
 ) -> tuple[Columns, Columns]:
-    """Return the force and moment of tree joint `at` on its child, whose other loads are already known.
+    """Return the force and moment of tree joint `at` on its child. All other loads on the child must be known.
 
     `by_gear` tells whether to add the loads of the joint's own gear to the other links.
     """

@@ -1,4 +1,4 @@
-"""Forward dynamics: integrate the motion of a mechanism whose drives have given efforts.
+"""Forward dynamics: integrate the motion of a mechanism under given drive efforts.
 
 The unknowns are the drive coordinates, so the loops of the mechanism close to round-off at every instant.
 Derivation: docs/dynamics.md.

@@ -38,7 +38,7 @@ OFFSETS = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])
 
 
 class Tracker:
-    """A mechanism whose posture is tracked along its drive coordinates.
+    """A mechanism at its current posture, which is tracked along the drive coordinates.
 
     Attributes
     ----------

@@ -57,7 +57,7 @@ def place(
 
 
 def _drive(placed: PartialPosture, group: Group) -> None:
-    """Place a group whose joints are all driven."""
+    """Place a group without free joints."""
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint))
     require_closed(placed, group)

@@ -173,7 +173,7 @@ def self_stress(chain: Chain) -> Reals:
 
 
 def stressed_joints(chain: Chain) -> tuple[int, ...]:
-    """Return the indices of joints with a self-stress, whose forces are statically indeterminate."""
+    """Return the indices of joints with a self-stress. Their forces are statically indeterminate."""
     states = self_stress(chain) / (chain.scale[:, 0] * chain.length)
     share = np.sqrt((states**2).sum(axis=(0, 2)))
     return tuple(int(number) for number in np.flatnonzero(share > STRESS_TOLERANCE))
