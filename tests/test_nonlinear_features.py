@@ -86,7 +86,7 @@ def test_a_feature_is_checked_or_rejected_in_a_sentence(feature):
 def test_the_documentation_lists_the_features():
     page = (Path(__file__).parents[1] / "docs" / "validity.md").read_text(encoding="utf-8")
     listed = [
-        page.partition(start)[2].partition(".\n")[0].split("; ") for start in ("nonlinear` accepts: ", "nonlinear` refuses: ")
+        page.partition(f"nonlinear` {verb}: ")[2].partition(".\n")[0].split("; ") for verb in ("accepts", "refuses")
     ]
     cases = {**FEATURES, **SHIPPED}
     assert listed == [[name for name, (_, refusal) in cases.items() if bool(refusal) == no] for no in (False, True)]
