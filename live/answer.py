@@ -27,7 +27,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.figure import LEAST, Figure, Limit, drive_words, items_of
 from kinelast.scene.limits import tolerance
 from kinelast.scene.parsing import read_toml
-from kinelast.scene.text import beside
+from kinelast.scene.text import reader_in
 from kinelast.scene.variables import numbers, place_of
 from live.edit import BARE
 from live.marks import drawn_marks, scene_marks, sheet
@@ -74,14 +74,14 @@ def quick_answer(
             answer["sheet"]["tables"] = tables
         if answer["sheet"]["empty"]:
             return {**answer, "numbers": [] if with_numbers else None}, data
-        document = replace(document_from_dict(tables, name, read=beside(folder)), source=text)
+        document = replace(document_from_dict(tables, name, read=reader_in(folder)), source=text)
         if with_numbers:
             answer["numbers"] = adjustable_numbers(document, text)
         with np.errstate(all="ignore"):
             scene = document.with_positions(min(POSITIONS, document.table.run.positions)).scene
             answer["picture"], data = _picture_until_stop(scene, dragged, memory or Memory(), graph)
     except (SceneError, MechanismError, ValueError) as error:
-        answer["mistakes"] = mistakes_of(error, text, beside(folder))
+        answer["mistakes"] = mistakes_of(error, text, reader_in(folder))
     except Exception as error:  # the page goes on with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     if answer["sheet"] and not answer["picture"]:

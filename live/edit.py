@@ -15,7 +15,7 @@ from elastic.links import in_line
 from kinelast.scene.document import document_from_text
 from kinelast.scene.links import in_order
 from kinelast.scene.parsing import read_toml
-from kinelast.scene.text import beside
+from kinelast.scene.text import reader_in
 from kinelast.scene.units import Quantity, written_like
 from live import parts
 from live.copies import copy
@@ -96,7 +96,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
     """
     try:
         with np.errstate(all="ignore"):
-            scene = document_from_text(text, read=beside(folder)).scene
+            scene = document_from_text(text, read=reader_in(folder)).scene
             moved = scene.course.at([0.0])
     except (ValueError, MechanismError):
         return {}, {}
@@ -320,7 +320,7 @@ def _is_number(written: str) -> bool:
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
     """Set a number by its path, from an SI value (written in the file's unit) or text with a unit."""
-    document = document_from_text(text, read=beside(change["folder"]))
+    document = document_from_text(text, read=reader_in(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
     place = place_of(document.table, change["path"])

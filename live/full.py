@@ -27,7 +27,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     from kinelast.outputs.words import headline
     from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
-    from kinelast.scene.text import beside
+    from kinelast.scene.text import reader_in
     from kinelast.tasks.request import Request
     from live.answer import most_used_first, whole_picture
     from live.mistakes import mistakes_of
@@ -35,7 +35,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     empty: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
         with np.errstate(all="ignore"):
-            document = document_from_text(text, name, read=beside(folder))
+            document = document_from_text(text, name, read=reader_in(folder))
             scene = document.scene
             if is_long(scene, scene.run.positions):
                 scene = document.with_positions(SHOWN).scene
@@ -55,7 +55,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
             }
             return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
     except (ValueError, ArithmeticError) as error:  # errors in the scene, the mechanism or the request
-        return {**empty, "mistakes": mistakes_of(error, text, beside(folder))}, b"", b""
+        return {**empty, "mistakes": mistakes_of(error, text, reader_in(folder))}, b"", b""
 
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:

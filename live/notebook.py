@@ -14,7 +14,7 @@ from weakref import finalize
 
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_text
-from kinelast.scene.text import beside
+from kinelast.scene.text import reader_in
 from live.file import SceneFile
 from live.server import Live, LiveServer, bound_socket, scene_file
 
@@ -59,7 +59,7 @@ class LiveView:
     @property
     def scene(self) -> Scene:
         """Scene of `text`; raises SceneError if the text is invalid."""
-        return document_from_text(self.text, self.name, read=beside(self._file.folder)).scene
+        return document_from_text(self.text, self.name, read=reader_in(self._file.folder)).scene
 
     @cached_property
     def widget(self) -> Any:

@@ -30,7 +30,7 @@ def linked(link: str) -> str:
     except (ValueError, zlib.error):
         content = b""
     if not content or not inflate.eof:
-        raise SceneError("", "", "", "the link carries no scene that can be read: copy it whole")
+        raise SceneError("", "", "", "the link contains no readable scene: copy the complete link")
     return decoded(content, "")
 
 

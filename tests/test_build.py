@@ -303,14 +303,14 @@ class TestWrongArguments:
     @pytest.mark.parametrize(
         ("ask", "error", "words"),
         [
-            (lambda: kinelast.scene_from_text(5), TypeError, "expected the text of a scene's file, got 5"),
-            (lambda: kinelast.structure_from_text(5), TypeError, "expected the text of a scene's file, got 5"),
+            (lambda: kinelast.scene_from_text(5), TypeError, "expected the text of a scene file, got 5"),
+            (lambda: kinelast.structure_from_text(5), TypeError, "expected the text of a scene file, got 5"),
             (lambda: kinelast.scene_from_dict("x"), TypeError, 'as a dictionary, got "x"'),
-            (lambda: read_document(None), TypeError, "expected the path of a scene's file, got None"),
-            (lambda: kinelast.read_structure(5), TypeError, "expected the path of a scene's file, got 5"),
+            (lambda: read_document(None), TypeError, "expected the path of a scene file, got None"),
+            (lambda: kinelast.read_structure(5), TypeError, "expected the path of a scene file, got 5"),
             (lambda: kinelast.scene_motion("x"), TypeError, 'expected a scene, as of load.*, got "x"'),
-            (lambda: steel().with_values(["x"]), TypeError, "expected numbers in SI units by their paths"),
-            (lambda: steel().with_values({"sections.bar.depth": "5 mm"}), TypeError, "with_changes takes them"),
+            (lambda: steel().with_values(["x"]), TypeError, "expected a mapping from paths to numbers in SI units"),
+            (lambda: steel().with_values({"sections.bar.depth": "5 mm"}), TypeError, "with_changes accepts other"),
             (lambda: build.mechanism(build.Point("O", None, 0)), ValueError, 'the Point "O" has no number for x'),
         ],
     )

@@ -445,7 +445,7 @@ class TestMistakes:
             ({"roller": "B"}, '[cams.plate] roller: the link "tappet" has no point "B"'),
             ({"roller": None, "face": ["F", "G"]}, "roller_radius: belongs to a roller"),
             ({"roller": None, "roller_radius": None, "face": ["F", "X"]}, 'face: the link "tappet" has no point "X"'),
-            ({"roller": None, "roller_radius": None, "face": ["F", "F"]}, "face: expected two points with a distance"),
+            ({"roller": None, "roller_radius": None, "face": ["F", "F"]}, "face: expected two different points"),
             ({"roller": None, "roller_radius": None, "face": ["F", "G"], "flank": "both"}, "flank: a flat face needs"),
             ({"centre": "A"}, '[cams.plate] centre: the link "ground" has no point "A"'),
             ({"centre": [6, 40]}, '[cams.plate] roller: "A" is drawn at the centre of the camshaft'),
@@ -493,7 +493,7 @@ class TestMistakes:
         given = tables(TAPPET)
         given["cams"]["second"] = given["cams"]["plate"]
         error = scene_error(given)
-        assert '[cams.second] drive: the drive "guide" has its motion from the cam "plate" already' in error
+        assert '[cams.second] drive: the drive "guide" is already moved by the cam "plate"' in error
 
     def test_the_drive_must_be_named_if_there_are_several(self):
         given = with_cam(EQUIVALENT)

@@ -563,7 +563,7 @@ class TestRejectedInputs:
     def test_a_table_outside_the_folder_is_not_opened(self, answered):
         status, said, _ = answered("sweep_table_outside", "--sweep")
         assert status == 2
-        assert "[sweep] table: expected a file beside the scene that ends in .csv" in said
+        assert "[sweep] table: expected a file in the folder of the scene with the suffix .csv" in said
 
     @pytest.mark.parametrize("name", ["../designs.csv", "/tmp/designs.csv"])
     def test_a_table_above_the_folder_is_not_opened(self, name, tmp_path, capsys):
@@ -573,7 +573,7 @@ class TestRejectedInputs:
         (tmp_path / "designs.csv").write_text("secret\n1\n")
         assert main([str(tmp_path / "in" / "scene.toml"), "-o", str(tmp_path / "out"), "--sweep"]) == 2
         said = capsys.readouterr()
-        assert f'[sweep] table: "{name}" is not beside the scene' in said.err + said.out
+        assert f'[sweep] table: "{name}" is not in the folder of the scene' in said.err + said.out
         assert "secret" not in said.err + said.out
 
     @pytest.mark.parametrize("line", in_tiers(["KEY = 1", "[KEY]", "a = {KEY = 1}", '"x".KEY = 1'], 1, 3))

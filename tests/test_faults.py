@@ -544,8 +544,8 @@ def test_endless_files_pipes_and_empty_folders_are_errors(tmp_path, capsys):
     (tmp_path / "large.toml").write_text("#" * 5_000_000)
     (tmp_path / "empty").mkdir()
     for name, message in (
-        ("endless", "a device is no scene"),
-        ("pipe", "a device is no scene"),
+        ("endless", "a device is not a scene"),
+        ("pipe", "a device is not a scene"),
         ("large", "larger than 4 MB"),
     ):
         assert main([str(tmp_path / f"{name}.toml"), "-o", str(tmp_path / "out")]) == 2

@@ -10,7 +10,7 @@ from kinelast import SceneError, read_document, scene_from_text
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.scene.document import document_from_text
-from kinelast.scene.text import beside
+from kinelast.scene.text import reader_in
 from live.answer import quick_answer
 from live.full import whole_answer
 
@@ -46,7 +46,7 @@ def test_a_library_section_equals_the_same_section_in_the_scene(scene):
     assert "light" not in found.text(), "nothing names it"
     assert scene_from_text(found.text()).sections[0].EI == written.sections[0].EI, "the text stands alone"
     own = document_from_text(
-        f"{SCENE}\n[sections.heavy]\nshape = 'circle'\ndiameter = '1 cm'", read=beside(scene.parent)
+        f"{SCENE}\n[sections.heavy]\nshape = 'circle'\ndiameter = '1 cm'", read=reader_in(scene.parent)
     )
     assert own.scene.sections[0].area == pytest.approx(math.pi * 1e-4 / 4), "the scene's own goes before it"
 
@@ -87,7 +87,11 @@ def test_mistakes_name_the_library(scene, change, message):
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("../shop.toml", "is not beside the scene"), ("shop.csv", "ends in .toml"), ("sho.toml", 'mean "shop.toml"')],
+    [
+        ("../shop.toml", "is not in the folder of the scene"),
+        ("shop.csv", "with the suffix .toml"),
+        ("sho.toml", 'mean "shop.toml"'),
+    ],
 )
 def test_libraries_elsewhere_are_rejected(scene, name, message):
     scene.write_text(SCENE.replace("shop.toml", name))

@@ -713,7 +713,7 @@ class TestShared:
         assert server.scene_file(str(page))[0].read()[0] == scene.read_text()
         empty = tmp_path / "other.html"
         empty.write_text("<!doctype html><title>Other</title>")
-        with pytest.raises(SceneError, match="the page carries no scene"):
+        with pytest.raises(SceneError, match="the page contains no scene"):
             read_document(empty)
 
 

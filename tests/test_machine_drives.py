@@ -356,7 +356,7 @@ class TestScene:
         ("old", "new", "message"),
         [
             ('motor = "servo"', 'motor = "servos"', 'there is no motor "servos"'),
-            ("gear_ratio = 20", 'gear_ratio = "5 mm/rad"', 'as "crank" turns'),
+            ("gear_ratio = 20", 'gear_ratio = "5 mm/rad"', 'because "crank" turns'),
             ('motor = "servo"', 'cylinder = "servo"', 'there is no cylinder "servo"'),
             ('speed = "120 rpm"', 'law = [{curve = "cycloidal", duration = "1 s", by = "90 deg"}]', "constant speed"),
         ],

@@ -17,7 +17,7 @@ from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text
 from kinelast.scene.drives import motion_table
-from kinelast.scene.text import beside
+from kinelast.scene.text import reader_in
 from live.answer import quick_answer
 from live.edit import edited as changed
 from live.edit import start_of
@@ -121,12 +121,12 @@ def test_the_message_names_the_line_of_the_file(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("lifd.csv", 'there is no file "lifd.csv" beside the scene; did you mean "lift.csv"'),
-        ("../lift.csv", "is not beside the scene"),
-        ("/etc/lift.csv", "is not beside the scene"),
-        ("C:/lift.csv", "is not beside the scene"),
-        ("in/../../lift.csv", "is not beside the scene"),
-        ("lift", "that ends in .csv or .tsv or .txt"),
+        ("lifd.csv", 'there is no file "lifd.csv" in the folder of the scene; did you mean "lift.csv"'),
+        ("../lift.csv", "is not in the folder of the scene"),
+        ("/etc/lift.csv", "is not in the folder of the scene"),
+        ("C:/lift.csv", "is not in the folder of the scene"),
+        ("in/../../lift.csv", "is not in the folder of the scene"),
+        ("lift", "with the suffix .csv or .tsv or .txt"),
     ],
 )
 def test_a_motion_file_elsewhere_is_not_read(scene, name, message):
@@ -141,7 +141,7 @@ def test_unreadable_motion_files_are_errors(scene):
     with pytest.raises(SceneError, match=r'"lift.csv": not a text in UTF-8 at line 1'):
         read_document(scene)
     with pytest.raises(SceneError, match="there is no folder"):
-        document_from_text(OSCILLATING, read=beside(None))
+        document_from_text(OSCILLATING, read=reader_in(None))
     with pytest.raises(ValueError, match="line 1: "):
         columns_of('0,"' + "1" * 200_000, ("a", "b"))
 
@@ -171,7 +171,7 @@ def test_the_text_of_a_scene_contains_the_motion(scene):
     ):
         assert '["250 ms", "10.5 deg"],' in message
         assert "lift.csv" not in message
-        again = document_from_text(message, read=beside(None))
+        again = document_from_text(message, read=reader_in(None))
         np.testing.assert_array_equal(scene_motion(again.scene).drive, scene_motion(document.scene).drive)
 
 
@@ -181,10 +181,10 @@ def test_the_live_editor_reads_only_files_beside_the_scene(scene):
     assert not answer["mistakes"]
     assert answer["picture"]["drives"][0]["peaks"]
     (mistake,) = quick_answer(OSCILLATING, folder=SceneFile(None).folder)[0]["mistakes"]
-    assert "save the scene beside it first" in mistake["message"]
+    assert "save the scene first" in mistake["message"]
     assert OSCILLATING.splitlines()[mistake["line"] - 1] == 'motion = "lift.csv"'
     (mistake,) = quick_answer(OSCILLATING.replace("lift", "../lift"), folder=folder)[0]["mistakes"]
-    assert "is not beside the scene" in mistake["message"]
+    assert "is not in the folder of the scene" in mistake["message"]
     assert start_of(OSCILLATING, folder)[0]["B"]
     moved = changed(OSCILLATING, {"do": "move", "point": "B", "to": [0.29, 0.24]}, folder)
     assert 'motion = "lift.csv"' in moved

@@ -229,7 +229,7 @@ class TestDrawnLengths:
         plate = edited(FOUR_BAR, ('["A", "B"]', "{A = [0, 0], B = [0.3, 0]}"))
         wide = edited(FOUR_BAR, ('["A", "B"]', '["A", "P", "B"]'))
         for text, words in ((plate, "links.coupler.points.B.x"), (wide, "points.B.x")):
-            with pytest.raises(SceneError, match=f'the link has its size by its points: .*, as in "{words}"'):
+            with pytest.raises(SceneError, match=f'the points determine the size of this link: .*, as in "{words}"'):
                 document_from_text(text).with_changes(["links.coupler.length=0.1"])
 
 

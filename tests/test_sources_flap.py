@@ -129,7 +129,7 @@ class TestFlapMechanism:
             link = "crank"
             law = [{{curve = "cycloidal", duration = 1, by = 0.1}}]
             """
-        with pytest.raises(SceneError, match=r"pinned to one another in one line.*make them one link") as caught:
+        with pytest.raises(SceneError, match=r"pinned to one another in a straight line.*make them one link") as caught:
             scene_from_text(lever)
         assert caught.value.table == "links.one"
         assert scene_from_text(edited(lever, ("B = [0.3, 0.1]", "B = [0.3, 0.2]"))).labels == ()

@@ -87,7 +87,7 @@ class TestText:
         places = {"O": 0, "A": 0.1, "B": 0.3, "D": 0.3 + 0.2j}
         bars = (("one", "O", "A"), ("two", "A", "B"), ("three", "O", "B"), ("arm", "D", "B"))
         printed = " ".join(structure_text(linkage(places, "OD", bars)).split())
-        assert "one, two, three are pinned to one another in one line" in printed
+        assert "one, two, three are pinned to one another in a straight line" in printed
         assert "make them one link with three points" in printed
 
     def test_a_mechanism_that_does_not_close_still_has_its_graph(self):

@@ -75,7 +75,7 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
     [
         ({}, "[sweep] vary: no number is varied: expected as in"),
         ({"vary": {"sections.bar.dept": RANGE}}, 'no such number in the scene; did you mean "sections.bar.depth"?'),
-        ({"vary": {DEPTH: {**RANGE, "from": "9 mm"}}}, "the wrong way round: from 0.009 to 0.006 m, expected"),
+        ({"vary": {DEPTH: {**RANGE, "from": "9 mm"}}}, "reversed: from 0.009 to 0.006 m, expected"),
         ({"vary": {DEPTH: {**RANGE, "to": "6 kg"}}}, 'expected a length, as in "100 mm" or 0.1, got "6 kg"'),
         ({"vary": {DEPTH: {**RANGE, "from": "-3 mm"}}}, f"[sweep] vary {DEPTH}: expected a length"),
         ({"vary": {DEPTH: OPEN}}, "the key is missing: count"),
@@ -96,7 +96,7 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
         ({"vary": {DEPTH: RANGE}, "method": "latin"}, "expected one of grid, latin-hypercube, sobol"),
         ({"vary": {SPEED: [1.0], "drives[1].speed": [2.0]}}, "the number is varied twice"),
         ({"vary": {DEPTH: {**RANGE, "count": 10**10}, ACROSS: {**RANGE, "count": 10**10}}}, "too many to be numbered"),
-        ({"table": "none.csv"}, 'there is no file "none.csv" beside the scene'),
+        ({"table": "none.csv"}, 'there is no file "none.csv" in the folder of the scene'),
         ({"table": "empty.csv"}, "empty.csv holds no design"),
         ({"table": "short.csv"}, "short.csv: row 2 has 1 cells, expected 2"),
     ],

@@ -14,7 +14,7 @@ from kinelast.cli.command import main
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import RAISED, beside, coordinate, quantity
+from kinelast.scene.numbers import RAISED, coordinate, quantity, with_limit
 from kinelast.scene.units import Quantity
 from rigid import LineLoad, PinDrive, PointLoad
 
@@ -172,8 +172,8 @@ class TestUnitsOfTheScene:
     def test_small_stresses_and_times_next_to_limits(self):
         shown_in = scene_from_text(WRITTEN).shown_in
         assert [quantity(size, "Pa", shown_in=shown_in) for size in (200.0, 0.0, 2e5)] == ["200 Pa", "0 MPa", "0.2 MPa"]
-        assert beside(6294.0, 7.2e7, "s") == ("1.748 h", "20000 h")
-        assert beside(0.36, 7.2e7, "s") == ("0.0001 h", "20000 h")
+        assert with_limit(6294.0, 7.2e7, "s") == ("1.748 h", "20000 h")
+        assert with_limit(0.36, 7.2e7, "s") == ("0.0001 h", "20000 h")
         assert quantity(1800.0, "s") == "1800 s"
 
     def test_a_flow_has_the_unit_of_the_scene(self):

@@ -126,21 +126,21 @@ def _copy(name: str) -> int:
 
 def _begun(path: Path, model: Path) -> int:
     """Write a copy of a model as the user's first scene."""
-    from kinelast.scene.text import scene_to_begin_with
+    from kinelast.scene.text import with_schema
 
-    _write(path, scene_to_begin_with(model.read_text(encoding="utf-8")), "change to another folder")
+    _write(path, with_schema(model.read_text(encoding="utf-8")), "change to another folder")
     say(f"{path} written; compute it with: deflection-report {path}", sys.stdout)
     return FINE
 
 
 def _import(source: str, bend: bool) -> int:
     """Write the scene of another program's mechanism, and print the result of a first run."""
-    from kinelast.scene.text import scene_to_begin_with
+    from kinelast.scene.text import with_schema
 
     first_run = _first_run(source, bend)
     stem = "mechanism" if "://" in source else Path(source).stem
     path = Path(f"{stem}_elastic.toml" if bend else f"{stem}.toml")
-    _write(path, scene_to_begin_with(first_run.text), "change to another folder")
+    _write(path, with_schema(first_run.text), "change to another folder")
     for note in first_run.notes:
         say(f"{path}: {note}", sys.stderr)
     say(f"{path} written; {first_run.result}", sys.stdout)

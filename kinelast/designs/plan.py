@@ -16,7 +16,7 @@ from kinelast.scene import document, sections, tables, variables
 from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import ends, varied
-from kinelast.scene.text import COLUMNS, beside
+from kinelast.scene.text import COLUMNS, reader_in
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
@@ -169,7 +169,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     places: list[variables.Place] = []
     factors: list[Factor] = []
     if sweep.table is not None:
-        text = sections.read_as(sweep.table, COLUMNS, beside(folder), "sweep", "table")
+        text = sections.read_as(sweep.table, COLUMNS, reader_in(folder), "sweep", "table")
         places, rows = _table(table, sweep.table, text)
         factors.append(ListedValues(rows))
     drawn: list[tuple[variables.Place, float, float]] = []

@@ -25,7 +25,7 @@ from kinelast.scene.error import fault, known_name
 from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output, sets_limit
-from kinelast.scene.numbers import beside
+from kinelast.scene.numbers import with_limit
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
@@ -266,7 +266,7 @@ def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) 
         values = np.asarray(columns[limit.figure], float)
         still = np.isfinite(values).all() and np.ptp(values) <= MAX_STILL_CHANGE * np.abs(values).max()
         if still and limit.margin(values).max() < 0:
-            value, bound = beside(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.shown_in)
+            value, bound = with_limit(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.shown_in)
             problems.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
     if problems:
         why = "no design keeps a limit that does not depend on the variables"

@@ -24,12 +24,12 @@ from kinelast.scene.numbers import (
     SI,
     UNRELIABLE,
     DisplayUnits,
-    beside,
     coordinate,
     error_percent,
     number,
     percent,
     quantity,
+    with_limit,
 )
 from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
@@ -255,7 +255,7 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     if figure.value is None and not figure.endless:
         return name
     bound = math.inf if row.limit.value is None else row.limit.value  # JSON has no infinity
-    value, allowed = beside(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
+    value, allowed = with_limit(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
         value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"

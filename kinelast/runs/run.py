@@ -85,7 +85,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         document, optimum = best_design(document, progress.within(document.name))
         scene = document.scene
     scene = _in_requested_units(scene, request)
-    scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
+    scene = replace(scene, course=scene.course.reporting(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
         made = changed(made, interrupted=scene.course.interrupted)  # so that a later run does not treat it as complete

@@ -1,4 +1,4 @@
-"""Instants at which the laws of drives and loads have breaks: accelerations jump; loads jump, have kinks or reverse."""
+"""Times of breaks in the laws of drives and loads: jumps of an acceleration; jumps, kinks and reversals of a load."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,20 +10,20 @@ import numpy as np
 from rigid import Motion, RepeatedLaw, Resistance, SegmentedLaw, TableLaw, law_peaks
 from rigid.arrays import Flags, Reals
 
-SIDE_DISTANCE = 1e-8  # distance of each side from a break / end of the run; more than the rest at a dead centre
-MIN_BREAK_DISTANCE = 4.0  # distance of two breaks / SIDE_DISTANCE
-SEARCH_INSTANTS = 1441  # number of instants; a load's coordinate passes at most one break between two of them
-BISECTIONS = 26  # they reduce the distance of the instants below SIDE_DISTANCE
+SIDE_DISTANCE = 1e-8  # distance of each side from a break / duration of the run; longer than the rest at a dead centre
+MIN_BREAK_DISTANCE = 4.0  # smallest distance between two breaks / SIDE_DISTANCE
+SEARCH_INSTANTS = 1441  # number of times in a search; between two of them a load's coordinate passes at most one break
+BISECTIONS = 26  # enough to reduce the distance between two times of the search to less than SIDE_DISTANCE
 
 
 @dataclass(frozen=True)
 class Breaks:
-    """Instants at which laws have breaks.
+    """Times at which laws have breaks.
 
     Attributes
     ----------
     before, after
-        Instants just before and just after each break [s], shape (breaks,). The end of a cycle precedes its start.
+        Times just before and just after each break [s], shape (breaks,). The end of a cycle comes before its start.
     aside
         Distance of each side from its break [s].
     """
@@ -34,38 +34,38 @@ class Breaks:
 
     @property
     def sides(self) -> Reals:
-        """Both sides of all breaks [s], in order of time."""
+        """Times on both sides of all breaks [s], in increasing order."""
         return np.sort(np.concatenate([self.before, self.after]))
 
     def far(self, times: Reals) -> Flags:
-        """Whether instants are neither between the sides of a break nor next to a side."""
+        """Return whether times are neither between the two sides of a break nor close to a side."""
         sides = np.append(self.sides, np.inf)
         at = np.searchsorted(sides, times)
         return np.minimum(np.abs(sides[at] - times), np.abs(sides[at - 1] - times)) > self.aside
 
     @property
     def edges(self) -> Reals:
-        """Instants between the side before a break and the break [s]; the break belongs to the side after it."""
+        """Time between each break and the side before it [s]; the break itself belongs to the side after it."""
         return self.before + self.aside / 2
 
 
 def breaks_of(
     laws: Iterable[Any], loads: Iterable[Any], end: float, turn: bool, motion_at: Callable[[Reals], Motion], last: float
 ) -> Breaks:
-    """Breaks of all laws of a run.
+    """Return the breaks of all laws in a run.
 
     Parameters
     ----------
     laws
-        Laws of the drives: motion laws, and efforts with a law.
+        Laws of the drives: motion laws, and efforts that follow a law.
     loads
         Loads of the mechanism.
     end, turn
         End of the run [s], which starts at 0, and whether it is a cycle.
     motion_at
-        The motion at any instants, for loads that depend on a coordinate.
+        Function that returns the motion at any times. It is needed for loads that depend on a coordinate.
     last
-        Last instant of the motion [s]; an integration may stop before the end of the run.
+        End of the motion [s]; an integration may stop before the end of the run.
     """
     aside, laws, loads = SIDE_DISTANCE * end, [*laws], [*loads]
     efforts = (law.effort.law for law in laws if hasattr(law, "effort"))
@@ -93,7 +93,7 @@ def breaks_of(
 
 
 def knots_of(laws: Iterable[Any], end: float) -> Reals:
-    """Instants of the entries of motion tables within a run [s]; the acceleration has no maximum between them."""
+    """Return the times of the entries of motion tables [s]. Between two entries, the acceleration has no maximum."""
     tables = ((law.law, law.duration) if isinstance(law, RepeatedLaw) else (law, end) for law in laws)
     knots = [
         np.add.outer(np.arange(_rounds(end, lasts)) * lasts, table.times).ravel()
@@ -109,19 +109,19 @@ def _rounds(end: float, lasts: float) -> int:
 
 
 def _jumps(law: Any, end: float, aside: float) -> Iterator[float]:
-    """Instants at which the acceleration of a motion law jumps [s]."""
+    """Yield the times at which the acceleration of a motion law jumps [s]."""
     peaks = law_peaks(law)
     if peaks is None or not peaks.jumps:
         return
     if isinstance(law, RepeatedLaw):
         yield from np.add.outer(np.arange(_rounds(end, law.duration)) * law.duration, peaks.jumps).ravel().tolist()
         return
-    for time in peaks.jumps:  # at the end of the last segment, use the side before
+    for time in peaks.jumps:  # at the end of the last segment, use the side before the break
         yield time + aside if isinstance(law, SegmentedLaw) and time >= law.duration * (1.0 - SIDE_DISTANCE) else time
 
 
 def _passed(law: Any, seen: Motion, motion_at: Callable[[Reals], Motion]) -> Iterable[float]:
-    """Instants at which the coordinate of a load passes a break of its curve [s]."""
+    """Return the times at which the coordinate of a load passes a break of its curve [s]."""
     times = seen.time
     if np.array_equal(law.place(seen), times):
         return [time for time in law.breaks if times[0] <= time <= times[-1]]
@@ -135,7 +135,10 @@ def _passes(
     motion_at: Callable[[Reals], Motion],
     middle: float | None = None,
 ) -> list[float]:
-    """Instants at which a coordinate passes one of several values [s], or an angle jumps by a turn about `middle`."""
+    """Return the times at which a coordinate passes one of several values, or an angle jumps by a turn [s].
+
+    An angle jumps half a turn away from `middle`.
+    """
     place, times = np.broadcast_to(place_of(seen), seen.columns), seen.time
     wrapped = np.abs(np.diff(place)) > (pi if middle is not None else np.inf)
     rows = [(np.flatnonzero(((place[:-1] >= at) != (place[1:] >= at)) & ~wrapped), at) for at in bounds]

@@ -24,7 +24,7 @@ from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.parsing import leaves
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
-from kinelast.scene.sections import Material, SectionSource, making, poisson_of
+from kinelast.scene.sections import Material, SectionSource, poisson_of, section_source
 from kinelast.scene.tables import BoundTable
 from kinelast.scene.units import Quantity
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
@@ -33,7 +33,7 @@ from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
 @dataclass(frozen=True, eq=False)
 class SceneMechanism:
-    """A mechanism without loads, its links in the same order, and a law or effort for each drive."""
+    """A mechanism without loads, with its links (in the same order) and a law or an effort for each drive."""
 
     mechanism: Mechanism
     bodies: tuple[LinkModel, ...]
@@ -62,9 +62,9 @@ def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechani
     return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
 
 
-MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law that ends slower than this ends at rest
+MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law whose final speed is below this ends at rest
 DURATION_TOLERANCE = 1e-9  # a duration this close to the period (relative) is one cycle
-MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] longest run; beyond this, squares overflow
+MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] shortest and longest run; squares must not overflow
 
 
 def built(
@@ -79,7 +79,9 @@ def built(
     files
         Texts of the scene's files by name.
     varied
-        Names of links with points that differ between designs; collinear beams may not stay collinear.
+        Names of links with points that differ between designs. Their beams are not merged, because collinear beams may
+        not
+        stay collinear.
     """
     if table.structure_only:
         raise fault("", "structure_only", "the scene only describes a structure: use --structure")
@@ -105,7 +107,7 @@ def built(
     bodies = undivided(mechanism, parts.bodies, varied)
     mechanism = _with_bodies(mechanism, parts.bodies, bodies)
     beams = [(body, k) for body in bodies for k in range(len(body.sections))]
-    made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
+    made_of = tuple(section_source(table, body.link.name, body.numbers[k]) for body, k in beams)
     materials = materials_of(table, {made.material for made in made_of if made.material})
     assembly = Assembly(table, mechanism, beams, made_of, materials, parts.laws, run.duration,
                         partial(materials_of, table), poisson_of)  # fmt: skip
@@ -135,9 +137,9 @@ def built(
 
 
 def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:
-    """Return True if several designs with different points run for less than a cycle.
+    """Return True if there are several designs with different points and the run is shorter than a cycle.
 
-    Their answers are quasi-static, so the length of the whole cycle does not matter.
+    Their answers are quasi-static, so the exact period does not matter.
     """
     places = (point for link in mechanism.links for point in link.points.values())
     if table.run.duration is None or not any(np.ndim(place) for place in places):
@@ -145,27 +147,27 @@ def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition
     return bool(np.all(real(table.run.duration) < (1.0 - DURATION_TOLERANCE) * drives.period))
 
 
-KEPT = ("rad", "rad/s", "m^3/s")  # the report uses the file's units for these dimensions
+FILE_UNITS = ("rad", "rad/s", "m^3/s")  # for these dimensions, the report uses the units of the file
 
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
     """Return the most frequent units of angles, angular speeds and flows in a file."""
     bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
-    every = [*leaves(table, Quantity), *(each for bound in bounds for each in _kept(bound))]
-    names = Counter((each.unit, each.written) for each in every if each.unit in KEPT and each.written)
+    every = [*leaves(table, Quantity), *(each for bound in bounds for each in _in_file_units(bound))]
+    names = Counter((each.unit, each.written) for each in every if each.unit in FILE_UNITS and each.written)
     most = {unit: name for (unit, name), _ in reversed(names.most_common())}
     return {unit: (1.0 / Quantity.of_unit(unit, f"1 {name}"), name) for unit, name in most.items() if name != unit}
 
 
-class _Kept(Quantity, units=KEPT):
+class _FileUnit(Quantity, units=FILE_UNITS):
     """An angle, an angular speed or a flow."""
 
 
-def _kept(bound: Any) -> Iterator[Quantity]:
+def _in_file_units(bound: Any) -> Iterator[Quantity]:
     """Yield the angles, angular speeds and flows among the bounds of a figure."""
     for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
         with suppress(ValueError):
-            yield _Kept.read(amount)
+            yield _FileUnit.read(amount)
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:
@@ -181,7 +183,7 @@ def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequ
 
 
 def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:
-    """Return the course of a mechanism, which is integrated if a drive has a given effort."""
+    """Return the course of a mechanism. It is integrated if the effort of a drive is given."""
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
@@ -214,7 +216,7 @@ def _label(body: LinkModel, number: int) -> str:
 
 
 def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
-    """Return the run: the given duration, or else one cycle, one turn of a steady drive, or the longest law."""
+    """Return the run. By default it lasts one cycle, one turn of a steady drive, or as long as the longest law."""
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     no_cycle = repetition.reason if repetition.turn is not None else ""
     given = table.run.duration is not None

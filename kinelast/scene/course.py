@@ -1,4 +1,4 @@
-"""Motion of a scene, from the laws of its drives, or integrated if a drive has a given effort."""
+"""Motion of a scene. It follows from the laws of the drives, or is integrated if the effort of a drive is given."""
 
 from __future__ import annotations
 
@@ -25,32 +25,34 @@ if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
-MIN_SEARCH_INSTANTS = 1440  # smallest number of instants in a search for rigid figures
-LAW_INSTANTS, EXTRA_INSTANTS = 20001, 64  # instants for a law's acceleration, and extra ones at its peaks
-REST_INSTANTS = 257  # number of instants that show whether a run ends at rest
-MIN_KNOWN, MAX_TURN = 90, 0.1  # to reuse postures: fewest positions, largest rotation [rad] between them
+MIN_SEARCH_INSTANTS = 1440  # smallest number of times at which figures of the rigid motion are evaluated
+LAW_INSTANTS = 20001  # number of times at which the acceleration of a law is sampled
+EXTRA_INSTANTS = 64  # number of times that are added where the acceleration of a law is large
+REST_INSTANTS = 257  # number of times at which a run is tested for rest
+MIN_REUSABLE = 90  # fewest positions of a motion whose postures are reused
+MAX_TURN = 0.1  # [rad] largest rotation between two positions of such a motion
 
 
 @dataclass(frozen=True)
 class Run:
-    """Instants of a run.
+    """Times of a run.
 
     Attributes
     ----------
     positions
-        Number of positions, counted from the start.
+        Number of positions.
     duration
         Duration [s].
     turn
         True if the duration is one cycle of the mechanism. The end equals the start and is not repeated.
     tolerance
-        Relative tolerance of a step if the motion is integrated.
+        Relative tolerance of an integration step.
     steps
         Maximum number of steps of an integration.
     cycle
         Period of the motion [s], independent of the duration; nan if the motion never repeats.
     no_cycle
-        Reason why the motion never repeats; empty if it repeats or is not expected to.
+        Reason why the motion never repeats although a cycle was expected, otherwise empty.
     duration_given
         True if the scene gives the duration.
     """
@@ -67,16 +69,16 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Course(ABC):
-    """A mechanism with the laws of its motion; it provides the motion at any instants.
+    """A mechanism with the laws of its motion. It returns the motion at any times.
 
     Attributes
     ----------
     mechanism
         Geometry, mass, drives, loads and springs.
     laws
-        One per drive: a function from time [s] to coordinate, rate and acceleration, or an effort.
+        For each drive, a function from time [s] to coordinate, rate and acceleration, or an effort.
     run
-        Instants of the run.
+        Times of the run.
     path
         Path of the scene file, for messages.
     """
@@ -87,7 +89,7 @@ class Course(ABC):
     path: str = ""
 
     def times(self, positions: int | None = None) -> Reals:
-        """Return the instants of the run [s], shape (positions,), or (designs, positions) if durations differ.
+        """Return the times of the run [s], shape (positions,), or (designs, positions) if durations differ.
 
         `positions` overrides the number of positions of the run.
         """
@@ -99,18 +101,18 @@ class Course(ABC):
 
     @cached_property
     def breaks(self) -> Breaks:
-        """Instants at which laws of drives and loads have jumps or kinks; for one design."""
+        """Breaks in the laws of the drives and loads of a single design."""
         end = float(self.run.duration)
         return breaks_of(self.laws, self.mechanism.loads, end, self.run.turn, self.at, float(self.span[1]))
 
     def with_breaks(self, times: Reals) -> Reals:
-        """Return the given instants [s] and both sides of all breaks between them, shape (instants,)."""
+        """Return the given times [s] and both sides of all breaks between them, shape (times,)."""
         sides = self.breaks.sides
         last = times[0] + self.period if self.run.turn else times[-1]
         return distinct(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
 
     def closer(self, times: Reals) -> Reals:
-        """Return the given instants [s], and instants between them and at large accelerations, shape (instants,)."""
+        """Return the given times [s] with more times between them, denser at large accelerations, shape (times,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
         parts = max(2, -(-MIN_SEARCH_INSTANTS // len(times)))
         wide = np.diff(ends) > MIN_BREAK_DISTANCE * self.breaks.aside
@@ -119,9 +121,9 @@ class Course(ABC):
         pushed = [
             np.broadcast_to(np.abs(law(fine)[2]), LAW_INSTANTS) for law in self.laws if not isinstance(law, DriveEffort)
         ]
-        gone = [np.cumsum(each) for each in pushed if each.any()]
+        sums = [np.cumsum(each) for each in pushed if each.any()]
         shares = (np.arange(EXTRA_INSTANTS) + 0.5) / EXTRA_INSTANTS
-        steep = [np.interp(shares * each[-1], each, fine) for each in gone]
+        steep = [np.interp(shares * each[-1], each, fine) for each in sums]
         knots = knots_of(self.laws, float(ends[-1]))
         more = np.concatenate([between.ravel(), *steep, knots[knots >= ends[0]]])
         return self.with_breaks(distinct(np.append(times, more[self.breaks.far(more)])))
@@ -133,49 +135,52 @@ class Course(ABC):
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time of the motion [s]; unlimited if given by laws."""
+        """First and last time of the motion [s]. A motion given by laws is unlimited."""
         return -inf, inf
 
     @property
     def stops(self) -> bool:
-        """True if the drives move and are at rest at the end of the run; unknown (False) if integrated."""
+        """True if the drives move and are at rest at the end of the run. An integrated course returns False."""
         return False
 
     @property
     def interrupted(self) -> float | None:
-        """Time at which a user interrupted the integration [s]; None if not interrupted."""
+        """Time at which the user interrupted the integration [s], or None."""
         return None
 
-    def telling(self, on_step: OnStep) -> Course:
-        """Return the same course, calling `on_step` with the time reached [s] after each step."""
+    def reporting(self, on_step: OnStep) -> Course:
+        """Return the same course, which calls `on_step` with the time reached [s] after each step."""
         return self
 
     @abstractmethod
     def at(self, times: Any) -> Motion:
-        """Return the motion at any instants [s], shape (positions,).
+        """Return the motion at any times [s], shape (positions,).
 
         Raises
         ------
         SceneError
-            The motion cannot start or ends earlier; a table does not cover the instants.
+            The motion cannot start or ends too early, or a table does not cover the times.
         """
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """Return the motion at separate instants, on the branch of nearby postures. Raises the same errors as `at`."""
+        """Return the motion at separate times, each on the branch of a nearby posture.
+
+        Raises the same errors as `at`.
+        """
         return self.at(times)
 
     @abstractmethod
     def chunks(self, times: Reals) -> Iterator[Motion]:
-        """Yield the motion in chunks that fit into the cache. Raises the same errors as `at`."""
+        """Yield the motion in chunks that fit into the processor's cache. Raises the same errors as `at`."""
 
     @abstractmethod
     def reached(self, times: Reals) -> Reals:
-        """Return the instants [s] that the mechanism reaches."""
+        """Return the times [s] at which the mechanism can be assembled."""
 
 
 @dataclass(frozen=True, eq=False)
 class CourseByLaws(Course):
-    """A course with laws for all drives."""
+    """A course in which every drive follows a law."""
 
     laws: tuple[DriveLaw, ...]
 
@@ -188,14 +193,14 @@ class CourseByLaws(Course):
         return bool(resting[-2] and not resting[0])
 
     def at(self, times: Any) -> Motion:
-        """Return the motion at any instants."""
+        """Return the motion at any times."""
         times = np.asarray(times, float)
         with of_scene(self.path, self.mechanism):
             drives = by_laws(self.laws, times)
-            moved = self._beside(times, drives)
+            moved = self._from_known(times, drives)
             if moved is None:
                 moved = motion(self.mechanism, *drives, times)
-                if not self._followed and _worth_keeping(moved):
+                if not self._followed and _is_reusable(moved):
                     self._followed.append(moved)
         return moved
 
@@ -204,8 +209,8 @@ class CourseByLaws(Course):
         """Cache of the first motion with many positions that Newton's method followed from the drawing."""
         return []
 
-    def _beside(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
-        """Return the motion from nearby known postures; None if there are none or a link is far from the nearest."""
+    def _from_known(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
+        """Return the motion, started from the nearest known postures; None if a link ends up too far from them."""
         if not self._followed or times.ndim != 1:
             return None
         known = self._followed[0]
@@ -220,7 +225,7 @@ class CourseByLaws(Course):
         return moved if (np.abs(moved.direction - near.direction) <= step).all() else None
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """Return the motion at separate instants."""
+        """Return the motion at separate times."""
         with of_scene(self.path, self.mechanism):
             return motion(self.mechanism, *by_laws(self.laws, times), times, postures)
 
@@ -230,14 +235,14 @@ class CourseByLaws(Course):
             yield from motion_in_chunks(self.mechanism, *by_laws(self.laws, times), times)
 
     def reached(self, times: Reals) -> Reals:
-        """Return the instants at which all joints close."""
+        """Return the times at which all joints close."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
 
 
-def _worth_keeping(moved: Motion) -> bool:
-    """Return True if postures are worth reusing, i.e. groups are iterated and steps between positions are small."""
+def _is_reusable(moved: Motion) -> bool:
+    """Return True if the postures are worth reusing: iterations are needed and steps between positions are small."""
     iterated = any(group.free and not group.closed_form for group in moved.structure.groups)
-    if not iterated or len(moved.columns) != 1 or moved.columns[0] < MIN_KNOWN:
+    if not iterated or len(moved.columns) != 1 or moved.columns[0] < MIN_REUSABLE:
         return False
     return bool((np.abs(np.diff(moved.direction)) <= MAX_TURN).all())  # nan at unreachable positions
 
@@ -274,7 +279,7 @@ def table_of(mechanism: Mechanism, error: MechanismError) -> str:
 
 @dataclass(frozen=True, eq=False)
 class IntegratedCourse(Course):
-    """A course with a drive given by its effort. The motion is integrated once, on first use.
+    """A course in which the effort of a drive is given. The motion is integrated once, on first use.
 
     Attributes
     ----------
@@ -284,13 +289,13 @@ class IntegratedCourse(Course):
 
     on_step: OnStep | None = None
 
-    def telling(self, on_step: OnStep) -> Course:
-        """Return the same course, not yet integrated."""
+    def reporting(self, on_step: OnStep) -> Course:
+        """Return the same course with a progress callback. It is not yet integrated."""
         return replace(self, on_step=on_step)
 
     @cached_property
     def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
-        """Motion, and the error that stopped it before the end of the run, if any.
+        """Motion, and the error that stopped the integration before the end of the run, or None.
 
         Raises
         ------
@@ -319,14 +324,14 @@ class IntegratedCourse(Course):
 
     @property
     def interrupted(self) -> float | None:
-        """Time at which a user interrupted the integration [s]."""
+        """Time at which the user interrupted the integration [s], or None."""
         from rigid.dynamics import INTERRUPTED
 
         stop = self.integrated[1]
         return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
 
     def at(self, times: Any) -> Motion:
-        """Return the motion at any instants."""
+        """Return the motion at any times."""
         from rigid.dynamics import motion_during
 
         times = np.asarray(times, float)
@@ -342,11 +347,11 @@ class IntegratedCourse(Course):
             yield from (motion_during(whole, times[k : k + step]) for k in range(0, len(times), step))
 
     def reached(self, times: Reals) -> Reals:
-        """Return the instants that the integration reaches."""
+        """Return the times that the integration reaches."""
         return np.asarray(times[times <= self.integrated[0].time[-1]])
 
     def _until(self, times: Reals) -> IntegratedMotion:
-        """Return the integrated motion; raise the error that stopped it if an instant lies beyond."""
+        """Return the integrated motion. If a time lies beyond its end, raise the error that stopped the integration."""
         whole, stop = self.integrated
         if stop is not None and times.max(initial=0.0) > whole.time[-1]:
             raise stop

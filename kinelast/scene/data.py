@@ -1,4 +1,4 @@
-"""A scene ready to compute: mechanism, drives, run, limits; its motion and deflection."""
+"""Scenes that are ready to compute, with their motion and deflection."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class Theory:
     Attributes
     ----------
     name
-        "quasi-static", "elastodynamic" or "geometrically-exact"; None if the accuracy decides.
+        "quasi-static", "elastodynamic" or "geometrically-exact"; None to choose it by the accuracy.
     accuracy
-        Largest relative error of the answer; None means the default of 5 %.
+        Largest relative error of the answer; None for the default of 5 %.
     damping_ratio
         Damping ratio at the lowest natural frequency, for beams without a given beta.
     damping
-        Kelvin-Voigt coefficient beta of every beam [s]; nan if its material has no damping.
+        Kelvin-Voigt coefficient beta of every beam [s], nan if its material does not give one.
     """
 
     name: str | None = None
@@ -55,37 +55,37 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """True if the quasi-static answer is requested, regardless of its error."""
+        """True if the quasi-static theory is requested by name."""
         return self.name == QUASI_STATIC
 
     @property
     def demanded(self) -> bool:
-        """True if vibration is requested by name or by an accuracy."""
+        """True if a theory with vibration or an accuracy is requested."""
         return self.name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT) or self.accuracy is not None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """A scene ready to compute.
+    """A scene that is ready to compute.
 
     Attributes
     ----------
     name, title, source
-        Stem of the file name, and the texts in the scene.
+        Name of the file without its suffix, and the title and source that the file gives.
     course
-        Mechanism with the laws or efforts of its drives, and the run. The block of a slot is a separate link.
+        Mechanism with the laws or efforts of its drives, and the run. Each slot adds a link for its block.
     sections, labels
-        One per beam, in the order of `mechanism.beams`: section (infinite rigidities for rigid links), and the name of
-        the link, with .1, .2 ... if it has several beams.
+        Section and label of every beam, in the order of `mechanism.beams`. The sections of rigid links have infinite
+        rigidities. A label is the name of the link, followed by .1, .2 ... if the link has several beams.
     joints
         Joints with compliance or misalignment, by name.
     materials
-        Materials of the file, by name.
+        Materials that the scene contains or uses from the library, by name.
     outlines
         Corners of drawn links in link axes [m], by link.
     limits, bounds, output
-        Limits by their keys, limits by names of figures (see `kinelast.figures.registry.limits_of`), and the output
-        if the file names it.
+        Limits that have their own keys, limits that name a figure (see `kinelast.figures.registry.limits_of`), and the
+        output, or None if the file does not name it.
     made_of
         Section and material of every beam, in the order of `sections`.
     text
@@ -93,11 +93,12 @@ class Scene:
     theory
         Requested theory of the deflection.
     report_units, written
-        Unit system of the report ("SI", "mm" or "in"), and the file's units of angles and speeds, by SI unit.
+        Unit system of the report ("SI", "mm" or "in"), and the units of angles, angular speeds and flows in the file,
+        by SI unit.
     settled
-        Distance from the rest position below which the output has settled after a stop [m or rad]; None if not given.
+        Distance from its rest position within which the output counts as settled after a stop [m or rad], or None.
     parts
-        Other parts by kind and name, see `kinelast.scene.part`.
+        Machine parts by kind and name, see `kinelast.scene.part`.
     """
 
     name: str
@@ -122,7 +123,7 @@ class Scene:
     _known: dict[Callable[[Scene], Any], Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, function: Callable[[Scene], Result]) -> Result:
-        """Return a result of the scene, cached."""
+        """Return the result of a function of the scene, computed once."""
         if function not in self._known:
             self._known[function] = function(self)
         return self._known[function]
@@ -139,7 +140,7 @@ class Scene:
 
     @property
     def bearings(self) -> Mapping[str, JointParts]:
-        """Parts of joints, by the name of the pin or slider."""
+        """Bearings, pins and eyes, by the name of the pin or slider."""
         return self.parts["bearings"]
 
     def __repr__(self) -> str:
@@ -152,14 +153,14 @@ class Scene:
 
     @property
     def _summary(self) -> str:
-        """Numbers of links, beams, drives and positions in words."""
+        """Summary such as "4 links, 3 beams, 1 drive, 360 positions"."""
         counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
         counts["position"] = self.run.positions
         return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
 
     @cached_property
     def member_names(self) -> tuple[str, ...]:
-        """Name of each beam's member: its link, with the end points if the link has several members."""
+        """Name of each beam's member: the name of the link, with the end points if the link has several members."""
         mechanism, members = self.mechanism, members_of(self.mechanism)
         owners = [mechanism.beams[run.beams[0]][0] for run in members.runs]
         names = []
@@ -172,7 +173,7 @@ class Scene:
 
     @cached_property
     def beam_names(self) -> tuple[str, ...]:
-        """Name of each beam for people: its member, or the link and the ends of the beam if the member has several."""
+        """Display name of each beam: its member, or link and end points if the member has several beams."""
         parts = Counter(self.member_names)
         return tuple(
             member if parts[member] == 1 else f"{self.mechanism.links[at].name} from {beam.start} to {beam.end}"
@@ -180,13 +181,13 @@ class Scene:
         )
 
     def shown_items(self, kind: Kind) -> list[str]:
-        """Return the names of the items of a kind for people; files use the labels of beams."""
+        """Return the display names of the items of a kind; in files, beams have their labels instead."""
         names = dict(zip(self.labels, self.beam_names, strict=True))
         return [names.get(name, name) for name in items_of(self, kind)]
 
     @property
     def shown_in(self) -> DisplayUnits:
-        """Units of the report, by SI unit."""
+        """Display units of the report, by SI unit."""
         return {**REPORT_UNITS.get(self.report_units, {}), **self.written}
 
     @property
@@ -201,7 +202,7 @@ class Scene:
 
     @property
     def run(self) -> Run:
-        """Instants of the run."""
+        """Times of the run."""
         return self.course.run
 
     @property
@@ -216,15 +217,15 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
     Parameters
     ----------
     positions
-        Number of positions, in place of the run's.
+        Number of positions (default: that of the run).
     partial
-        Return nan at unreachable positions instead of raising.
+        If True, unreachable positions give nan instead of an error.
 
     Raises
     ------
     SceneError
-        A position is unreachable (the message names it and the joint that opens), an integration stops, or a table does
-        not cover the run.
+        A position is unreachable (the message names the position and the joint that opens), an integration stops, or a
+            table does not cover the run.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')
@@ -241,7 +242,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
     Raises
     ------
     SceneError
-        The block of a slider reaches a beam that cannot guide it.
+        The block of a slider reaches a beam that cannot guide the slider.
     """
     try:
         return deflection(moved, scene.sections, joints=scene.joints)
@@ -252,7 +253,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 
 
 def require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise if the drives require unreachable positions; the message names the position and the joint that opens."""
+    """Raise if a position is unreachable; the message names the position and the joint that opens."""
     try:
         require_reach(moved, scene.shown_in.get("m", (1.0, "m")))
     except ReachError as error:
@@ -261,7 +262,7 @@ def require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_tables(scene: Scene, moved: Motion) -> None:
-    """Raise if a coordinate leaves the range of a load table."""
+    """Raise if the abscissa of a load table leaves the table during the motion."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)
         if law is not None:
@@ -272,7 +273,7 @@ def require_tables(scene: Scene, moved: Motion) -> None:
 
 
 def require_determined(scene: Scene) -> None:
-    """Raise if the drives do not determine the motion, or collinear bars make every position singular."""
+    """Raise if the drives do not determine the motion, or if collinear links make every position singular."""
     mechanism = scene.mechanism
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
@@ -286,7 +287,7 @@ def require_determined(scene: Scene) -> None:
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:
-    """Raise if three links pinned to each other are collinear: every position is singular."""
+    """Raise if three links that are pinned to each other are collinear, which makes every position singular."""
     from rigid.topology import assembled, flat_triangles
 
     try:
@@ -295,5 +296,5 @@ def _require_no_flat_triangle(scene: Scene) -> None:
         return
     if flat:
         names = ", ".join(f'"{name}"' for name in flat[0])
-        problem = f"{names} are pinned to one another in one line, which is singular in every position: "
+        problem = f"{names} are pinned to one another in a straight line, which is singular in every position: "
         raise SceneError(scene.path, f"links.{flat[0][0]}", "", problem + "make them one link with three points")

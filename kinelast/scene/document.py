@@ -1,4 +1,4 @@
-"""Document of a scene: text and tables, parsed once. Changing values creates a new document."""
+"""Documents of scenes: text and tables, parsed once. Changing a value creates a new document."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinelast.scene.data import Scene, require_determined
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parts.cams import require_moved
-from kinelast.scene.text import COLUMNS, beside, decoded, file_bytes, of_file, scene_name, with_tables, written
+from kinelast.scene.text import COLUMNS, decoded, file_bytes, of_file, reader_in, scene_name, with_tables, written
 from kinelast.scene.units import shown
 
 Tables = Mapping[str, Any]
@@ -23,18 +23,18 @@ Tables = Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Document:
-    """A scene as written: tables and numbers before the mechanism is built.
+    """A scene as written in a file, before the mechanism is built.
 
     Attributes
     ----------
     tables, table
-        Tables of the file, raw and parsed.
+        Raw and parsed tables of the file.
     name, path
         Name of the scene, and path of its file for messages.
     source
         Text of the file; empty if the scene comes from tables.
     values
-        Changed numbers by path [SI units].
+        Changed numbers by path [SI unit].
     varied
         Names of links whose points differ between designs, see `kinelast.scene.build.built`.
     files
@@ -76,9 +76,9 @@ class Document:
             return scene
 
     def text(self, head: str = "") -> str:
-        """Return the text of the file with the current values; comments and order are kept.
+        """Return the text of the file with the current values. Comments and the order of entries do not change.
 
-        Motions from other files are written into the text, which is then self-contained.
+        Motions from other files are written into the text, so that it is self-contained.
 
         Parameters
         ----------
@@ -95,38 +95,38 @@ class Document:
         return written(self.source, self.table, self.values, motions, head)
 
     def variable(self, path: str) -> variables.Variable:
-        """Return a number of the scene by its path; a SceneError suggests the most similar path."""
+        """Return a number of the scene by its path; SceneError suggests the most similar path."""
         return variables.place_of(self.table, path).variable
 
     def value(self, path: str, text: Any) -> float:
-        """Convert a value, written as in the file, to the SI unit of the number.
+        """Convert the value of a number, written as in the file, to the SI unit of the number.
 
         A length without a unit is in the file's length unit.
 
         Raises
         ------
         SceneError
-            As for `variable`, or the dimension is wrong, or the value is out of range.
+            There is no such number, the dimension is wrong, or the value is out of range.
         """
         return variables.value_at(self.table, variables.place_of(self.table, path, absent=True), text)
 
     def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
-        """Return the scene with changed numbers, by path [SI units].
+        """Return the scene with changed numbers.
 
         Parameters
         ----------
         note
-            Addition to the title that distinguishes the scene from the original.
+            Text added to the title, to distinguish the scene from the original.
 
         Raises
         ------
         SceneError
-            As for `variable`, or a value is out of range.
+            There is no such number, or a value is out of range.
         TypeError
             `values` is not a mapping from paths to numbers.
         """
         if not isinstance(values, Mapping) or not all(isinstance(each, Real) for each in values.values()):
-            expected = "expected numbers in SI units by their paths; with_changes takes them with other units"
+            expected = "expected a mapping from paths to numbers in SI units; with_changes accepts other units"
             raise TypeError(f'{expected}, as in ["links.rod.length=330 mm"], got {shown(values)}')
         places = {path: variables.place_of(self.table, path, absent=True) for path in values}
         tables = self.tables
@@ -141,12 +141,12 @@ class Document:
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
     def with_changes(self, changes: str | Sequence[str]) -> Document:
-        """Return the scene with one or several typed changes, such as "links.rod.length=330 mm".
+        """Return the scene with one or several changes, written such as "links.rod.length=330 mm".
 
         Raises
         ------
         SceneError
-            As `with_values`.
+            A change is malformed, or for the same reasons as in `value`.
         """
         if isinstance(changes, str):
             changes = [changes]
@@ -161,7 +161,7 @@ class Document:
             return self.with_values(values, ", ".join(changes))
 
     def with_positions(self, positions: int | None) -> Document:
-        """Return the scene with another number of positions, which its text does not show; None keeps the number."""
+        """Return the scene with another number of positions (default: unchanged). Its text does not show the number."""
         if positions is None:
             return self
         tables = variables.put(self.tables, ("run", "positions"), positions)
@@ -170,7 +170,7 @@ class Document:
 
 
 def _typed(value: str) -> int | float | str:
-    """Return the number that a text contains, otherwise the text itself."""
+    """Convert a text to a number if possible, otherwise return the text."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(value)
@@ -178,7 +178,7 @@ def _typed(value: str) -> int | float | str:
 
 
 def document_from_bytes(content: bytes, path: str | Path) -> Document:
-    """Return the document from the bytes of a TOML file; raise SceneError if they are invalid."""
+    """Return the document from the bytes of a TOML file; raise SceneError if the file is invalid."""
     return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
@@ -190,14 +190,14 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
     path
         Path of the file for messages.
     read
-        Reader of the files that the scene refers to. The default reads them from the folder of `path`.
+        Function that reads the files to which the scene refers (default: reads from the folder of `path`).
 
     Raises
     ------
     SceneError
-        The text contains an error, or a file that it refers to cannot be read.
+        The text contains an error, or one of its files cannot be read.
     """
-    read = read or beside(Path(path).parent)
+    read = read or reader_in(Path(path).parent)
     with of_file(path), _all_mistakes_of(text, read):
         tables = parsing.parse_toml(text)
         document = document_from_dict(tables, name, path, read)
@@ -207,7 +207,7 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
 
 @contextmanager
 def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
-    """Add the other errors in a text to the first one; without a text (for a design) there is only the first."""
+    """Add the other errors in the text to the first error. A design has no text: only its first error is known."""
     try:
         yield
     except SceneError as error:
@@ -219,7 +219,7 @@ def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
 def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
     """Return all errors in a TOML text, except errors of the whole mechanism (such as a loop that does not close).
 
-    `read` reads the files that the scene refers to.
+    `read` reads the files to which the scene refers.
     """
 
     def require_parts(raw: Tables) -> None:
@@ -232,7 +232,7 @@ def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
 
 
 def files_of(table: SceneTable, read: sections.Read) -> dict[str, str]:
-    """Return the texts of the files that a scene refers to, by file name.
+    """Return the texts of the files to which a scene refers, by file name.
 
     Raises
     ------
@@ -250,14 +250,14 @@ def files_of(table: SceneTable, read: sections.Read) -> dict[str, str]:
 def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
     """Return the document from the tables of a TOML file; parameters and errors are as in `document_from_text`."""
     with of_file(path):
-        read = read or beside(Path(path).parent)
+        read = read or reader_in(Path(path).parent)
         tables, texts = sections.with_files(raw, read)
         table = _parsed(raw, tables)
         return Document(tables, table, name, path, files={**texts, **files_of(table, read)})
 
 
 def _parsed(raw: Tables, tables: Tables) -> SceneTable:
-    """Validate the tables of a file and its library; an error in the library is reported with the library's name."""
+    """Validate the tables of a file and its library. An error in the library is reported with the library's name."""
     try:
         return parsing.parse_scene(tables)
     except SceneError as error:
@@ -268,14 +268,14 @@ def _parsed(raw: Tables, tables: Tables) -> SceneTable:
 
 
 def document_of(scene: Document | Tables) -> Document:
-    """Return a document, built from tables if necessary."""
+    """Return a document; if tables are given, build it from them."""
     return scene if isinstance(scene, Document) else document_from_dict(scene)
 
 
 def read_document(path: str | Path) -> Document:
     """Return the document from a TOML file; raise SceneError if it cannot be read or contains an error."""
     if not isinstance(path, str | Path):
-        raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
+        raise TypeError(f"expected the path of a scene file, got {shown(path)}")
     return document_from_bytes(file_bytes(Path(path)), path)
 
 

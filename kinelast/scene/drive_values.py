@@ -1,4 +1,4 @@
-"""Values and figures of drives: effort, speed, power and energy per cycle, and figures of parts on drives."""
+"""Values and figures of drives: effort, speed, power and energy per cycle. Helpers for the parts on drives."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 Built = TypeVar("Built")
 DriveValues = Callable[..., Reals]
-"""Function from cycle, drive number and part, if any, to values at every position or to one of the whole cycle."""
+"""Function of a cycle, a drive number and, if any, a part. Returns a value per position or one for the whole cycle."""
 ALL = ""
-"""Stands for all drives instead of those with a part of a kind."""
+"""Kind of part that selects all drives."""
 
 
 def effort(cycle: Cycle, number: int) -> Reals:
@@ -47,21 +47,21 @@ def power(cycle: Cycle, number: int) -> Reals:
 
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
-    """Inertia of all links reduced to one drive, with the others locked [kg m^2 or kg], shape (..., positions)."""
+    """Inertia of all links, reduced to a drive with the others locked [kg m^2 or kg], shape (..., positions)."""
     alone = cycle.motion.units[number]
     whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 
 
 def over_time(cycle: Cycle, measure: Callable[..., Reals], values: Reals) -> Reals:
-    """Return an average of values over the included positions."""
+    """Return the average of values over the included positions, as defined by `measure`."""
     known = np.where(cycle.weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return measure(known, cycle.weights)
 
 
 def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Assembly], dict[str, Built]]:
-    """Return a builder of parts by drive name; `build` gets the drive's number from 1."""
+    """Return a function that builds parts by drive name. `build` receives the number of the drive, from 1."""
 
     def built(assembly: Assembly) -> dict[str, Built]:
         parts = {name: build(assembly.table, n) for n, name in enumerate(drive_names(assembly.mechanism), 1)}
@@ -71,7 +71,7 @@ def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Asse
 
 
 def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[str, Any]]:
-    """Return a function that finds the tables of a part by drive name; `key` is the drive's key for its table."""
+    """Return a function that finds the tables of a part by drive name. `key` is the key that names the part."""
 
     def found(table: SceneTable, scene: Scene) -> dict[str, Any]:
         named = {
@@ -83,7 +83,7 @@ def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[s
 
 
 def numbered(scene: Scene, part: str) -> list[tuple[Any, ...]]:
-    """Return the numbers of the drives with a part of a kind, each with the part; for `ALL` drives only numbers."""
+    """Return the number and the part of each drive with a part of a kind. For `ALL`, return only the drive numbers."""
     names = drive_names(scene.mechanism)
     if part == ALL:
         return [(number,) for number in range(len(names))]
@@ -92,27 +92,27 @@ def numbered(scene: Scene, part: str) -> list[tuple[Any, ...]]:
 
 
 def of_drives(part: str, values: DriveValues) -> Callable[[Cycle], list[Reals]]:
-    """Return a function from a cycle to the values of the drives with a part of a kind."""
+    """Return a function that computes, for a cycle, the values of the drives with a part of a kind."""
     return lambda cycle: [values(cycle, *each) for each in numbered(cycle.scene, part)]
 
 
 def averages(part: str, measure: Callable[..., Reals], values: DriveValues) -> Callable[[Cycle], Largest]:
-    """Return the search for averages of the drives with a part over the positions that count."""
+    """Return the search for averages over the included positions, for the drives with a part of a kind."""
     return averaged(of_drives(part, lambda cycle, *each: over_time(cycle, measure, values(cycle, *each))))
 
 
 def drive_units(part: str, turns: str, slides: str) -> Callable[[Scene], list[str]]:
-    """Return the units of the drives with a part: for a rotating or a sliding drive."""
+    """Return a function that lists the units of the drives with a part, which depend on whether a drive rotates."""
     return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n, *_ in numbered(scene, part)]
 
 
 def energy_taken(values: Any, weight: Any) -> Reals:
-    """Return the energy input of a power [J]."""
+    """Return the integral of the positive part of a power [J]."""
     return mean_positive(values, weight) * np.sum(weight, axis=-1)
 
 
 def energy_given(values: Any, weight: Any) -> Reals:
-    """Return the energy returned by a power [J]."""
+    """Return the magnitude of the integral of the negative part of a power [J]."""
     return energy_taken(-np.asarray(values), weight)
 
 

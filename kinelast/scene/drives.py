@@ -48,7 +48,7 @@ def build_drives(
     places: Points,
     files: Mapping[str, str],
 ) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
-    """Return all drives with the inertia of their motors, and their laws or efforts, in the order of the file.
+    """Return all drives (including the inertia of their motors) with their laws or efforts, in the order of the file.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def build_drives(
 
 
 def _require_one_motion(where: str, table: DriveTable) -> None:
-    """Raise unless a drive has exactly one of speed, law, motion and effort, and only the keys that belong to it."""
+    """Raise unless a drive has exactly one of speed, law, motion and effort, and no keys of the others."""
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
     if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
         raise fault(where, "speed", "expected exactly one of speed, law, motion and effort")
@@ -91,10 +91,10 @@ def _require_one_motion(where: str, table: DriveTable) -> None:
 
 
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
-    """Coordinate at the start [rad or m]: as given, or else as drawn."""
+    """Return the coordinate at the start [rad or m]: the given one or, by default, that in the drawing."""
     if table.motion is not None:
         if table.start is not None:
-            raise fault(where, "start", "the motion table has the start: remove this key")
+            raise fault(where, "start", "the motion table already gives the start: remove this key")
         return 0.0
     if table.start is not None:
         return coordinate(where, "start", table.start, unit)
@@ -170,16 +170,16 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     return TableLaw(times, places, table.repeat)
 
 
-MIN_ENTRIES = 4  # fewest points of a cubic spline
+MIN_ENTRIES = 4  # smallest number of points for a cubic spline
 KINDS = {"rad": ("angle", PlaneAngle), "m": ("place", Length)}  # column and quantity of a drive's coordinate
 HEADS = {"angle": "angle [deg]", "place": "place [mm]"}
-WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" consists of two words
-OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units in headings that scenes do not accept
+WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" contains two words
+OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units that scenes do not accept
 
 
 @dataclass(frozen=True)
 class MotionTable:
-    """A motion from a CSV file: `times` [s], `places` [rad or m], and both as `written`, in the file's units."""
+    """A motion from a CSV file: `times` [s], `places` [rad or m], and `written`, both in the units of the file."""
 
     times: tuple[float, ...]
     places: tuple[float, ...]
@@ -187,7 +187,7 @@ class MotionTable:
 
 
 def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> MotionTable:
-    """Return the motion file of a drive, given its number (from 1); `files` maps file names to their text.
+    """Return the motion file of drive `number` (from 1). `files` contains the texts of the files by name.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> Motio
 
 @lru_cache(maxsize=8)
 def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
-    r"""Return the motion from a CSV text. Times and coordinates are in the units of the headings or of single cells.
+    r"""Return the motion from a CSV text. Its headings or cells give the units of times and coordinates.
 
     Parameters
     ----------
@@ -216,8 +216,8 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
     Raises
     ------
     ValueError
-        A line is unreadable, times do not start at 0 and increase, or there are too few lines; the message gives the
-        line.
+        A line cannot be read, the times do not start at 0 and increase, or there are too few lines. The message gives
+        the number of the line.
 
     Examples
     --------
@@ -244,7 +244,7 @@ def motion_table(text: str, unit: str, per_length: float = 1.0) -> MotionTable:
 
 
 def _require_units_understood(table: Columns, column: int, name: str, head: str) -> None:
-    """Raise if a column without a unit in brackets has a unit word or symbol in a line above."""
+    """Raise if a line above a column contains a unit, but not in brackets."""
     if table.heading(column)[1]:
         return
     headings = [(line, cells[column], any(mark in cells[column] for mark in "[({<")) for line, cells in table.headings]
@@ -271,7 +271,7 @@ def _is_unit(word: str) -> bool:
 def _column(
     table: Columns, column: int, kind: type[Quantity], per_length: float
 ) -> tuple[list[float], list[str | float]]:
-    """Return the numbers of a column in SI units, and as values of a scene file."""
+    """Return the numbers of a column, in SI units and as written in a scene file."""
     head, unit = table.heading(column)
     try:
         factor = float(kind.read(f"1 {unit}" if unit else 1.0, per_length))

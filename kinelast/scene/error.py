@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import Any
 
 MAX_PLACE, MAX_PROBLEM = 120, 600  # length of both parts of a message
-MAX_WORD = 80  # longer names get no suggestion
+MAX_WORD = 80  # no suggestions for longer names
 
 
 class SceneError(ValueError):
@@ -16,17 +16,17 @@ class SceneError(ValueError):
     Attributes
     ----------
     file
-        Path of the file; empty or a label if the scene does not come from a file.
+        Path of the file. If the scene does not come from a file, a label or empty.
     table
-        Table, such as "links.crank" or "drives[1]"; empty for the top level.
+        Name of the table, such as "links.crank" or "drives[1]"; empty for the top level.
     key
-        Key in the table; empty if the whole table is wrong.
+        Key in the table; empty if the error concerns the whole table.
     problem
         The error, the expected value and the likely correction.
     designs
-        Rows of the invalid designs if the scene represents several designs, otherwise None.
+        Numbers of the invalid designs if the scene represents several designs, otherwise None.
     others
-        Other errors in the same file, one line each.
+        Other errors in the same file.
     """
 
     designs: Any = None
@@ -43,7 +43,7 @@ class SceneError(ValueError):
         return "\n".join([str(self.args[0]), *map(str, self.others)])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickling, to return the error from a worker process."""
+        """Support pickling, so that a worker process can return the error."""
         return type(self), (self.file, self.table, self.key, self.problem), {"others": self.others}
 
     def of_file(self, path: str) -> SceneError:
@@ -54,17 +54,17 @@ class SceneError(ValueError):
 
 
 class MissingFileError(SceneError, FileNotFoundError):
-    """No file or shipped scene has the given name."""
+    """There is no file or included scene with the given name."""
 
 
 def _header(table: str) -> str:
-    """Return the header of a table as written in a file."""
+    """Return the header of a table, as written in a file."""
     name, _, number = table.partition("[")
     return f"[[{name}]] no. {number.rstrip(']')}" if number else f"[{name}]" if name else ""
 
 
 def fault(table: str, key: str, problem: str) -> SceneError:
-    """Return an error without its file, which the reader adds."""
+    """Return an error without the path of the file, which `of_file` adds."""
     return SceneError("", table, key, problem)
 
 
@@ -76,7 +76,7 @@ def require_absent(where: str, table: object, keys: Iterable[str], problem: str)
 
 
 def plain(text: str, longest: int) -> str:
-    """Return text on one line, without control characters; long text is cut in the middle."""
+    """Return a text on one line, without control characters. A long text is shortened in the middle."""
     if len(text) > longest:
         text = f"{text[: longest - longest // 3 - 5]} ... {text[-(longest // 3) :]}"
     return "".join(
@@ -84,11 +84,11 @@ def plain(text: str, longest: int) -> str:
     )
 
 
-MIN_PART = 4  # letters of a choice that a word contains
+MIN_PART = 4  # shortest name that is suggested because a word contains it
 
 
 def likely(word: str, choices: Iterable[str]) -> str:
-    """Return the end of a message about an unknown name: the most similar choice, or a short list of all."""
+    """Return the end of a message about an unknown name: the most similar choice, or all choices if there are few."""
     names = list(choices)
     lower = {name.lower(): name for name in names if len(name) <= MAX_WORD}
     within = (name for name in lower if len(name) >= MIN_PART and name in word.lower())  # "yield" in "yield_stress"
@@ -102,13 +102,13 @@ def likely(word: str, choices: Iterable[str]) -> str:
 
 
 def known_name(table: str, key: str, name: str, names: Iterable[str], what: str = "link") -> None:
-    """Raise if no link (or other item) has the name."""
+    """Raise if `name` is not one of `names`."""
     names = list(names)
     if name not in names:
         raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')
 
 
 def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise if the link does not have the point."""
+    """Raise if a link does not have a point."""
     if point not in points:
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')

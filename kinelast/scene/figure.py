@@ -1,4 +1,4 @@
-"""Figures and their limits: items and their names, reduction over positions and items, and search in a cycle."""
+"""Figures of a machine and their limits: their items, and how the largest or smallest values are found in a cycle."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
-NOISE = 1e-12  # largest round-off of a figure, relative to the scene's forces or displacements
-ROUND_OFF = 1e-12  # a limit is kept if the figure exceeds it by a smaller share, since the figure may then equal it
+NOISE = 1e-12  # largest round-off of a figure, relative to the forces or displacements of the scene
+ROUND_OFF = 1e-12  # a limit is met if the figure exceeds it by a smaller fraction, which may be round-off
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of items of figures; `names` lists the items of a scene."""
+    """A kind of item for which a figure has values, such as beams. `names` lists the items of a scene."""
 
     name: str
     names: Callable[[Scene], Iterable[str]] = field(compare=False, repr=False)
@@ -37,17 +37,17 @@ class Kind:
 
 
 def items_of(scene: Scene, kind: Kind) -> list[str]:
-    """Names of the items of a kind in a scene."""
+    """Return the names of the items of a kind in a scene."""
     return _listed(scene, kind.names)
 
 
 def _lists(_: Scene) -> dict[Callable[[Scene], Iterable[str]], list[str]]:
-    """Return a cache of lists, by the function that finds them."""
+    """Return a new cache for `_listed`."""
     return {}
 
 
 def _listed(scene: Scene, function: Callable[[Scene], Iterable[str]]) -> list[str]:
-    """Return the names or units that a function finds in a scene, computed once."""
+    """Return the names or units of a scene from a function, which is called only once."""
     known = scene.once(_lists)
     if function not in known:
         known[function] = [*function(scene)]
@@ -77,41 +77,42 @@ class Figure:
     Attributes
     ----------
     key
-        Its name in files, such as in `[optimize]`; for an item, `KEY.ITEM`.
+        Name of the figure in files, such as in `[optimize]`. An item of the figure is named `KEY.ITEM`.
     name
-        The figure in words.
+        Description of the figure.
     unit
-        SI unit, or one unit per item if they differ.
+        SI unit, or a function that returns the unit of each item.
     of
-        Kind of its items.
+        Kind of the items.
     find
-        Function from a cycle to the largest values of the items over the positions, shape (items, ...).
+        Function that finds the largest values of the items in a cycle, shape (items, ...).
     over
         Reduction over positions and items: `LARGEST`, `LEAST`, `MOST`, `FIXED` or `AVERAGE`.
     fields
-        Keys of the fields that it needs.
+        Keys of the fields along the beams from which the figure is computed.
     everywhere
         Whether ill-conditioned positions are included.
     listed
-        Whether it is in a design's row by default.
+        Whether the figure is in the rows of designs by default.
     asked
-        Whether it is computed only on request.
+        Whether the figure is computed only on request.
     limit
-        Key of its limit, under `[limits]` or in the table of its part; empty if it has no limit.
+        Key of the figure's limit, under `[limits]` or in the table of a part; empty if there is no such key.
     rigid
-        Whether it depends only on the rigid motion, which is the same in all theories.
+        Whether the figure depends only on the rigid motion, which is the same in all theories.
     exact
-        Whether it is independent of the number of positions.
+        Whether the figure is independent of the number of positions.
     here
-        Whether it describes the given positions, so that no other instants may be added.
+        Whether the figure describes the given positions, so that no other times may be added.
     whole
-        Whether it belongs to the whole run and cannot be merged from chunks; an `AVERAGE` does.
+        Whether the figure belongs to the whole run, so that it cannot be merged from chunks. This is always true for an
+        `AVERAGE`.
     power
-        Largest power of the loads in its magnitude; relative errors are multiplied by it.
+        Largest exponent with which the figure grows with the loads. Relative errors are multiplied by it.
     remains_of
-        Larger figure to which the convergence tolerance is relative.
+        Larger figure to which the convergence tolerance of this figure is relative.
     follows
-        Figure that changes in proportion between theories and instants; errors use its change.
+        Figure in proportion to which this figure changes between theories and times; its change gives the error.
     """
 
     key: str
@@ -137,11 +138,11 @@ class Figure:
         return hash(self.key)
 
     def of_motion(self, scene: Scene) -> bool:
-        """Whether it is evaluated in the rigid motion, also at instants between the positions."""
+        """Return True if the figure is found from the rigid motion, also at times between the positions."""
         return (self.rigid or not scene.labels) and not self.here
 
     def units(self, scene: Scene) -> list[str]:
-        """Unit of each item."""
+        """Return the unit of each item."""
         if not isinstance(self.unit, str):
             return _listed(scene, self.unit)
         return [self.unit] * len(items_of(scene, self.of))
@@ -149,20 +150,20 @@ class Figure:
 
 @dataclass(frozen=True)
 class RangeCheck:
-    """Check of a formula's range.
+    """Check that a quantity is in the range of validity of a formula.
 
     Attributes
     ----------
     range
-        The range.
+        The range of validity.
     of
         Kind of the items, see `items_of`.
     by
-        Key of the checked figure, which has the same items.
+        Key of the figure that is checked. It has the same items.
     refuses
-        Keys of the formula's figures, with the same items; their limits cannot be judged outside the range.
+        Keys of the figures of the formula, which have the same items. Outside the range, their limits cannot be judged.
     quantity
-        Function from the scene and values of the figure, shape (items, ...), to the checked quantity.
+        Function that computes the checked quantity from the scene and the values of the figure, shape (items, ...).
     """
 
     range: Range
@@ -181,17 +182,17 @@ class Limit:
     figure
         Key of the figure.
     bound
-        Bound in the figure's SI unit; an array if there are many designs.
+        Bound in the SI unit of the figure; an array for many designs.
     least
         Whether it is a lower bound.
     item
-        Name of the item (for a figure of beams, the name of the link); empty for all items.
+        Name of the item, or of the link for a figure of beams; empty for all items.
     unit
         SI unit of the bound; empty if the output may be a length or an angle.
     of
         Kind of the figure's items.
     named
-        Whether the scene limits the figure by its name instead of by a key under `[limits]` or of a part.
+        Whether the limit names its figure, instead of being given by a key under `[limits]` or in the table of a part.
     """
 
     figure: str
@@ -204,38 +205,38 @@ class Limit:
 
     @property
     def kind(self) -> str:
-        """Key under [limits]; the figure's key if the scene limits it by name."""
+        """Key of the limit under [limits]. If the limit names its figure, the key of the figure."""
         return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
 
     def kept(self, value: Any) -> Flags:
-        """Whether values meet the limit up to `ROUND_OFF`, bool; an unknown value does not."""
+        """Return whether values meet the limit, within `ROUND_OFF`. An unknown value does not."""
         spare = ROUND_OFF * np.where(np.isfinite(self.bound), np.abs(self.bound), 0.0)
         return np.asarray(value >= self.bound - spare if self.least else value <= self.bound + spare)
 
     def used(self, value: Any) -> Reals:
-        """Utilisation of the limit by values, above 1 if it is violated; a quotient if the bound is positive."""
+        """Return the utilisation of the limit, above 1 if it is violated. For a positive bound it is a quotient."""
         size = np.maximum(value, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = self.bound / size if self.least else size / self.bound
         return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
 
     def margin(self, value: Any) -> Reals:
-        """Distance from the bound / bound, negative if the limit is violated; 1 for an infinite figure."""
+        """Return distance from the bound / bound, negative if the limit is violated, and 1 for an infinite figure."""
         size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
         left = (value - self.bound if self.least else self.bound - value) / size
         return np.where(np.isposinf(left), 1.0, left)
 
 
 def sole(found: Largest) -> Largest:
-    """Return the largest values of the scene, with an axis for its only item."""
+    """Add an axis for the only item to the largest values of a scene."""
     return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
 
 
 class RowSearch:
-    """Search for the largest magnitude in each row of values; `Cycle.search` does several at once."""
+    """Search for the largest magnitude in each row of values. `Cycle.search` combines several such searches."""
 
     def rows(self, cycle: Cycle) -> Numbers | None:
-        """Return values, shape (items, ..., positions); None if they need a separate search."""
+        """Return values, shape (items, ..., positions), or None if they need a separate search."""
         raise NotImplementedError
 
     def __call__(self, cycle: Cycle) -> Largest:
@@ -247,7 +248,7 @@ class RowSearch:
 
 @dataclass(frozen=True)
 class ValueSearch(RowSearch):
-    """Search for the largest magnitude of each item, from its values at every position."""
+    """Search for the largest magnitude of each item, given its values at every position."""
 
     values: Callable[[Cycle], Any]
 
@@ -257,17 +258,17 @@ class ValueSearch(RowSearch):
 
 
 def whole(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Return the search for a figure of the scene, from its values at every position."""
+    """Return the search for a figure of the scene, given its values at every position."""
     return ValueSearch(lambda cycle: [values(cycle)])
 
 
 def each(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Return the search for figures of items, from their values at every position."""
+    """Return the search for a figure of items, given their values at every position."""
     return ValueSearch(values)
 
 
 def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Search for the smallest values of items over the included positions, from their values at every position."""
+    """Return the search for the smallest values of items over the included positions."""
 
     def find(cycle: Cycle) -> Largest:
         rows = [np.where(cycle.counted, row, np.inf) for row in values(cycle)]
@@ -277,19 +278,19 @@ def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Search for a figure of the scene: the largest of several rows of values at every position."""
+    """Return the search for a figure of the scene that is the largest of several rows of values."""
     return lambda cycle: sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
 
 
 def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Search for a figure of the scene that does not belong to a position."""
+    """Return the search for a figure of the scene that does not belong to any position."""
     return lambda cycle: sole(
         Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
     )
 
 
 def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Search for figures of items over the whole cycle, from their values, shape (items, ...)."""
+    """Return the search for a figure of items that is one value for the whole cycle, shape (items, ...)."""
 
     def find(cycle: Cycle) -> Largest:
         found = [np.broadcast_to(each, cycle.columns[:-1]) for each in values(cycle)]
@@ -300,7 +301,7 @@ def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def drive_names(mechanism: Mechanism) -> list[str]:
-    """Names of the drives, numbered if several drives have the same name."""
+    """Return the names of the drives. If several drives have the same name, all names are numbered."""
     names = [drive.name for drive in mechanism.drives]
     if len(set(names)) < len(names):
         return [f"{name}.{number}" for number, name in enumerate(names, 1)]
@@ -308,18 +309,21 @@ def drive_names(mechanism: Mechanism) -> list[str]:
 
 
 def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
-    """For each drive: its name, the word for its coordinate, and the units of its coordinate and effort."""
+    """Return, for each drive, its name, the word for its coordinate, and the units of its coordinate and effort."""
     kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
     return [(name, *kinds[drive.turns]) for name, drive in zip(drive_names(mechanism), mechanism.drives, strict=True)]
 
 
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """For each joint: its name, and the link on which the stated load acts; the opposite load acts on the parent."""
+    """Return, for each joint, its name and the link on which its stated load acts.
+
+    The opposite load acts on the other link.
+    """
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
 
 
 def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
-    """Every moving named point, once, with the number of a link that contains it."""
+    """Yield every moving point, with the number of a link that contains it."""
     seen = set(mechanism.links[0].points)
     for number, link in enumerate(mechanism.links[1:], 1):
         for point in link.points:

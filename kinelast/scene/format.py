@@ -1,6 +1,6 @@
 """Tables and keys of a scene file: sections, materials, links, and the whole scene.
 
-A new cross-section needs a table here and its function in `elastic.SHAPES`.
+To add a cross-section, add a table here and a function to `elastic.SHAPES`.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from kinelast.scene.units import Quantity
 
 
 class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
-    """A cross-section, given by its dimensions; the keys are the arguments of the shape function, in order."""
+    """A cross-section that is given by its dimensions. The keys are, in order, the arguments of the shape function."""
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Return the dimensions at both ends of the beam [m]; `table` is for messages."""
+        """Return the dimensions at both ends of the beam [m]. `table` is used in messages."""
         return tuple(getattr(self, key) for key in self.__struct_fields__)
 
 
@@ -42,14 +42,14 @@ class Circle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="cir
 
 
 class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
-    """A circular tube with an outer diameter, and an inner diameter or a wall thickness."""
+    """A circular tube, given by its outer diameter and either its inner diameter or its wall thickness."""
 
     outer: q.Sizes  #: outer diameter
     inner: q.Sizes | None = None  #: inner diameter, instead of `wall`
     wall: q.Sizes | None = None  #: wall thickness, instead of `inner`
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
-        """Return outer and inner diameter at both ends of the beam [m]."""
+        """Return the outer and inner diameters at both ends of the beam [m]."""
         if (self.inner is None) == (self.wall is None):
             raise fault(table, "inner", "a tube needs either inner or wall")
         if self.inner is not None:
@@ -65,7 +65,7 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
 
 
 class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
-    """A hollow rectangle, `depth` in the plane of motion; `corner` is its outer radius."""
+    """A hollow rectangle, `depth` in the plane of motion."""
 
     depth: q.Sizes  #: size in the plane of motion
     width: q.Sizes  #: size normal to the plane of motion
@@ -74,7 +74,7 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, wall and corner at both ends of the beam [m]."""
-        corner = _or_none(self.corner)
+        corner = _or_zeros(self.corner)
         for depth, width, wall, radius in zip(self.depth, self.width, self.wall, corner, strict=True):
             half = np.minimum(real(depth), real(width)) / 2
             _require_smaller(table, "wall", "less than half of depth and width", real(wall), half)
@@ -83,7 +83,7 @@ class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
 
 
 class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
-    """A web with one or two flanges, on one or both sides."""
+    """A web with one or two flanges, which extend to one or both sides."""
 
     flanges: ClassVar[int]
     sides: ClassVar[int]
@@ -95,7 +95,7 @@ class Flanged(Dimensioned, frozen=True, kw_only=True, tag_field="shape"):
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, web, flange and fillet at both ends of the beam [m]."""
-        sizes = self.depth, self.width, self.web, self.flange, _or_none(self.fillet)
+        sizes = self.depth, self.width, self.web, self.flange, _or_zeros(self.fillet)
         for depth, width, web, flange, fillet in zip(*sizes, strict=True):
             most = real(depth) / self.flanges
             half = "half of depth" if self.flanges == 2 else "depth"
@@ -135,47 +135,47 @@ class Angle(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="angl
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
         """Return depth, width, wall, fillet and toe at both ends of the beam [m]."""
-        sizes = self.depth, self.width, self.wall, _or_none(self.fillet), _or_none(self.toe)
+        sizes = self.depth, self.width, self.wall, _or_zeros(self.fillet), _or_zeros(self.toe)
         for depth, width, wall, fillet, toe in zip(*sizes, strict=True):
             least = np.minimum(real(depth), real(width))
             _require_smaller(table, "wall", "less than both legs", real(wall), least)
             _require_smaller(table, "toe", "at most the wall", real(toe), 1.000001 * real(wall))
-            room = least - real(wall) - real(toe)
-            _require_smaller(table, "fillet", "a radius that fits between wall and toe", real(fillet), room)
+            available = least - real(wall) - real(toe)
+            _require_smaller(table, "fillet", "a radius that fits between wall and toe", real(fillet), available)
         return sizes
 
 
-def _or_none(sizes: Any) -> Any:
-    """Return sizes at both ends; zeros if they are not given."""
+def _or_zeros(sizes: Any) -> Any:
+    """Return the sizes at both ends; zeros if they are not given."""
     return (0.0, 0.0) if sizes is None else sizes
 
 
 class Outline(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="outline"):
-    """Any outline, by its corners: coordinate in the plane of motion, then normal to it. Restrained against torsion."""
+    """Any outline. The first coordinate of a corner is in the plane of motion. Restrained against torsion."""
 
     points: Annotated[list[Place], Meta(min_length=3)] | None = None  #: corners in order [from `drawing`]
     holes: list[Annotated[list[Place], Meta(min_length=3)]] | None = None  #: corners of each hole [none]
-    #: DXF file in the scene's folder: one closed outline, and holes; y in the plane of motion [none]
+    #: DXF file in the folder of the scene with one closed outline and any holes; y is in the plane of motion [none]
     drawing: str | None = None
 
 
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
-    """Any shape, given by its section properties."""
+    """Any cross-section, given by its properties."""
 
     A: q.Area  #: cross-sectional area
     #: second moment of area
     I: q.SecondMoment  # noqa: E741
-    c: q.Size | None = None  #: distance to the outermost fibre [stress is unknown]
+    c: q.Size | None = None  #: distance from the neutral axis to the outermost fibre [stress is not computed]
     shear_area: q.Area | None = None  #: shear area [no shear deformation]
 
 
 class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
-    """A beam without a material."""
+    """A cross-section that is given by rigidities, without a material."""
 
     EA: q.AxialRigidity  #: axial rigidity
     EI: q.BendingRigidity  #: bending rigidity
     mass_per_length: q.MassPerLength  #: mass per length
-    kGA: q.ShearRigidity | None = None  #: shear rigidity [no shear]
+    kGA: q.ShearRigidity | None = None  #: shear rigidity [no shear deformation]
 
 
 SectionTable = (
@@ -184,7 +184,7 @@ SectionTable = (
 
 
 def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:
-    """Raise if a size is not below its bound [m]."""
+    """Raise unless a size is smaller than its bound [m]."""
 
     def problem(of: Any) -> str:
         return f"expected {expected}, {of(bound):g} m, got {of(size):g} m"
@@ -203,12 +203,13 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
     #: Poisson's ratio [0.3]
     poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
     G: q.Stress | None = None  #: shear modulus, instead of `poisson` [from `poisson`]
-    yield_stress: q.Stress | None = field(default=None, name="yield")  #: yield stress [no safety factor]
-    expansion: q.Expansion | None = None  #: coefficient of thermal expansion, for `temperature`
+    #: yield stress [the safety factor is not computed]
+    yield_stress: q.Stress | None = field(default=None, name="yield")
+    expansion: q.Expansion | None = None  #: coefficient of thermal expansion, used with `temperature`
     #: Kelvin-Voigt coefficient beta: stress = E (strain + beta d strain/dt) [from `damping_ratio`]
     damping: q.Duration | None = None
-    ultimate: q.Stress | None = None  #: tensile strength, for `[fatigue]`
-    #: fully reversed stress amplitude of a smooth bar at the knee, for `[fatigue]`
+    ultimate: q.Stress | None = None  #: tensile strength, used by `[fatigue]`
+    #: fully reversed stress amplitude of a smooth bar at the knee, used by `[fatigue]`
     endurance: q.Stress | None = None
     slope: Annotated[float, Meta(gt=1)] = 5.0  #: exponent k of the S-N line
     knee: Annotated[float, Meta(gt=0)] = 1e6  #: cycles at which the S-N line reaches `endurance`
@@ -218,36 +219,37 @@ class MaterialTable(StrictTable, frozen=True, kw_only=True):
 
 
 class BeamTable(StrictTable, frozen=True, kw_only=True):
-    """A straight beam of a link. Its keys override those of the link."""
+    """A straight beam of a link. Its keys override the keys of the link."""
 
     start: str = field(name="from")  #: first point
     end: str = field(name="to")  #: second point
     section: str | None = None  #: section of this beam [the link's]
     material: str | None = None  #: material of this beam [the link's]
-    strain: Strain | None = None  #: free strain of this beam [the link's]
-    temperature: q.Warming | None = None  #: temperature rise of this beam since the drawn length [the link's]
+    strain: Strain | None = None  #: strain of this beam when unloaded [the link's]
+    temperature: q.Warming | None = None  #: temperature rise of this beam [the link's]
 
 
 class LinkTable(StrictTable, frozen=True, kw_only=True):
-    """A link with points, beams, masses and outline."""
+    """A link with its points, beams, masses and outline."""
 
-    #: names (the shape is drawn), or coordinates in link axes, such as `{A = [0, 0], B = ["30 cm", 0]}`
+    #: names of the points (as drawn), or coordinates in link axes, such as `{A = [0, 0], B = ["30 cm", 0]}`
     points: list[str] | dict[str, Place]
     length: q.Size | None = None  #: length of a link with two points [as drawn]
     section: str | None = None  #: name under `[sections]`, or a standard name
     material: str | None = None  #: name under `[materials]`, or a standard name
-    #: pairs of points joined by beams [consecutive points; one on an earlier beam divides it]
+    #: pairs of points that beams connect [consecutive points; a point on an earlier beam divides it]
     beams: list[tuple[str, str] | BeamTable] | None = None
-    strain: Strain | None = None  #: free strain of the beams; positive if longer than drawn [0]
-    temperature: q.Warming | None = None  #: temperature rise since the drawn length [0]
-    rigid: bool = False  #: `true`: no bending
+    strain: Strain | None = None  #: strain of the unloaded beams, positive if they are longer than drawn [0]
+    #: temperature rise above the temperature at which the drawn length applies [0]
+    temperature: q.Warming | None = None
+    rigid: bool = False  #: `true`: the link does not deform
     mass: q.Mass | None = None  #: mass of a rigid link [from section and material]
     #: centre of mass of a rigid link: a point, or `[x, y]` in link axes [from section and material]
     center: str | Place | None = None
     #: moment of inertia of a rigid link about its centre of mass [from section and material, or 0]
     inertia: q.Inertia | None = None
     masses: dict[str, q.Mass] = field(default_factory=dict)  #: point masses, such as `{B = "50 g"}`
-    #: corners of its picture: points, or `[x, y]` in link axes
+    #: corners of the drawn shape: points, or `[x, y]` in link axes
     outline: list[str | Place] = field(default_factory=list)
 
 
@@ -261,21 +263,21 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     #: `"timoshenko"` refuses sections without shear rigidity; `"euler-bernoulli"` neglects shear and rotary inertia
     #: [shear if the section has it]
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
-    #: theory of motion [chosen by `accuracy`]
+    #: theory of the deflection [chosen by `accuracy`]
     theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
-    #: largest relative error; the fastest sufficient theory is used [5 %]
+    #: largest allowed relative error; the fastest theory that achieves it is used [5 %]
     accuracy: q.Share | None = None
     #: damping ratio at the lowest natural frequency, for materials without `damping` [0.01]
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
-    #: relative tolerance of an integration step, for a motion by `effort`
+    #: relative tolerance of an integration step, used if a drive has an `effort`
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     #: maximum number of integration steps; a step takes about 1.5 ms with one drive, 8 ms with several
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     #: output of the machine: a point or angle, such as `"C"` or `"rocker.angle"` [chosen by the program]
     output: str = ""
-    #: distance from its rest position at which the output counts as settled [2 % of the residual amplitude]
+    #: distance from the rest position within which the output counts as settled [2 % of the residual amplitude]
     settled: q.Allowance | None = None
-    #: units of the page and `positions.csv`: `"SI"`, `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
+    #: units of the report and `positions.csv`: `"SI"`, `"mm"` (mm, N, MPa), `"in"` (in, lbf, psi, lb) [by `units`]
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
@@ -285,22 +287,24 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     title: str = ""  #: heading of the report [name of the file]
     source: str = ""  #: source of the data
     units: LengthUnit = "m"  #: unit of lengths without a unit
-    #: TOML file in the scene's folder with more materials and sections [none]
+    #: TOML file in the folder of the scene with more materials and sections [none]
     library: str | None = None
-    structure_only: bool = False  #: `true`: an incomplete scene, only for `--structure`
+    structure_only: bool = False  #: `true`: the scene is incomplete and only used with `--structure`
     materials: dict[Name, MaterialTable] = field(default_factory=dict)  #: materials of the links
     sections: dict[Name, SectionTable] = field(default_factory=dict)  #: cross-sections of the links
-    points: dict[Name, Place]  #: coordinates of the points, drawn near the start
+    points: dict[Name, Place]  #: coordinates of the points near the start of the motion
     links: dict[Name, LinkTable]  #: links; one of them is `ground`
     sliders: dict[Name, tables.SliderTable] = field(default_factory=dict)  #: links that slide on other links
-    slots: dict[Name, tables.SlotTable] = field(default_factory=dict)  #: pins in straight slots
+    slots: dict[Name, tables.SlotTable] = field(default_factory=dict)  #: pins that slide in straight slots
     welds: dict[Name, tables.WeldTable] = field(default_factory=dict)  #: rigid connections of links at points
-    contacts: dict[Name, ContactTable] = field(default_factory=dict)  #: contacts of links, only for `--structure`
+    #: contacts between links, only used with `--structure`
+    contacts: dict[Name, ContactTable] = field(default_factory=dict)
     #: friction, compliance and misalignment of joints
     joints: dict[Name, tables.JointTable] = field(default_factory=dict)
     masses: dict[Name, q.Mass] = field(default_factory=dict)  #: point masses at joints
     drives: list[tables.DriveTable] = field(default_factory=list)  #: drives, one per degree of freedom
-    loads: list[tables.LoadTable] = field(default_factory=list)  #: forces and moments in addition to inertia and weight
+    #: forces and moments, in addition to inertia and weight
+    loads: list[tables.LoadTable] = field(default_factory=list)
     gears: list[tables.GearTable] = field(default_factory=list)  #: gears that couple the coordinates of two joints
     springs: list[tables.SpringTable] = field(default_factory=list)  #: springs and dampers
     limits: tables.LimitsTable = field(default_factory=tables.LimitsTable)  #: limits on figures
@@ -308,7 +312,7 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     sweep: tables.SweepTable = field(default_factory=tables.SweepTable)  #: parameter study
     #: derivatives of figures
     sensitivities: tables.SensitivitiesTable = field(default_factory=tables.SensitivitiesTable)
-    #: tolerances of numbers by path, for `--tolerances`
+    #: tolerances of numbers by path, used by `--tolerances`
     tolerances: dict[str, Amount | tables.ToleranceTable] = field(default_factory=dict)
     optimize: tables.OptimizeTable = field(default_factory=tables.OptimizeTable)  #: optimization
 
@@ -320,7 +324,10 @@ else:
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
-    """Convert a value in a file to a quantity; used as msgspec's `dec_hook`. `per_length`: metres per length unit."""
+    """Convert a value of a file to a quantity; passed to msgspec as `dec_hook`.
+
+    `per_length` is metres per length unit.
+    """
     if issubclass(kind, q.Direction):
         return kind.read(value)
     if issubclass(kind, Quantity | q.Sizes):
@@ -332,11 +339,11 @@ Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class ContactTable(StrictTable, frozen=True, kw_only=True):
-    """Contact of two links: rolling or, if a normal is given, slipping along the tangent."""
+    """A contact between two links. They roll on each other or, if a normal is given, slip along the tangent."""
 
     links: tuple[str, str]  #: both links
     at: Place  #: point of contact in the drawing
-    normal: q.Direction | None = None  #: direction of the common normal, if the links slip [rolling]
+    normal: q.Direction | None = None  #: direction of the common normal, if the links slip [they roll]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
@@ -351,7 +358,7 @@ class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
 
 
 class ChainTable(StrictTable, frozen=True, kw_only=True):
-    """A spatial chain of joints, only for `--structure`."""
+    """A spatial chain of joints, only used with `--structure`."""
 
     title: str = ""  #: heading [name of the file]
     source: str = ""  #: source of the data

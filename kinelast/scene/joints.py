@@ -1,4 +1,4 @@
-"""Joints of a scene: sliders, slots, welds, gears, joint compliance and friction."""
+"""Joints of a scene: sliders, slots, welds and gears, with the compliance and friction of joints."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,13 +19,13 @@ from rigid.arrays import Complex
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:
-    """Return all sliders by name, including slots; add the blocks of the slots to the bodies."""
+    """Return all sliders and slots by name. Add a link for the block of each slot to `bodies`."""
     links = {name: body.link for name, body in bodies.items()}
     sliders = {name: _slider(name, table, links, places) for name, table in scene.sliders.items()}
     for name, slot in scene.slots.items():
         if name in sliders:
             raise fault(f"slots.{name}", "", "a slider has this name: choose another")
-        # names in a file have no spaces, so this name cannot clash
+        # names in a file have no spaces, so the name of the block is unique
         block = Link(f"{name} block", {slot.point: 0j})
         sliders[name] = replace(_slider(name, slot, links, places), link=block.name)
         bodies[block.name] = LinkModel(block, (), True, hidden=True)
@@ -33,9 +33,9 @@ def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Point
 
 
 def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link], places: Points) -> Slider:
-    """Return the slider of a table: its line passes through the drawn point and is fixed in the link `on`.
+    """Return the slider of a table. Its line passes through the drawn point and is fixed in the link `on`.
 
-    The axes of a slot's block are along the line.
+    The x axis of a slot's block is along the line.
     """
     slides = isinstance(table, SliderTable)
     where, key = (f"sliders.{name}", "through") if slides else (f"slots.{name}", "point")
@@ -43,16 +43,16 @@ def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link]
     for end in ("link", "on"):
         known_name(where, end, getattr(table, end), links)
     if slides and table.link == GROUND:
-        raise fault(where, "link", "the ground cannot slide: name the moving link here, and ground under on")
+        raise fault(where, "link", "the ground cannot slide: give the moving link here, and ground under on")
     if table.link == table.on:
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     link, owner = links[table.link], links[table.on]
     known_point(where, key, point, link.points, table.link)
     if point not in places:
-        raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
+        raise fault(where, key, f'the point "{point}" has no coordinates under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)
     if axes is None:
-        raise fault(where, "on", f'draw two points of the link "{owner.name}", which fix the line in it')
+        raise fault(where, "on", f'draw two points of the link "{owner.name}": they locate the line in it')
     origin: Any = places[point]
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
@@ -74,13 +74,13 @@ def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[s
         follower = moved_joint(where, "follower.", table.follower, links, sliders)
         require_unit(where, "ratio", table.ratio, UNITS[driver.turns, follower.turns])
         if not table.ratio:
-            raise fault(where, "ratio", "expected a number that is not zero")
+            raise fault(where, "ratio", "expected a nonzero number")
         gears.append(Gear(driver, follower, float(table.ratio), _pressure_angle(where, table)))
     return tuple(gears)
 
 
 def _pressure_angle(where: str, table: GearTable) -> float | None:
-    """Pressure angle of the teeth [rad]; None without teeth."""
+    """Return the pressure angle of the teeth [rad]; None if there are no teeth."""
     if not table.teeth:
         if table.pressure_angle is not None:
             raise fault(where, "pressure_angle", "belongs to teeth: remove it, or remove teeth = false")
@@ -98,7 +98,7 @@ FRICTION_KEYS = ("friction", "viscosity", "radius", "length")
 
 
 def _tables_with(scene: SceneTable, mechanism: Mechanism, keys: Iterable[str]) -> Iterator[tuple[str, JointTable, int]]:
-    """Yield the joints with one of the keys: name, table, and number of joints with this name."""
+    """Yield the joints that have one of the keys: name, table, and number of joints with this name."""
     shared, sliders = Counter(point for link in mechanism.links for point in link.points), mechanism.slider_points
     names = [*(point for point, count in shared.items() if count > 1), *sliders]
     for name, table in scene.joints.items():
@@ -108,7 +108,7 @@ def _tables_with(scene: SceneTable, mechanism: Mechanism, keys: Iterable[str]) -
 
 
 def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointCompliance]:
-    """Return the joint compliances by the name of the point, slider or slot."""
+    """Return the compliances of joints by the name of the point, slider or slot."""
     driven = [drive.joint for drive in mechanism.drives if drive.turns]
     joints = {}
     for name, table, count in _tables_with(scene, mechanism, ("compliance", "rotation", "gap", "turn")):
@@ -128,7 +128,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
 
 
 def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Friction]:
-    """Return the joint friction by the name of the point, slider or slot."""
+    """Return the friction of joints by the name of the point, slider or slot."""
     friction = {}
     for name, table, count in _tables_with(scene, mechanism, FRICTION_KEYS):
         where = f"joints.{name}"
@@ -162,7 +162,7 @@ def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) ->
 
 
 def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Points) -> Iterator[Weld]:
-    """Yield the welds at a point, each to the first link."""
+    """Yield the welds at a point. Each connects a link to the first link."""
     where = f"welds.{point}"
     known_name("welds", point, point, sorted({name for link in links.values() for name in link.points}), "point")
     names = table.links or [name for name, link in links.items() if point in link.points]
@@ -181,8 +181,8 @@ def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Poin
 
 
 def _turn(where: str, link: Link, places: Points) -> Complex:
-    """Return the x axis of a link as drawn, as a unit vector; arbitrary for a link with one point."""
+    """Return the drawn x axis of a link as a unit vector. For a link with one point it is arbitrary."""
     turn: Complex | None = 1 + 0j if len(link.points) == 1 else drawn_direction(link, places)
     if turn is None:
-        raise fault(where, "links", f'draw two points of the link "{link.name}", which fix its angle')
+        raise fault(where, "links", f'draw two points of the link "{link.name}": they give its angle')
     return turn

@@ -1,4 +1,4 @@
-"""Library of materials and standard sections, by name."""
+"""Library of materials and standard sections."""
 
 import re
 import tomllib
@@ -18,7 +18,7 @@ from kinelast.scene.numbers import number, real
 
 
 def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
-    """Raise if a section or material is neither in the scene nor in the library."""
+    """Raise the error for a section or material that is neither in the scene nor in the library."""
     choices = _same_size(name) if key == "section" else []
     entries = [entry for entry, _ in library_entries(f"{key}s")]
     begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
@@ -30,7 +30,7 @@ def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRet
 
 
 def _same_size(name: str) -> list[str]:
-    """Return similar sections for a misspelt family, such as flat 25x8 for flatt 25x8."""
+    """Return sections of the same size in the most similar family, such as "flat 25x8" for "flatt 25x8"."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
@@ -40,7 +40,7 @@ def _same_size(name: str) -> list[str]:
 
 
 def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
-    """Return the materials that the scene contains or uses from the library."""
+    """Return the materials of a scene, and those of `names` that are in the library."""
     more = {name: named_material(name) for name in names if name not in scene.materials}
     return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
 
@@ -63,7 +63,7 @@ def named_material(name: str) -> MaterialTable | None:
 def named_section(name: str) -> forms.SectionTable | None:
     """Return a standard section, such as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None if not found.
 
-    The first dimension is in the plane of motion. Hollow sections are cold formed, with the corners of EN 10219-2.
+    The first dimension is in the plane of motion. Hollow sections are cold formed, with corner radii from EN 10219-2.
     """
     match = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
     if match is None:
@@ -85,7 +85,7 @@ def named_section(name: str) -> forms.SectionTable | None:
     return _sized(shape, sizes)
 
 
-FAMILIES = {  # by name: shape, and keys of the dimensions in the order of the name
+FAMILIES = {  # by name: the shape, and the keys of the dimensions in the order in which the name gives them
     "RHS": ("box", ("depth", "width", "wall")),
     "SHS": ("box", ("depth", "width", "wall")),
     "PIPE": ("tube", ("outer", "wall")),
@@ -97,16 +97,16 @@ CORNERS = (
     (10.0, 3.0),
     (6.0, 2.5),
     (0.0, 2.0),
-)  # EN 10219-2: wall thicker than [mm], outer corner radius / wall thickness
+)  # EN 10219-2: wall thickness [mm] above which a row applies, outer corner radius / wall thickness
 
 
 def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
-    """Return the dimensions of a family in the library, by key."""
+    """Return the sizes of a family in the library, each with its dimensions."""
     return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
 
 
 def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.SectionTable | None:
-    """Return a section from its dimensions; None if one is not positive."""
+    """Return a section with the given dimensions; None if one of them is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
@@ -122,7 +122,7 @@ def _key(name: str) -> str:
 
 
 def library_entries(kind: str) -> list[tuple[str, str]]:
-    """Return the names in the library that a scene can use directly, each with its properties and their source.
+    """Return the entries of the library that a scene can use by name, each with its properties and their source.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def library_entries(kind: str) -> list[tuple[str, str]]:
     return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
 
 
-EXAMPLES = (  # names of families with any dimensions
+EXAMPLES = (  # examples of families whose dimensions are arbitrary
     ("RHS 60x40x3", "EN 10219-2; any depth x width x wall, mm"),
     ("SHS 40x3", "EN 10219-2; any side x wall, mm"),
     ("pipe 33.7x2.6", "any outer diameter x wall, mm; CHS likewise"),

@@ -1,4 +1,4 @@
-"""Limits and output of a scene; numbers of its studies: tolerances, bounds, ranges."""
+"""Limits and output of a scene, and the numbers of its studies: tolerances, bounds and ranges."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FigureBound:
-    """A limit of a figure as written in the file; whether the figure exists is checked later.
+    """A limit that names its figure, as written in the file. The name is checked later.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class FigureBound:
     least
         True for a lower limit.
     table
-        Table of the limit, for messages.
+        Table that contains the limit, for messages.
     per_length
         Metres per length unit of the file.
     """
@@ -56,7 +56,7 @@ class FigureBound:
 
 
 def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], where: str) -> tuple[FigureBound, ...]:
-    """Return the limits of figures by name; raise SceneError if an entry has no bound."""
+    """Return the limits that name their figure. Raise SceneError if an entry has no bound."""
     bounds_ = []
     for name, amount in given.items():
         bound = amount if isinstance(amount, BoundTable) else BoundTable(most=amount)
@@ -70,9 +70,9 @@ def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], w
 
 @dataclass(frozen=True)
 class Output:
-    """Output of a machine: the location of a point, or the angle of a link if `point` is empty.
+    """Output of a machine: the position of a point, or the angle of a link if `point` is empty.
 
-    `guessed` is True if the program chose it.
+    `guessed` is True if the program chose the output.
     """
 
     link: str
@@ -81,12 +81,12 @@ class Output:
 
     @property
     def unit(self) -> str:
-        """Unit of its error."""
+        """Unit of the output error."""
         return "m" if self.point else "rad"
 
 
 def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
-    """Yield all limits of a scene that is otherwise complete."""
+    """Yield all limits of a scene. The rest of the scene must be complete."""
     limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
     for part in PARTS:
@@ -106,13 +106,13 @@ def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
 
 
 def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
-    """Return the distance from the rest position below which the output has settled [m or rad]; None if not given."""
+    """Return the distance from the rest position within which the output has settled [m or rad], or None."""
     given = table.run.settled
     return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]
 
 
 def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, given: Quantity) -> tuple[Any, str]:
-    """Return the allowed output error and its unit, which is empty if it may be a length or an angle."""
+    """Return the allowed output error and its unit. The unit is empty if the error may be a length or an angle."""
     output, unit = build_output(table, mechanism), given.unit
     meant = unit if output is None else "m" if output.point else "rad"
     if unit not in ("", meant):
@@ -120,7 +120,7 @@ def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, gi
         raise fault(where, key, f"expected {expected}, since the output is {table.run.output}")
     if not meant and table.units != "m":
         expected = 'a length or an angle with its unit, as in "0.1 mm"'
-        raise fault(where, key, f"expected {expected}, since [run] names no output")
+        raise fault(where, key, f"expected {expected}, since output is missing under [run]")
     return given.within(meant), meant
 
 
@@ -136,7 +136,7 @@ def _of_links(scene_table: SceneTable, table: tables.LinkLimitsTable, link: str)
 
 
 def sets_limit(path: str) -> bool:
-    """Return True if a number of a part, by its path, is only a limit.
+    """Return True if a number of a part, given by its path, is only a limit.
 
     Examples
     --------
@@ -149,12 +149,12 @@ def sets_limit(path: str) -> bool:
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
-    """Return the output that a scene names, a point or LINK.angle; None if it names none.
+    """Return the output of a scene, which is a point or LINK.angle; None if the scene does not give it.
 
     Raises
     ------
     SceneError
-        No moving point or link has this name.
+        There is no moving point or link with this name.
     """
     words = table.run.output
     if not words:
@@ -166,12 +166,12 @@ def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
             names = [link.name for link in moving]
             raise fault("run", "output", f'there is no moving link "{owner}"{likely(owner, names)}')
         return Output(owner)
-    still = mechanism.links[0].points
-    carrier = next((link.name for link in moving if words in link.points and words not in still), None)
+    fixed_points = mechanism.links[0].points
+    carrier = next((link.name for link in moving if words in link.points and words not in fixed_points), None)
     if carrier is None:
-        names = list(dict.fromkeys(point for link in moving for point in link.points if point not in still))
+        names = list(dict.fromkeys(point for link in moving for point in link.points if point not in fixed_points))
         problem = f'there is no point "{words}" that moves{likely(words, names)}'
-        problem += f'; an angle is named as in "{moving[-1].name}.angle"'
+        problem += f'; write an angle as in "{moving[-1].name}.angle"'
         raise fault("run", "output", problem)
     return Output(carrier, words)
 
@@ -194,7 +194,7 @@ def require_studies(table: SceneTable) -> None:
 
 
 def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTable) -> tuple[Variable, float, bool]:
-    """Return a number, its tolerance [SI unit], and True for a normal distribution.
+    """Return a number, its tolerance [SI unit], and whether its distribution is normal.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTabl
 
 
 def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Variable, float, float]:
-    """Return a number and its bounds [SI unit]; raise SceneError if they are invalid or reversed."""
+    """Return a number and its bounds [SI unit]. Raise SceneError if they are invalid or reversed."""
     place = place_of(table, path)
     first, last = (value_at(table, place, each) for each in (low, high))
     if not first < last:
@@ -231,13 +231,13 @@ def ends(table: SceneTable, place: Place, entry: tables.RangeTable) -> tuple[flo
     low, high = varied(table, place, entry.start), varied(table, place, entry.end)
     if not low < high:
         path, unit = place.variable.path, place.variable.unit.replace("1", "")
-        problem = f"the wrong way round: from {low:g} to {high:g} {unit}".rstrip()
+        problem = f"reversed: from {low:g} to {high:g} {unit}".rstrip()
         raise fault("sweep", f"vary {path}", f"{problem}, expected from the smaller to the larger")
     return low, high
 
 
 def varied(table: SceneTable, place: Place, text: Any) -> float:
-    """Return a value of a sweep [SI unit]; raise SceneError if it is impossible."""
+    """Return a value of a sweep [SI unit]. Raise SceneError if it is not possible."""
     try:
         return value_at(table, place, text)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""Links of a scene: drawing, points in link axes, beams and masses."""
+"""Links of a scene: points as drawn and in link axes, beams and masses."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -24,7 +24,7 @@ Points = Mapping[str, Any]
 
 
 def drawn_places(scene: SceneTable) -> dict[str, Complex]:
-    """Return the drawing [m]: all positions under [points], and the points of the ground with coordinates."""
+    """Return the drawn positions [m] of the points under [points] and of ground points with coordinates."""
     places = {name: vector(place) for name, place in scene.points.items()}
     ground = scene.links.get(GROUND)
     if ground is not None and isinstance(ground.points, dict):
@@ -33,7 +33,10 @@ def drawn_places(scene: SceneTable) -> dict[str, Complex]:
 
 
 def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex]:
-    """Return the points of a link in link axes [m]: the first at 0, the second on x', or as given."""
+    """Return the points of a link in link axes [m].
+
+    The first point is at 0 and the second on the x axis, unless the link gives their coordinates.
+    """
     where = f"links.{name}"
     if not table.points:
         raise fault(where, "points", "a link needs at least one point")
@@ -45,7 +48,9 @@ def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex
         return {point: vector(place) for point, place in table.points.items()}
     for point, count in Counter(table.points).items():
         if point not in places:
-            raise fault(where, "points", f'the point "{point}" has no place under [points]{likely(point, places)}')
+            raise fault(
+                where, "points", f'the point "{point}" has no coordinates under [points]{likely(point, places)}'
+            )
         if count > 1:
             raise fault(where, "points", f'the point "{point}" is listed {count} times')
     if name == GROUND:
@@ -54,7 +59,7 @@ def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex
 
 
 def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dict[str, Complex]:
-    """Return link coordinates from the drawing."""
+    """Return the points in link axes, computed from the drawing."""
     names = list(table.points)
     if table.length is not None and len(names) != 2:
         problem = f"is the size of a link with two points, this link has {len(names)}: give their coordinates, "
@@ -71,7 +76,7 @@ def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dic
 
 
 def drawn_direction(link: Link, places: Points) -> Complex | None:
-    """Return the x axis of a link as drawn, as a unit vector; None unless two points are drawn apart."""
+    """Return the drawn x axis of a link as a unit vector; None unless two of its points are drawn apart."""
     if link.name == GROUND:
         return 1 + 0j
     drawn = [point for point in link.points if point in places]
@@ -85,15 +90,14 @@ def drawn_direction(link: Link, places: Points) -> Complex | None:
     return turned / abs(turned)
 
 
-BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
+BODY_KEYS = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
 
 @dataclass(frozen=True, eq=False)
 class LinkModel:
-    """A link of a scene.
+    """A link of a scene: mechanical model, cross-section of every beam, and drawn outline [m].
 
-    It contains the mechanical model, the cross-section of every beam, whether it is rigid, and the outline [m]. A
-    hidden link has no table in the scene. `numbers` gives the table entry of every beam.
+    A `hidden` link has no table in the scene. `numbers` gives the entry of every beam in the table of the link.
     """
 
     link: Link
@@ -107,7 +111,7 @@ class LinkModel:
 def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
     """Return all links by name."""
     if GROUND not in scene.links:
-        raise fault("links", GROUND, f"no link is named ground: name the fixed link so{likely_ground(scene)}")
+        raise fault("links", GROUND, f"no link is named ground: give this name to the fixed link{likely_ground(scene)}")
     points = {name: own_points(name, table, places) for name, table in scene.links.items()}
     shared = Counter(point for own in points.values() for point in own)
     point_masses = _point_masses(scene, points)
@@ -124,12 +128,12 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
 
 
 def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict[str, LinkModel]:
-    """Prepare links that guide sliders: a rigid one becomes a body without beams.
+    """Prepare the links that guide sliders. A rigid guide becomes a body without beams.
 
     Raises
     ------
     SceneError
-        No beam of an elastic guide lies along the line of the slider.
+        An elastic guide has no beam along the line of the slider.
     """
     for slider in sliders.values():
         body = bodies[slider.on]
@@ -140,7 +144,7 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
             link = replace(body.link, beams=(), lumps=(*body.link.lumps, whole))
             bodies[slider.on] = replace(body, link=link, sections=())
         else:
-            problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
+            problem = f'no beam of "{slider.on}" lies along the line through the drawn position of "{slider.point}": '
             table = "slots" if bodies[slider.link].hidden else "sliders"
             problem += "draw it on a beam, or add rigid = true to the link"
             line = slider.origin, slider.direction
@@ -150,16 +154,16 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
 
 
 def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collection[str]) -> list[LinkModel]:
-    """Join collinear beams at points without a joint, mass or load, because a named point does not divide a beam.
+    """Merge collinear beams at points without a joint, mass or load. Such a point does not divide a beam.
 
     Parameters
     ----------
     mechanism
         Mechanism with its loads.
     bodies
-        One per link of the mechanism.
+        Links in the order of the mechanism.
     kept
-        Names of links that are left unchanged.
+        Names of the links that stay unchanged.
     """
     if all(len(body.sections) < 2 or body.link.name in kept for body in bodies):
         return [*bodies]
@@ -170,15 +174,15 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
             beam = mechanism.links[at].beams[load.beam]
             fixed |= {(at, beam.start), (at, beam.end)}
     return [
-        body if body.link.name in kept else _joined(body, {point for owner, point in fixed if owner == at})
+        body if body.link.name in kept else _merged(body, {point for owner, point in fixed if owner == at})
         for at, body in enumerate(bodies)
     ]
 
 
-def _joined(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
-    """Join collinear beams with the same section at free points of a link."""
+def _merged(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
+    """Merge collinear beams with the same section at points of a link that are not `fixed`."""
     beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
-    while (point := _between(body.link, beams, sections, fixed)) is not None:
+    while (point := _merge_point(body.link, beams, sections, fixed)) is not None:
         first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
         far = _far_end(beams[second], point)
         ends_there = beams[first].end == point
@@ -189,16 +193,16 @@ def _joined(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
     return replace(body, link=link, sections=tuple(sections), numbers=tuple(numbers))
 
 
-def _between(
+def _merge_point(
     link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], fixed: Collection[str | None]
 ) -> str | None:
-    """Return a point at which two beams of a link can be joined; None if not found."""
+    """Return a point at which two beams of a link can be merged, or None."""
     meeting: dict[str, list[int]] = {}
     for number, beam in enumerate(beams):
         for point in (beam.start, beam.end):
             meeting.setdefault(point, []).append(number)
     for point, both in meeting.items():
-        if len(both) == 2 and point not in fixed and sections[both[0]].goes_on_as(sections[both[1]]):
+        if len(both) == 2 and point not in fixed and sections[both[0]].continues_as(sections[both[1]]):
             one, other = (link.points[_far_end(beams[number], point)] - link.points[point] for number in both)
             if in_line(one, -other):
                 return point
@@ -210,22 +214,25 @@ def _far_end(beam: Beam, point: str) -> str:
 
 
 def likely_ground(scene: SceneTable) -> str:
-    """Return a hint if another name looks like that of the ground."""
+    """Return a hint if another link seems to be the ground."""
     hint = likely(GROUND, scene.links)
-    bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODILY)]
+    bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODY_KEYS)]
     name = hint.split(chr(34))[1] if "did you mean" in hint else bare[0] if len(bare) == 1 else ""
     return f'; is it "{name}"?' if name else ""
 
 
 def _ground(table: LinkTable, points: Points) -> LinkModel:
-    for key in ("length", *BODILY):
+    for key in ("length", *BODY_KEYS):
         if getattr(table, key):
             raise fault(f"links.{GROUND}", key, "the ground does not move or bend: it has only points")
     return LinkModel(Link(GROUND, points), (), True, _outline(GROUND, table, points))
 
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
-    """Return the point masses of each link: its own, and those in [masses] for the first moving link with the point."""
+    """Return the point masses of each link.
+
+    A point mass under [masses] belongs to the first moving link with the point.
+    """
     by_link: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
@@ -244,15 +251,15 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
 def _moving_body(
     scene: SceneTable, name: str, points: Points, masses: Mapping[str, Real], joints: set[str]
 ) -> LinkModel:
-    """Return a moving link: elastic with beams, or rigid."""
+    """Return a moving link, which is rigid or consists of elastic beams."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
     stiff = table.rigid or len(points) == 1 or scene.structure_only
     if stiff:
-        require_absent(where, table, ("strain", "temperature"), "only elastic links take it")
+        require_absent(where, table, ("strain", "temperature"), "only elastic links have this key")
     else:
-        advice = "an elastic link has the mass of its section: take mass, center and inertia away. More mass: at its"
-        advice += " points under [masses], or as a rigid link joined to it by [welds.POINT]"
+        advice = "an elastic link has the mass of its section: remove mass, center and inertia. Add mass at its points"
+        advice += " under [masses], or as a rigid link that is welded to it by [welds.POINT]"
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     numbers = tuple(range(len(pieces)))
@@ -268,7 +275,7 @@ def _moving_body(
         lumps.append(_lump(where, table, Link(name, points, pieces)))
         pieces, sections = (), ()
     if pieces:
-        nodes = _hanging_together(where, pieces)
+        nodes = _connected_ends(where, pieces)
         for point in [*joints, *masses]:
             if point not in nodes:
                 raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
@@ -276,7 +283,7 @@ def _moving_body(
 
 
 def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
-    """Return beams with their cross-sections; empty if the link has no section."""
+    """Return the beams of a link and their cross-sections; empty if the link has no section."""
     table, where = scene.links[name], f"links.{name}"
     if table.beams is None:
         if table.section is None and table.material is not None:
@@ -309,9 +316,9 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
 
 
 def in_order(points: Points, off: float = MAX_OFFSET) -> list[str]:
-    """Return names of points in the order of the beams. A point between two earlier points divides their beam.
+    """Return the names of the points in the order of the beams. A point between two earlier points divides their beam.
 
-    `off` is the largest angle [rad] of a beam's two parts.
+    `off` is the largest angle [rad] between the two parts of a divided beam.
     """
     drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
     order: list[str] = []
@@ -322,8 +329,8 @@ def in_order(points: Points, off: float = MAX_OFFSET) -> list[str]:
     return order
 
 
-def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
-    """Return the ends of the beams; raise if they are not connected."""
+def _connected_ends(where: str, beams: Sequence[Beam]) -> set[str]:
+    """Return the end points of the beams; raise if the beams are not connected."""
     parts: list[set[str]] = []
     for beam in beams:
         touched = [part for part in parts if {beam.start, beam.end} & part]
@@ -335,7 +342,7 @@ def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
 
 
 def _lump(where: str, table: LinkTable, link: Link) -> Lump:
-    """Return mass, centre and inertia; missing values follow from the beams or the only point."""
+    """Return the mass, centre and inertia of a rigid link. Missing values follow from its beams or its only point."""
     points = link.points
     mass: Any
     center: Any

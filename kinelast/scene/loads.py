@@ -1,4 +1,4 @@
-"""Loads at points and along beams, their tables, and springs of a scene."""
+"""Loads and springs of a scene: loads at points and along beams, with their tables."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
     from rigid.dynamics import CurveLaw
 
-COVER_TOLERANCE = 1e-12  # largest gap between the table and the run, relative to the run
-MIN_SPACING = 1e-12  # smallest distance between table entries, relative to the length of the table
+COVER_TOLERANCE = 1e-12  # part of the run that a table may leave out / duration of the run
+MIN_SPACING = 1e-12  # smallest distance between two entries / range of the table
 
 
 def build_load(
     number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
 ) -> PointLoad | LineLoad | Resistance:
-    """Return a load; a table over time must cover the duration of the run [s]."""
+    """Return a load. If it has a table over time, the table must cover the duration of the run [s]."""
     where = f"loads[{number}]"
     known_name(where, "link", table.link, links)
     if table.link == GROUND:
-        raise fault(where, "link", "the ground takes any load without moving: load a moving link")
+        raise fault(where, "link", "a load on the ground has no effect: name a moving link")
     if (table.point is None) == (table.beam is None):
-        raise fault(where, "point", "expected either point or beam, the place of the load")
+        raise fault(where, "point", "expected either point or beam, where the load acts")
     law = factor_law(where, table, duration, links, sliders)
     turning = table.axes == "turning"
     link = links[table.link]
@@ -57,7 +57,7 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
-    """Raise unless the link has the point and, if the link has beams, one of them ends at it."""
+    """Raise unless a link has the point and, if the link has beams, one of them ends there."""
     known_point(where, key, point, link.points, link.name)
     if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
         raise fault(where, key, f'no beam of "{link.name}" ends at the point "{point}": add one')
@@ -75,7 +75,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
         if (beam.start, beam.end) == table.beam:
             return LineLoad(link.name, beam_number, start, end, turning, law)
         if (beam.end, beam.start) == table.beam:
-            # If a load is given from the other end of the beam, the beam axes are reversed.
+            # the beam axes are reversed if the load is given from the other end
             sense = -1 if turning else 1
             return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
     known = ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none: the link has no section"
@@ -90,7 +90,7 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
     for key in ("link", "on"):
         known_name(where, key, getattr(table, key), links)
     if table.link == table.on:
-        raise fault(where, "on", f'a spring from "{table.link}" to itself does nothing')
+        raise fault(where, "on", f'a spring from "{table.link}" to itself has no effect')
     if (table.point is None) == (table.at is None):
         raise fault(where, "point", "expected either point, an end of the spring, or at, the pin about which it turns")
     if table.at is None:
@@ -113,7 +113,7 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
     )
 
 
-SIZES = {  # units of a spring, straight or about a pin
+SIZES = {  # units for a linear spring and for a torsion spring
     "stiffness": Stiffness.units,
     "damping": DampingConstant.units,
     "preload": ForceOrMoment.units[::-1],
@@ -121,7 +121,7 @@ SIZES = {  # units of a spring, straight or about a pin
 
 
 def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
-    """Return stiffness, damping and preload in the units of a linear (0) or torsion spring (1)."""
+    """Return stiffness, damping and preload of a linear spring (`turning` = 0) or a torsion spring (1)."""
     sizes: list[Real] = []
     for key, units in SIZES.items():
         value = getattr(table, key)
@@ -136,12 +136,12 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
 ) -> CurveLaw | None:
-    """Return the factor of a load or effort; None if there is no table. A table over time must cover the duration [s].
+    """Return the factor of a load or effort; None if it has no table.
 
-    `links` and `sliders` are the existing names.
+    A table over time must cover the duration of the run [s]. `links` and `sliders` are the names in the scene.
     """
     if table.table is None:
-        require_absent(where, table, ("against", "extend"), "belongs to a table: give that too")
+        require_absent(where, table, ("against", "extend"), "needs a table: add the key table")
         return None
     from rigid.analysis import Slide
     from rigid.dynamics import CurveLaw, corners, law_of, law_of_time, table_curve
@@ -149,7 +149,9 @@ def factor_law(
     unit, coordinate = _against(where, table, links, sliders)
     for number, (place, _) in enumerate(table.table, 1):
         if place.unit not in ("", unit):
-            raise fault(where, f"table[{number}]", f"is against {EXPECTED[unit]}, got {float(place):g} {place.unit}")
+            raise fault(
+                where, f"table[{number}]", f"the abscissa must be {EXPECTED[unit]}, got {float(place):g} {place.unit}"
+            )
     at, factor = np.array([(place.within(unit), factor) for place, factor in table.table], float).T
     rises = np.diff(at)
     steps = np.flatnonzero(rises == 0)
@@ -158,11 +160,11 @@ def factor_law(
         or (np.diff(steps) == 1).any()
         or (len(steps) and table.interpolation != "linear")
     ):
-        allowed = "two entries at one place are a step, in a linear table"
+        allowed = "a step is two entries with the same abscissa, in a linear table"
         raise fault(where, "table", f"expected increasing {GROWING[unit]}; {allowed}")
-    at[steps] = np.nextafter(at[steps], -np.inf)  # at a step, the second entry applies
+    at[steps] = np.nextafter(at[steps], -np.inf)  # at a step, use the second entry
     try:
-        # Times are checked only here, because a search between positions may go slightly beyond the run.
+        # only the check below applies to times, because a search between positions may go slightly beyond the run
         extend = "hold" if coordinate is None else table.extend or "error"
         curve = table_curve(at, factor, table.interpolation, extend, unit == "rad")
     except TableError as error:
@@ -175,7 +177,7 @@ def factor_law(
     if isinstance(coordinate, Slide):
         return law_of(coordinate, curve, corners(at, factor))
     if at[-1] - at[0] > 2 * pi * (1 + COVER_TOLERANCE):
-        raise fault(where, "table", "covers more than a turn, expected angles within one")
+        raise fault(where, "table", "covers more than a turn: expected angles within one turn")
     middle = float(at[0] + at[-1]) / 2
     return CurveLaw(partial(_turned, coordinate, middle), curve, corners(at, factor), middle)
 
@@ -184,14 +186,14 @@ GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
 
 
 def _turned(angle: LinkAngle, middle: float, motion: Motion) -> Reals:
-    """Shift angles to within half a turn of the middle of a table [rad], shape (..., positions)."""
+    """Return angles, shifted to within half a turn of the middle of a table [rad], shape (..., positions)."""
     return middle + angle.difference(motion, middle)
 
 
 def _against(
     where: str, table: LoadTable | DriveTable, links: Collection[str], sliders: Collection[str]
 ) -> tuple[str, LinkAngle | Slide | None]:
-    """Return the unit of the abscissa of a table, and its coordinate; None for time."""
+    """Return the unit of a table's abscissa, and its coordinate (None for time)."""
     from rigid.analysis import LinkAngle, Slide
 
     against = table.against

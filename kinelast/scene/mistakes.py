@@ -1,6 +1,6 @@
-"""All errors in a scene's text at once: report each, repair it in a copy by a guess, and continue.
+"""Find all errors in the text of a scene: report each error, repair it in a copy by a guess, and check again.
 
-Errors that only result from a repair are not reported.
+Errors that result from a repair are not reported.
 """
 
 import re
@@ -14,30 +14,41 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import leaves, parse_toml, read_toml
 from kinelast.scene.parts import PARTS
 
-MAX_MISTAKES = 100  # reported
-MAX_CHARACTERS = 2_000_000  # read in all repeated checks
-Path = tuple[Any, ...]  # path: names, and indices from 0
-ALONE = ("run", "limits", "fatigue", "sweep", "sensitivities", "optimize", "title", "source", "units", "structure_only")
-STAND_INS = {  # replacements for entries that cannot be repaired, so that others can refer to them
+MAX_MISTAKES = 100  # maximum number of reported errors
+MAX_CHARACTERS = 2_000_000  # maximum number of characters in all repeated checks
+Path = tuple[Any, ...]  # path in the tables: names, and indices from 0
+TOP_LEVEL = (
+    "run",
+    "limits",
+    "fatigue",
+    "sweep",
+    "sensitivities",
+    "optimize",
+    "title",
+    "source",
+    "units",
+    "structure_only",
+)
+STAND_INS = {  # replacements for entries that cannot be repaired, because other entries may refer to them
     "masses": 1.0,
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
     "joints": {},
     **{part.key: part.stand_in for part in PARTS if part.stand_in is not None},
 }
-OF_ITSELF = re.compile(
+UNAFFECTED = re.compile(
     r'expected|there is no|the (point|link) "[^"]*" has no'
 )  # errors that do not depend on other entries
 TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tuple[SceneError, ...]:
-    """Return the errors in a TOML text, without the file name, in the order of the checks.
+    """Return the errors in a TOML text, in the order of the checks. The path of the file is not included.
 
     Parameters
     ----------
     check
-        Function that raises SceneError for the first error in the tables.
+        Function of the tables that raises SceneError for the first error.
     """
     errors, kept, left_out = _unreadable(text)
     try:
@@ -49,7 +60,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
         try:
             check(copy.tables)
         except SceneError as error:
-            if not copy.mended(error) or error.key == "library":  # its names are unknown without it
+            if not copy.repair(error) or error.key == "library":  # without the library, its names are unknown
                 break
         except Exception:  # a repaired copy may cause any error
             break
@@ -59,7 +70,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
-    """Return the syntax errors of a text, the text without their lines, and the tables of these lines."""
+    """Return the syntax errors in a text, the text without the invalid lines, and the tables of these lines."""
     errors: list[SceneError] = []
     lines, left_out = text.splitlines(), set()
     while len(errors) < MAX_MISTAKES:
@@ -67,7 +78,7 @@ def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
             parse_toml("\n".join(lines))
             break
         except SceneError as error:
-            at = _line_at_fault(lines, error)
+            at = _invalid_line(lines, error)
             errors.append(error)
             if at is None:
                 return tuple(errors), "not TOML =", set()
@@ -75,19 +86,19 @@ def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
             left_out.add(() if header else _table_of_line(lines, at))
             lines[at] = ""
             while header and at + 1 < len(lines) and not lines[at + 1].lstrip().startswith("["):
-                at += 1  # its keys would belong to the table above
+                at += 1  # the keys would otherwise belong to the table above
                 lines[at] = ""
     return tuple(errors), "\n".join(lines), left_out
 
 
-def _line_at_fault(lines: list[str], error: SceneError) -> int | None:
-    """Return the reported line or, if that line is valid by itself, the nearest invalid line above."""
+def _invalid_line(lines: list[str], error: SceneError) -> int | None:
+    """Return the number of the reported line or, if that line is valid by itself, of the nearest invalid line above."""
     reported = re.search(r"at line (\d+)", error.problem)
     last = min(int(reported[1]), len(lines)) - 1 if reported else len(lines) - 1
-    return next((at for at in range(last, -1, -1) if not _reads(lines[at])), last if lines[last].strip() else None)
+    return next((at for at in range(last, -1, -1) if not _is_valid(lines[at])), last if lines[last].strip() else None)
 
 
-def _reads(line: str) -> bool:
+def _is_valid(line: str) -> bool:
     try:
         read_toml(line)
     except ValueError:
@@ -96,7 +107,7 @@ def _reads(line: str) -> bool:
 
 
 def _table_of_line(lines: list[str], at: int) -> Path:
-    """Return the path of the entry that a line belongs to."""
+    """Return the path of the entry to which a line belongs."""
     above = [match for line in lines[: at + 1] if (match := TABLE.match(line))]
     if not above:
         return ()
@@ -114,60 +125,62 @@ class _Copy:
     Attributes
     ----------
     found
-        Errors so far.
+        Reported errors.
     doubtful
-        Entries with removed or guessed keys; errors that depend on them are not reported. () means any entry, after an
-        unreadable line.
+        Entries with removed or guessed keys. Errors that depend on them are not reported. After an unreadable line, ()
+        stands for any entry.
     seen
-        Paths of the errors so far.
-    gone
+        Paths of the reported errors.
+    removed
         Paths of removed entries.
     numbers
-        For each list of tables, the file numbers of the remaining tables.
+        For each list of tables, the numbers in the file of the tables that remain.
     """
 
     tables: dict[str, Any]
     found: list[SceneError]
     doubtful: set[Path]
     seen: set[Path] = field(default_factory=set)
-    gone: set[Path] = field(default_factory=set)
+    removed: set[Path] = field(default_factory=set)
     numbers: dict[str, list[int]] = field(default_factory=dict)
 
-    def mended(self, error: SceneError) -> bool:
-        """Repair an error, report it unless it results from another, and return True if it was repaired."""
+    def repair(self, error: SceneError) -> bool:
+        """Repair an error, and report it unless it results from another. Return True if it was repaired."""
         path = path_of(error.table, error.key)
         entry = self._entry(path)
         place = self._in_file(entry) + path[len(entry) :]
-        if place in self.seen or self._follows(error.problem, path, entry):
-            return self._key_taken(path, entry) or self._entry_taken(entry)
+        if place in self.seen or self._follows_repair(error.problem, path, entry):
+            return self._remove_key(path, entry) or self._remove_entry(entry)
         self.seen.add(place)
         self.found.append(self._numbered(error, path))
-        if path == ("structure_only",):  # all other keys mean something else in that case
+        if path == ("structure_only",):  # the meaning of all other keys depends on it
             return False
-        ways = self._renamed, self._example_put, self._any_put
-        return any(way(path, error.problem) for way in ways) or self._key_taken(path, entry) or self._entry_taken(entry)
+        ways = self._rename, self._put_example, self._put_existing
+        return (
+            any(way(path, error.problem) for way in ways) or self._remove_key(path, entry) or self._remove_entry(entry)
+        )
 
-    def _follows(self, problem: str, path: Path, entry: Path) -> bool:
+    def _follows_repair(self, problem: str, path: Path, entry: Path) -> bool:
         """Return True if an error may result from a repair."""
-        if path[:1] in self.gone or self.gone & {*pairwise(path)} or self._names_what_is_gone(problem):
+        if path[:1] in self.removed or self.removed & {*pairwise(path)} or self._names_removed_entry(problem):
             return True
         if () in self.doubtful and problem.startswith("the table is missing"):
             return True
         names = {name for doubted in self.doubtful for name in doubted[1:]}
-        alone = bool(path) and path[0] in ALONE
+        alone = bool(path) and path[0] in TOP_LEVEL
         depends = alone or self._in_file(entry) in self.doubtful or names & {*leaves(self._at(entry), str)}
-        return bool(self.doubtful and depends) and (self._at(path) is None or not OF_ITSELF.match(problem))
+        return bool(self.doubtful and depends) and (self._at(path) is None or not UNAFFECTED.match(problem))
 
-    def _names_what_is_gone(self, problem: str) -> bool:
-        """Return True if a message reports as missing a name that was removed, or that may be in an unreadable line."""
+    def _names_removed_entry(self, problem: str) -> bool:
+        """Return True if the name that a message reports as missing was removed or may be in an unreadable line."""
         unknown = re.search(r'(?:no|the) (\w+) "([^"]*)"', problem)
         if not unknown or not re.search(r"\bno\b", problem):
             return False
         tables = f"{unknown[1]}s", *(("points", "sliders") if unknown[1] in ("joint", "pin") else ())
         near = {(table, *name) for table in tables for name in ((), (unknown[2],))}
-        return bool(near & self.gone) or () in self.doubtful or any((table,) in self.doubtful for table in tables)
+        return bool(near & self.removed) or () in self.doubtful or any((table,) in self.doubtful for table in tables)
 
-    def _renamed(self, path: Path, problem: str) -> bool:
+    def _rename(self, path: Path, problem: str) -> bool:
         """Replace a wrong key, value or list item by the name that the message suggests."""
         hint = re.search(r'; (?:did you mean|there is|is it) ("[^;]*")', problem)
         holder = self._at(path[:-1])
@@ -191,10 +204,10 @@ class _Copy:
     def _doubt(self, path: Path) -> None:
         self.doubtful.add(self._in_file(self._entry(path)))
 
-    def _example_put(self, path: Path, problem: str) -> bool:
-        """Replace a wrong value by the message's example or by its first choice."""
+    def _put_example(self, path: Path, problem: str) -> bool:
+        """Replace a wrong value by the example or the first choice in the message."""
         if path[-1:] == ("shape",):  # the other keys depend on it
-            return self._entry_taken(path[:2])
+            return self._remove_entry(path[:2])
         example = re.search(r'^expected .*?as in "([^"]*)"', problem)
         choice = re.search(r"^expected one of ([^\s,]+)", problem)
         proposed = example[1] if example else choice[1] if choice else None
@@ -205,8 +218,8 @@ class _Copy:
         self._doubt(path)
         return True
 
-    def _any_put(self, path: Path, problem: str) -> bool:
-        """Replace a missing section, material etc. by any existing one."""
+    def _put_existing(self, path: Path, problem: str) -> bool:
+        """Replace the name of a missing section, material etc. by an existing name."""
         value, there = self._at(path), self.tables.get(f"{path[-1]}s") if path else None
         if not isinstance(value, str) or f'"{value}"' not in problem or not isinstance(there, dict) or value in there:
             return False
@@ -214,8 +227,8 @@ class _Copy:
         self._doubt(path)
         return bool(there)
 
-    def _key_taken(self, path: Path, entry: Path) -> bool:
-        """Remove a key from its table; for an item of a list, remove the whole list."""
+    def _remove_key(self, path: Path, entry: Path) -> bool:
+        """Remove a key from its table. For an item of a list, remove the whole list."""
         while path and path != entry and not isinstance(path[-1], str):
             path = path[:-1]
         holder = self._at(path[:-1])
@@ -225,7 +238,7 @@ class _Copy:
         self._doubt(entry)
         return True
 
-    def _entry_taken(self, entry: Path) -> bool:
+    def _remove_entry(self, entry: Path) -> bool:
         """Remove an entry with its contents."""
         holder = self._at(entry[:-1])
         if not entry or self._at(entry) is None:
@@ -236,7 +249,7 @@ class _Copy:
             del holder[number]
             if not holder:
                 del self.tables[entry[0]]
-                self.gone.add(entry[:1])
+                self.removed.add(entry[:1])
             return True
         instead = self._stand_in(entry)
         if instead is not None and holder[entry[-1]] != instead:
@@ -244,11 +257,11 @@ class _Copy:
             self._doubt(entry)
             return True
         del holder[entry[-1]]
-        self.gone.add(entry)
+        self.removed.add(entry)
         return True
 
     def _stand_in(self, entry: Path) -> Any:
-        """Return a replacement for an entry that others may refer to, or None."""
+        """Return a replacement for an entry to which others may refer, or None."""
         if len(entry) == 2 and entry[0] == "points":
             return [0.0173 * len(self.found), 0.0291]  # all at different positions
         if entry[0] != "links" or len(entry) != 2:
@@ -261,10 +274,10 @@ class _Copy:
 
     def _entry(self, path: Path) -> Path:
         """Return the path of the top-level entry or table that contains a path."""
-        return path[:2] if path and path[0] not in ALONE else path[:1]
+        return path[:2] if path and path[0] not in TOP_LEVEL else path[:1]
 
     def _at(self, path: Path) -> Any:
-        """The content at a path; None if there is none."""
+        """Return the content at a path, or None."""
         node: Any = self.tables
         for part in path:
             if isinstance(node, list):
@@ -278,7 +291,7 @@ class _Copy:
         return self.numbers.setdefault(name, [*range(len(self.tables[name]))])
 
     def _in_file(self, entry: Path) -> Path:
-        """Return an entry with its number in the file."""
+        """Return the path of an entry with its number in the file."""
         if len(entry) == 2 and isinstance(entry[1], int) and isinstance(self.tables.get(str(entry[0])), list):
             return entry[0], self._numbers(str(entry[0]))[entry[1]]
         return entry
@@ -294,7 +307,7 @@ class _Copy:
 
 
 def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
-    """Move the content of a key to another key; return True if that was possible."""
+    """Move the content of a key to another key. Return True if possible."""
     there, content = holder.get(new), holder[key]
     if there is None:
         holder[new] = content

@@ -1,4 +1,4 @@
-"""Moving joints to which drives, gears and end stops refer."""
+"""Joint coordinates to which drives, gears and end stops refer."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,25 +15,25 @@ Drive = PinDrive | SliderDrive
 def moved_joint(
     where: str, inside: str, table: JointNameTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]
 ) -> Drive:
-    """Return the joint that a table names; `inside` prefixes the keys in messages."""
+    """Return the joint to which a table refers. `inside` is a prefix of the keys in messages."""
     if not table.unique:
         raise fault(where, f"{inside}link", "expected either link or slider")
     if table.turns:
         return _pin(where, inside, table, links)
     for key in ("at", "on"):
         if getattr(table, key) not in (None, GROUND):
-            raise fault(where, inside + key, "belongs to a link: [sliders] has the link that a slider slides on")
+            raise fault(where, inside + key, "belongs to a link: [sliders] already names the link that guides a slider")
     known_name(where, f"{inside}slider", table.name, sliders, "slider")
     return SliderDrive(table.name)
 
 
 def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
-    """Return the pin of a rotating link: the named one, or the only pin that both links share."""
+    """Return the pin of a rotating link: the pin `at` or, by default, the only pin that both links share."""
     link = table.name
     known_name(where, f"{inside}link", link, links)
     known_name(where, f"{inside}on", table.on, links)
     if link == GROUND:
-        problem = "the ground cannot be moved: name the moving link here, and ground under on"
+        problem = "the ground cannot be moved: give the moving link here, and ground under on"
         raise fault(where, f"{inside}link", problem)
     if link == table.on:
         raise fault(where, f"{inside}on", f'the link "{link}" cannot turn on itself')

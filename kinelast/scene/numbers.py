@@ -1,7 +1,7 @@
-"""Numbers of a scene: arrays for several designs, and text with SI prefixes and few digits.
+"""Numbers of a scene: arithmetic for one or several designs, and formatting with SI prefixes and few digits.
 
-The builders of a scene use the same arithmetic for one design and for several. `require` checks a condition and reports
-the designs that violate it.
+The builders of a scene use the same arithmetic for a single design and for arrays of designs. `require` checks a
+condition and reports the designs that violate it.
 """
 
 import cmath
@@ -19,7 +19,7 @@ from rigid.arrays import Complex, Real
 def real(quantity: Any) -> Any:
     """Return a quantity as a float, or as an array if it differs between designs.
 
-    The type is Any because callers are typed for one design.
+    The return type is Any because the type annotations of callers are for a single design.
     """
     each = quantity if isinstance(quantity, np.ndarray) else getattr(quantity, "each", None)
     return float(quantity) if each is None else each
@@ -43,7 +43,7 @@ def phase(way: Complex) -> Real:
 
 
 def quotient(vector: Complex, size: Any) -> Complex:
-    """Divide a vector by a number; 0 / 0 of a design gives 0."""
+    """Divide a vector by a number. In arrays of designs, 0 / 0 gives 0."""
     if not isinstance(size, np.ndarray) and not isinstance(vector, np.ndarray):
         return complex(vector) / float(size)
     size = np.where(size == 0.0, 1.0, size)
@@ -56,19 +56,20 @@ def any_nonzero(value: Real | Complex) -> bool:
 
 
 def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str]) -> None:
-    """Raise if a condition does not hold; report the designs that violate it.
+    """Raise if a condition does not hold. The error contains the designs that violate it.
 
     Parameters
     ----------
     holds
-        The condition, bool or array of bool.
+        Condition, bool or array of bool.
     problem
-        Message, or a function that returns it. The function receives a selector of the invalid design in an array.
+        Message, or a function that returns it. The function is called with another function, which picks the number of
+        the first invalid design from an array.
 
     Raises
     ------
     SceneError
-        The message is about the first invalid design; `designs` contains the rows of all.
+        The message is about the first invalid design. `designs` contains the numbers of all invalid designs.
     """
     if isinstance(holds, np.ndarray):
         wrong = np.flatnonzero(~holds)
@@ -85,11 +86,11 @@ def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str
 
 
 def _picked(value: Any, row: int | None) -> Any:
-    """Return a number, or the number of one design."""
+    """Return the number of one design from an array, or the number itself."""
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
-EXPECTED = {  # names of quantities in messages, by SI unit
+EXPECTED = {  # expected forms for messages, by SI unit
     "s": 'a time, as in "50 ms"',
     "rad": 'an angle, as in "30 deg"',
     "m": 'a length, as in "20 mm"',
@@ -108,27 +109,27 @@ EXPECTED = {  # names of quantities in messages, by SI unit
 
 
 def require_unit(table: str, key: str, value: Any, unit: str) -> None:
-    """Raise if a quantity has another unit; a bare number fits any."""
+    """Raise if a quantity has another unit. A number without a unit fits every unit."""
     if value.unit not in ("", unit):
         raise fault(table, key, f"expected {EXPECTED[unit]}, got {float(value):g} {value.unit}")
 
 
-MIN_PRINTED_ERROR = 1e-4  # smaller relative errors are below the printed digits
+MIN_PRINTED_ERROR = 1e-4  # smaller relative errors do not affect the printed digits
 UNRELIABLE = 0.25  # figures with a larger relative error are marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
 MIN_PRINTED_STRESS = 1e-3  # in the report's stress unit; smaller stresses are printed with a prefix
 DisplayUnits = Mapping[str, tuple[float, str]]
-"""Units of a report: by SI unit, the conversion factor and the name of the unit."""
+"""Display units of a report: conversion factor and name of the unit, by SI unit."""
 SI: DisplayUnits = {}
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1")
-RAISED_LENGTH = re.compile(r"m\^(\d)")  # a prefix is raised to the same power
+RAISED_LENGTH = re.compile(r"m\^(\d)")  # the power also applies to the prefix
 RAISED_UNIT = re.compile(r"\^(\d)")
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6}
 
-REPORT_UNITS = {  # by SI unit: conversion factor and unit of the report
+REPORT_UNITS = {  # conversion factor and display unit, by SI unit
     "mm": {
         "m": (1e3, "mm"), "m^2": (1e6, "mm^2"), "m/s": (1e3, "mm/s"), "m/s^2": (1e3, "mm/s^2"), "Pa": (1e-6, "MPa"),
         "N": (1.0, "N"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"), "W/m^2": (1e-6, "MPa m/s"),
@@ -143,7 +144,7 @@ REPORT_UNITS = {  # by SI unit: conversion factor and unit of the report
 
 
 def scale_of(largest: float, unit: str) -> tuple[float, str]:
-    """Return the factor and prefixed unit that suit a quantity of this size.
+    """Return the conversion factor and the prefixed unit that suit a quantity of this size.
 
     >>> scale_of(0.00146, "m")
     (1000.0, 'mm')
@@ -161,7 +162,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
 
 
 def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
-    """Return the factor and unit for an area, volume etc., in the largest suitable length unit."""
+    """Return the conversion factor and unit of an area, volume etc., based on the largest suitable length unit."""
     if not 0.0 < size < math.inf:
         return 1.0, unit
     name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")
@@ -169,7 +170,7 @@ def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Format a number with few digits and a typographic minus sign; a dash for nan."""
+    """Format a number with few digits and a typographic minus sign, and nan as a dash."""
     if not math.isfinite(value):
         return DASH if math.isnan(value) else "∞"
     text = f"{value + 0.0:.{digits}g}"  # adding zero turns -0 into 0
@@ -182,7 +183,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a share in per cent with two digits."""
+    """Format a fraction in per cent with two digits."""
     if math.isnan(share):
         return "unknown"
     return "beyond measure" if math.isinf(share) else f"{number(100 * share, 2)} %"
@@ -198,7 +199,7 @@ def error_percent(share: float) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = SI) -> str:
-    """Format a number with the report's unit, or with an SI unit and a prefix.
+    """Format a number with the display unit of the report or, by default, with a prefixed SI unit.
 
     >>> quantity(0.00146, "m")
     '1.46 mm'
@@ -215,7 +216,7 @@ def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = 
 
 
 def unit_words(unit: str) -> str:
-    """Format a unit for people; "1" is empty.
+    """Format a unit for display. The unit "1" is empty.
 
     >>> unit_words("kg m^2"), unit_words("1")
     ('kg·m²', '')
@@ -223,10 +224,10 @@ def unit_words(unit: str) -> str:
     return "" if unit == "1" else RAISED_UNIT.sub(lambda found: found[1].translate(RAISED), unit).replace(" ", "·")
 
 
-def beside(value: float, limit: float, unit: str, shown_in: DisplayUnits = SI) -> tuple[str, str]:
-    """Format a figure and its limit; a time is in the unit of its limit.
+def with_limit(value: float, limit: float, unit: str, shown_in: DisplayUnits = SI) -> tuple[str, str]:
+    """Format a figure and its limit. Both have the same unit of time.
 
-    >>> beside(6294.0, 7.2e7, "s")
+    >>> with_limit(6294.0, 7.2e7, "s")
     ('1.748 h', '20000 h')
     """
     units = {**shown_in, "s": scale_of(limit, "s")} if unit == "s" else shown_in
@@ -245,13 +246,13 @@ def coordinate(value: float, unit: str, shown_in: DisplayUnits = SI) -> str:
 
 
 def _within_turn(angle: float) -> float:
-    """Reduce an angle [deg] to 0 <= angle < 360; round-off just below 360 gives 0."""
+    """Reduce an angle [deg] to 0 <= angle < 360. An angle that is just below 360 by round-off gives 0."""
     within = angle % 360.0
     return 0.0 if within > 360.0 - 5e-7 else within
 
 
 def ticks(low: float, high: float, count: int = 5) -> list[float]:
-    """Return about `count` round numbers within an interval.
+    """Return about `count` round numbers in an interval.
 
     >>> ticks(0.0, 360.0)
     [0.0, 100.0, 200.0, 300.0]

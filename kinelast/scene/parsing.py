@@ -30,7 +30,7 @@ AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {"backlash": "play between teeth is", "wear": "wear is", "contact": "contact is", "impact": "impact is"}
 DID = "; did you mean "
-ELSEWHERE = {  # the right table for keys that users try in other tables
+ELSEWHERE = {  # where keys belong that users try in other tables
     "friction": "it belongs under [joints.NAME]",
     "viscosity": "it belongs under [joints.NAME]",
     "clearance": "it belongs under [bearings.NAME]",
@@ -44,13 +44,13 @@ ELSEWHERE = {  # the right table for keys that users try in other tables
 }
 
 
-MAX_PARTS = 32  # maximum parts of a dotted key; the time of tomllib grows with their square
+MAX_PARTS = 32  # maximum number of parts of a dotted key; the run time of tomllib grows with its square
 PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 TOO_DEEP = re.compile(rf"{PART}(?:[ \t]*\.[ \t]*{PART}){{{MAX_PARTS}}}")
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text, or raise TOMLDecodeError, also for a key with more than `MAX_PARTS` parts."""
+    """Return the tables of a TOML text. Raise TOMLDecodeError, also for a key with more than `MAX_PARTS` parts."""
     deep = TOO_DEEP.search(text) if text.count(".") >= MAX_PARTS else None
     if deep is not None:
         line = text.count("\n", 0, deep.start()) + 1
@@ -59,9 +59,9 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; raise SceneError with line and column, or TypeError if it is not a text."""
+    """Return the tables of a TOML text; raise SceneError with line and column, or TypeError if it is not a string."""
     if not isinstance(text, str):
-        raise TypeError(f"expected the text of a scene's file, got {shown(text)}")
+        raise TypeError(f"expected the text of a scene file, got {shown(text)}")
     try:
         return read_toml(text)
     except tomllib.TOMLDecodeError as error:
@@ -74,7 +74,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 KEY = r"""\s*[\w."'-]+\s*=\s*"""
 HINTS: tuple[
     tuple[str, Callable[[re.Match[str]], str]], ...
-] = (  # patterns of invalid lines, and their likely correction
+] = (  # patterns of invalid lines, each with the likely correction
     (
         r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
         lambda found: f'put a text in straight quotes, ", not in {found[1]}',
@@ -94,7 +94,7 @@ HINTS: tuple[
 
 
 def _toml_hint(text: str, message: str) -> str:
-    """Return the likely correction of an invalid line."""
+    """Return the likely correction of the line to which a message refers."""
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
@@ -116,9 +116,9 @@ def leaves(node: Any, kind: type[Value]) -> Iterator[Value]:
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
-    """Return True if the tables describe spatial joints (structure only); raise TypeError if they are not a dict."""
+    """Return True if the tables describe a spatial chain of joints. Raise TypeError if they are not a mapping."""
     if not isinstance(raw, Mapping):
-        raise TypeError(f"expected the tables of a scene's file as a dictionary, got {shown(raw)}")
+        raise TypeError(f"expected the tables of a scene file as a dictionary, got {shown(raw)}")
     joints = raw.get("joints")
     return isinstance(joints, dict) and any(isinstance(joint, dict) and "type" in joint for joint in joints.values())
 
@@ -129,21 +129,21 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
     Raises
     ------
     SceneError
-        A table or key is wrong; the message names it.
+        A table or key is wrong. The message names it.
     """
     if is_chain(raw):
-        raise fault("joints", "", "joints in space have only a structure: use --structure")
+        raise fault("joints", "", "for joints in space, only the structure can be analysed: use --structure")
     return parsed(raw, SceneTable)
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
-    """Return tables with some top-level entries parsed again; raises the same errors as `parse_scene`."""
+    """Return the tables with some top-level entries parsed again. Errors are the same as in `parse_scene`."""
     fields, hook = _fields(SceneTable), partial(read_quantity, per_length=PER_LENGTH[table.units])
     return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
 
 def parsed(raw: Mapping[str, Any], whole: type[Whole]) -> Whole:
-    """Return the validated tables of a scene or of a spatial chain of joints; errors as in `parse_scene`."""
+    """Return the validated tables of a scene or a spatial chain. Errors are the same as in `parse_scene`."""
     fields = _fields(whole)
     for key in raw:
         if key not in fields:
@@ -166,7 +166,7 @@ def _fields(whole: Any) -> dict[str, msgspec.structs.FieldInfo]:
 
 
 def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
-    """Convert one top-level entry table by table, so that messages can name the table."""
+    """Convert a top-level entry table by table, so that messages can name the table."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
@@ -212,7 +212,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
 
 
 def _found(value: Any, path: str) -> Any:
-    """Return the value at a path with indices from 1; an empty table if there is none."""
+    """Return the value at a path with indices from 1, or an empty table."""
     for part in re.findall(r"[^.\[\]]+", path):
         try:
             value = value[int(part) - 1] if isinstance(value, list) else value[part]
@@ -222,13 +222,13 @@ def _found(value: Any, path: str) -> Any:
 
 
 def _path(path: str) -> str:
-    """Return the validator's path with indices from 1."""
+    """Convert a path of the validator to indices from 1."""
     path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
     return path.replace("[...]", "").lstrip(".")
 
 
 def _message(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
-    """Return the wrong key and the message."""
+    """Return the wrong key and the message, given the message of the validator."""
     inner = f"{path}." if path else ""
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", what):
         if match[1] in NOT_MODELLED:
@@ -270,13 +270,13 @@ def _keys(kind: Any, path: str, value: Any) -> list[str]:
 
 
 def _literals(kind: Any, path: str, value: Any) -> list[str]:
-    """Return the allowed words of a key."""
+    """Return the words that a key accepts."""
     inside, _, key = path.rpartition(".")
     return next(_words(field.type) for field in _entries(kind, inside, value) if field.encode_name == key)
 
 
 def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo]:
-    """Return the fields of the table at a path; if several tables are possible, the one with the given shape."""
+    """Return the fields of the table at a path. If several tables are possible, the shape selects one."""
     tables = _tables(kind)
     for name in re.findall(r"[^.\[\]]+", re.sub(r"\[\d+\]", "", path)):
         fields = [field for table in tables for field in msgspec.structs.fields(table) if field.encode_name == name]
@@ -286,12 +286,12 @@ def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo
 
 
 def _tables(kind: Any) -> list[Any]:
-    """Return all tables in the type of an entry."""
+    """Return all table types in the type of an entry."""
     if hasattr(kind, "__struct_config__"):
         return [kind]
     return [table for part in get_args(kind) for table in _tables(part)]
 
 
 def _words(kind: Any) -> list[str]:
-    """Return the words of a choice, optional or not."""
+    """Return the words of a choice, which may be optional."""
     return [word for each in (kind, *get_args(kind)) for word in get_args(each) if isinstance(word, str)]

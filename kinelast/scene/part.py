@@ -1,4 +1,4 @@
-"""A kind of machine part: table, builder, figures, limits, symbol and description."""
+"""Kinds of machine parts, each with its tables, builder, figures, limits, symbols and descriptions."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from symbols import Mark
 
 Built = TypeVar("Built")
-ALONE = ""  # name of a part that has a single table in a scene
+ALONE = ""  # name of a part with a single, unnamed table
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """Input for the part builders: mechanism and tables.
+    """Input of the part builders: mechanism and tables.
 
-    `beams` lists every beam by its link and its number in that link; `made_of` gives its section and material. `laws`
-    contains a law or an effort for each drive; only laws are callable. `materials_of` finds materials by name, and
+    `beams` lists every beam by its link and its number in that link. `made_of` gives its section and material. `laws`
+    contains a law or an effort for each drive. Only laws are callable. `materials_of` finds materials by name, and
     `poisson_of` returns the Poisson's ratio of a material.
     """
 
@@ -68,58 +68,59 @@ class Part(Generic[Built]):
     Attributes
     ----------
     key
-        Key of the part's tables in a scene, such as `stops`.
+        Key of the tables in a scene, such as `stops`.
     words
         Description of that key.
     table
-        Type of the table; None if the drive table contains the data.
+        Type of the table; None if the data are in the table of the drive.
     build
-        Function from the mechanism and tables to the built parts by name; raises SceneError.
+        Function of the assembly that builds the parts, by name. It raises SceneError.
     figures
-        Figures of the part. `Figure.limit` is the key of the table with its limit, such as `rolling.life`.
+        Figures of the part. `Figure.limit` is the key of their limit in the table, such as `rolling.life`.
     row
-        Function from the readings of a run and the name of a part to a row of the summary without the figures. None if
-        there are no such rows.
+        Function of the readings of a run and the name of a part that returns the part's row of the summary, without the
+        figures. None if the summary has no such rows.
     section
-        Key of the part's rows in the summary, if different from `key`.
+        Key of the rows in the summary, if different from `key`.
     of_output
-        Figures that depend on the output of the machine.
+        Function that returns the figures for an output of the machine.
     joint_row
-        Function from the readings of a run and the number of a joint to entries of the joint's row in the summary.
+        Function of the readings of a run and the number of a joint that returns entries for the row of the joint in the
+        summary.
     findings
-        Function that yields the findings on its parts in a run.
+        Function that yields the findings on the parts in a run.
     faults
-        Function from a scene and the values of all items of the figures `needs` to reasons why its parts do not work,
-        each with a flag of shape (...). If there are any, no limit can be judged.
+        Function of a scene and the values of the figures `needs` that yields reasons why parts do not work, each with
+        flags of shape (...). If a flag is set, no limit can be judged.
     formulas
-        Inputs of the formulas, in words; the stated errors do not include their uncertainty.
+        Description of the formulas. Stated errors do not include their uncertainty.
     columns
-        Columns of positions.csv with units, by name.
+        Function that returns the columns of positions.csv with their units, by name.
     symbols
-        Function from a scene to the marks of the part in the drawing.
+        Function that returns the marks of the parts in the drawing of a scene.
     begin
-        Function from the selection in the editor (its table and name) to the keys of a new part; None if the part needs
-        another selection.
+        Function that returns the keys of a new part for a selection in the editor, given by table and name. It returns
+        None if the part needs another selection.
     menu
-        Menu entry of the editor, with the required selection; empty if the editor adds the part otherwise.
+        Menu entry of the editor, with the required selection; empty if the part is not added by the menu.
     checks
         Validity ranges of the formulas.
     loads
-        Function from the built parts to their loads on the mechanism.
+        Function that returns the loads of the built parts on the mechanism.
     owned
-        Function from tables and scene to its tables, by the names of the built parts, if the names differ.
+        Function that returns the tables by the names of the built parts, if these differ from the names of the tables.
     drive_row
-        Key of the part's row in the summary of a drive; empty if it has no row.
+        Key of the part in the row of its drive in the summary; empty if it is not there.
     alone
-        True if a scene has a single, unnamed table of it.
+        True if a scene has a single, unnamed table of this kind.
     on_axis
-        True if its numbers can be arrays of designs.
+        True if the numbers in the tables can be arrays of designs.
     more_than_limits
-        Keys that limit one figure and affect another.
+        Keys that limit one figure and also affect another.
     usual
-        For each attribute of a built part: description, usual lower and upper bound, unit, and example.
+        Description, usual lower and upper bound, unit, and example of each attribute of a built part.
     stand_in
-        Replacement for an invalid table; None if no other table refers to such a part.
+        Replacement for an invalid table; None if no table refers to such a part.
     """
 
     key: str
@@ -150,7 +151,7 @@ class Part(Generic[Built]):
     columns: Callable[[Cycle], Mapping[str, tuple[Any, str]]] = lambda _: {}
 
     def tables(self, scene: SceneTable) -> Mapping[str, Any]:
-        """Return its tables by name."""
+        """Return the tables of this kind in a scene by name."""
         tables: Any = {} if self.table is None else getattr(scene, self.key)
         if self.alone:
             tables = {} if tables is None else {ALONE: tables}
@@ -161,7 +162,7 @@ class Part(Generic[Built]):
         return scene.parts[self.key]
 
     def rows(self, reader: Reader) -> dict[str, Any]:
-        """Return the part's section of the summary, by key; empty if it has no rows."""
+        """Return the section of the summary with the parts of this kind; empty if there are no rows."""
         if self.row is None:
             return {}
         keys = [figure.key for figure in self.figures]
@@ -173,13 +174,13 @@ class Part(Generic[Built]):
 
     @cached_property
     def bounded(self) -> tuple[Figure, ...]:
-        """Figures with a limit in its table, in the order of the table's keys."""
+        """Figures that can be limited by a key of the table, in the order of the keys."""
         keys = () if self.table is None else self.table.__struct_fields__
         figures = (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0]))
         return tuple(sorted(figures, key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys)))
 
     def limits(self, table: SceneTable, scene: Scene) -> Iterator[Limit]:
-        """Yield the limits in its tables."""
+        """Yield the limits in the tables of this kind."""
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
             for each in self.bounded:
@@ -189,13 +190,13 @@ class Part(Generic[Built]):
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
-        """Return True if a table key only limits a figure; `required_KEY` is a limit with a default."""
+        """Return True if a key of the table only limits a figure. `required_KEY` stands for a limit with a default."""
         limits = key, f"required_{key}"
         return key not in self.more_than_limits and any(each.limit in limits for each in self.figures)
 
 
 def _unit(figure: Figure, scene: Scene, item: str) -> str | None:
-    """Return the unit of an item's figure; None if the item does not have the figure."""
+    """Return the unit of a figure of an item; None if the item does not have the figure."""
     if isinstance(figure.unit, str):  # do not list the items, because the mechanism may be invalid
         return figure.unit
     return dict(zip(items_of(scene, figure.of), figure.units(scene), strict=True)).get(item)
@@ -209,7 +210,7 @@ def _value(table: Any, path: str) -> Any:
 
 
 def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:
-    """Return a table type extended by the tables of parts."""
+    """Return a table type that is extended by the tables of parts."""
     known: list[tuple[Part[Any], Any]] = [(part, part.table) for part in parts if part.table is not None]
     by_name: Any = dict
     fields: list[Any] = [

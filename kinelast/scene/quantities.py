@@ -1,4 +1,4 @@
-"""Kinds of quantities in a scene: the forms in which a file may give them, and their names in messages."""
+"""Kinds of quantities in a scene, with the forms that a file may use and their descriptions in messages."""
 
 from cmath import rect
 from contextlib import suppress
@@ -7,17 +7,17 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.units import Quantity, shown
 
-MAX_LENGTH = 1e4  # [m] no machine is longer; kinelast.figures.inputs questions links of more than 90 m
-MAX_SIZE_RATIO = 1e3  # larger / smaller dimension at the ends of a beam
-MAX_COORDINATE = 1e9  # [rad or m] largest drive coordinate; a larger angle has no digits left within a turn
+MAX_LENGTH = 1e4  # [m] longer than any machine; kinelast.figures.inputs warns about links of more than 90 m
+MAX_SIZE_RATIO = 1e3  # largest ratio of a dimension at both ends of a beam
+MAX_COORDINATE = 1e9  # [rad or m] largest drive coordinate; round-off makes larger angles meaningless
 
 
 class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",), most=MAX_LENGTH):
-    """Length, or a coordinate of a position [m]."""
+    """Length, or coordinate of a position [m]."""
 
     @classmethod
     def bound(cls, number: float) -> str:
-        """Describe the bound that a number violates."""
+        """Return the violated bound in words."""
         return f"shorter than {MAX_LENGTH:g} m" if abs(number) >= MAX_LENGTH else super().bound(number)
 
 
@@ -28,7 +28,7 @@ class Size(Length, above=0.0):
 class AngleOrLength(
     Quantity, expected='an angle, as in "30 deg", or a length, as in "20 mm"', units=("rad", "m"), most=MAX_COORDINATE
 ):
-    """Angle [rad] or slide [m] of a drive."""
+    """Angle [rad] or travel [m] of a drive."""
 
 
 class PlaneAngle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=MAX_COORDINATE):
@@ -50,7 +50,7 @@ class Abscissa(
     expected='a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"',
     units=("s", "rad", "m"),
 ):
-    """Abscissa of a table: time [s], angle [rad] or slide [m]."""
+    """Abscissa of a table: time [s], angle [rad] or travel [m]."""
 
 
 class Share(Quantity, expected='a share, as in "2 %" or 0.02', above=0.0, most=1.0):
@@ -58,7 +58,7 @@ class Share(Quantity, expected='a share, as in "2 %" or 0.02', above=0.0, most=1
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """Read a number, or a string that ends in %."""
+        """Read a number, or a string that ends with %."""
         if isinstance(value, str) and value.endswith("%"):
             with suppress(ValueError):
                 return super().read(float(value[:-1]) / 100)
@@ -81,7 +81,7 @@ class CamSpeed(Quantity, expected='a speed of rotation, as in "100 rad/s" or "-3
 
 
 class Time(Quantity, expected='a time, as in "50 ms" or 0.05', units=("s",)):
-    """Instant [s]."""
+    """Time [s]."""
 
 
 class Duration(Time, above=0.0):
@@ -98,8 +98,7 @@ class Warming(Quantity, expected='a change of temperature, as in "40 K" or 40', 
 
 class Ratio(
     Quantity,
-    expected="a number, negative for wheels that mesh from outside, "
-    'or for a rack a length per angle, as in "20 mm/rad"',
+    expected='a number (negative for external gears), or for a rack a length per angle, as in "20 mm/rad"',
     units=("rad/rad", "m/rad", "rad/m"),
 ):
     """Change of one coordinate / change of another [1, m/rad, rad/m]."""
@@ -161,7 +160,7 @@ class TurningSpeed(Quantity, expected='a speed of rotation, as in "3000 rpm"', u
 
 class GearRatio(
     Quantity,
-    expected='a number, as in 25, or of a drive that slides an angle to a length, as in "628 rad/m" or "10 mm/rad"',
+    expected='a number, as in 25, or for a sliding drive as in "628 rad/m" or "10 mm/rad"',
     units=("rad/rad", "rad/m", "m/rad"),
     above=0.0,
 ):
@@ -173,7 +172,7 @@ class Pressure(Quantity, expected='a pressure, as in "160 bar" or 16e6', units=(
 
 
 class FlowRate(Quantity, expected='a flow, as in "20 l/min" or 3.3e-4', units=("m^3/s",), above=0.0):
-    """Flow: volume per time [m^3/s]."""
+    """Volume flow [m^3/s]."""
 
 
 class Stiffness(
@@ -232,33 +231,33 @@ class ShearRigidity(AxialRigidity, expected='a shear rigidity, as in "3 MN" or 3
 
 
 class Sizes(tuple[float, float]):
-    """A dimension at the two ends of a beam [m]: `[start, end]`, linear in between, or one value for both."""
+    """A dimension at both ends of a beam [m]: `[start, end]` for a linear taper, or a single value."""
 
     expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """Read a number, a string, or a list of two; the ValueError states the expected form."""
+        """Read a number, a string, or a list of two. ValueError describes the expected form."""
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
         sizes = cls(float(Size.read(end, per_length)) for end in ends)
         if max(sizes) > MAX_SIZE_RATIO * min(sizes):
-            raise ValueError(f"expected {cls.expected}, not {MAX_SIZE_RATIO:g} times apart, got {shown(value)}")
+            raise ValueError(f"expected {cls.expected}, with a ratio of at most {MAX_SIZE_RATIO:g}, got {shown(value)}")
         return sizes
 
 
 class Direction(complex):
-    """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
+    """A unit vector, given by `[x, y]` of any length, or by an angle from the x axis as a string."""
 
     expected: ClassVar[str] = 'a direction, as in [1, 0], or an angle, as in "30 deg"'
     each: Any = None  # unit vectors of many designs, shape (designs, 1)
 
     @classmethod
     def read(cls, value: object) -> Self:
-        """Read a list of two numbers or a string; the ValueError states the expected form."""
+        """Read a list of two numbers or a string. ValueError describes the expected form."""
         if isinstance(value, str):
-            with suppress(ValueError):  # its message would also mention lengths
+            with suppress(ValueError):  # the message for an angle would be incomplete
                 return cls(_exact(PlaneAngle.read(value)))
         elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
             way = complex(*value)
@@ -268,7 +267,7 @@ class Direction(complex):
 
 
 def _exact(angle: float) -> complex:
-    """Unit vector at an angle [rad], without round-off at quarter turns."""
+    """Return the unit vector at an angle [rad], without round-off at quarter turns."""
     unit = rect(1.0, angle)
     return complex(
         *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))

@@ -1,4 +1,4 @@
-"""Readings of a run, as in summary.json: figures with unit, error and location, and findings on their reliability."""
+"""Readings of a run, as in summary.json: figures with unit, error and location. Findings on their reliability."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
 
-MAX_MARKS = 24  # maximum number of listed positions with a fault
+MAX_MARKS = 24  # maximum number of positions that are listed for a fault
 
 
 class Reading(Struct, frozen=True, kw_only=True):
-    """Value in its SI unit, null if it is not finite. JSON omits entries that are UNSET.
+    """A value in its SI unit, or null if it is not finite. JSON omits entries that are UNSET.
 
     Attributes
     ----------
     error
-        Error in the same unit, null if it is unknown for the reason `error_unknown`.
+        Error in the same unit. If it is unknown, null, and `error_unknown` gives the reason.
     error_measured, unreliable, endless
-        True for, in this order, an error measured by a check, a large error, and an infinite value.
+        True if, respectively, a check measured the error, the error is large, or the value is infinite.
     name, on, label, point
-        Figure in words; its item, beam and point.
+        Description of the figure, and its item, beam and point.
     along, xi, fibre
-        Location on the beam: distance from its start, the same relative to its length, and side.
+        Location on the beam: distance from the start, the same relative to the length, and side.
     time, drive
-        Instant, and coordinates of the drives by name.
+        Time, and coordinates of the drives by name.
     between_positions
-        Whether the instant lies between the computed positions.
+        Whether the time lies between the computed positions.
     """
 
     value: float | None
@@ -83,7 +83,7 @@ ORDER = (POOR, CAUTION, OPEN, GOOD)
 
 @dataclass(frozen=True)
 class Finding:
-    """A finding on reliability: level, heading and sentence. `advice` briefly states the cause and the remedy."""
+    """A finding on reliability, with level, heading and text. `advice` is a short cause and remedy."""
 
     level: str
     heading: str
@@ -98,7 +98,7 @@ def error_entries(value: float, error: float) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Reader:
-    """Readings of the results of a scene."""
+    """Converts the results of a scene to readings."""
 
     results: Results
 
@@ -109,7 +109,7 @@ class Reader:
 
     @property
     def cycle(self) -> Cycle:
-        """Cycle of the computed positions."""
+        """Values at the computed positions."""
         return self.results.cycle
 
     def coordinates(self, values: Any) -> dict[str, Reading]:
@@ -123,14 +123,14 @@ class Reader:
         return {"time": reading(motion.time[position], "s"), "drive": self.coordinates(motion.drive[:, position])}
 
     def at_peak(self, peak: Peak) -> dict[str, Any]:
-        """Return the time and the drive coordinates at a peak, and a mark between positions; empty without a time."""
+        """Return the time and drive coordinates of a peak as entries of a reading; empty if it has no time."""
         if math.isnan(peak.time):
             return {}
         between = {"between_positions": True} if peak.refined else {}
         return {"time": reading(peak.time, "s"), "drive": self.coordinates(peak.drive), **between}
 
     def marks(self, there: Flags) -> list[dict[str, Any]]:
-        """Return included positions with a property; if there are many, the first, the last and some in between."""
+        """Return the included positions at which `there` is True, or an even selection if there are many."""
         at = np.flatnonzero(there & self.results.cycle.counted)
         some = at if len(at) <= MAX_MARKS else at[np.linspace(0, len(at) - 1, MAX_MARKS).astype(int)]
         return [self.at_position(int(position)) for position in some]
@@ -155,7 +155,7 @@ class Reader:
         return reading(value, unit, **self.error_of(peak, unit), **more, **self.at_peak(peak))
 
     def of_item(self, key: str, name: str) -> Reading | None:
-        """Return the figure of an item, or None if the figure has no such item."""
+        """Return a figure of an item, or None if the figure has no such item."""
         figure = self.results.figures.by_key[key]
         items = items_of(self.scene, figure.of)
         if name not in items:

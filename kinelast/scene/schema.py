@@ -1,6 +1,6 @@
-"""Scene tables for other tools: JSON Schemas for editors, and Python classes with typed fields.
+"""Scene tables for other tools: JSON schemas for editors, and Python classes with typed fields.
 
-`hatch_build.py` writes the schemas at installation; `python -m kinelast.scene.schema` rewrites them.
+`hatch_build.py` writes the schemas at installation. `python -m kinelast.scene.schema` writes them again.
 """
 
 import re
@@ -21,9 +21,9 @@ from kinelast.scene.tables import Place, StrictTable
 from kinelast.scene.units import Quantity
 
 SCHEMAS: Mapping[str, type[Struct]] = {"scene.schema.json": SceneTable, "chain.schema.json": ChainTable}
-"""Published schemas by file: of a planar mechanism, and of a spatial chain.
+"""Published schemas by file: for a planar mechanism, and for a spatial chain.
 
-If both were in one schema, an editor could only report an error for the file as a whole.
+With a common schema, an editor could not locate an error in the file.
 """
 
 
@@ -49,9 +49,9 @@ WORDS = re.compile(r"#: (.*)")
 
 
 def key_words(table: type[Struct]) -> dict[str, str]:
-    """Return the descriptions of a table's keys, from the `#:` comments on its fields and those of its base tables.
+    """Return the descriptions of the keys of a table, from the `#:` comments on its fields and in its base tables.
 
-    A default that differs from the field's own is given in brackets at the end.
+    A description ends with the default in brackets if the default of the field does not show it.
     """
     words: dict[str, str] = {}
     for part in reversed(table.__mro__):
@@ -63,7 +63,7 @@ def key_words(table: type[Struct]) -> dict[str, str]:
 
 @cache
 def _commented(table: type[Struct]) -> Mapping[str, str]:
-    """Return the descriptions of a table's own fields; cached, because finding the source means parsing its file."""
+    """Return the descriptions of the fields that a table adds. Cached, because `getsource` parses the file."""
     from inspect import getsource
 
     words: dict[str, str] = {}
@@ -87,7 +87,7 @@ def schema_text(file: str = "scene.schema.json") -> str:
 
 
 def subtables(table: type[Struct]) -> Iterator[type[Struct]]:
-    """Yield all tables derived from a table, directly or indirectly."""
+    """Yield all tables that are derived from a table, directly or indirectly."""
     for below in table.__subclasses__():
         yield below
         yield from subtables(below)
@@ -113,13 +113,13 @@ def _quantity_schema(kind: Any) -> dict[str, Any]:
 
 
 def _without_null(schema: Any) -> Any:
-    """Return a schema without null, because TOML has no null; optional keys are omitted instead."""
+    """Remove null from a schema. TOML has no null: optional keys are omitted instead."""
     if isinstance(schema, list):
         return [_without_null(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
-    if "prefixItems" in kept:  # a pair; taplo uses an older draft that only has `items`
+    if "prefixItems" in kept:  # a pair; taplo supports an older draft, without `prefixItems`
         parts = kept["prefixItems"]
         alike = all(part == parts[0] for part in parts)
         kept["items"] = parts[0] if alike else {"anyOf": parts}
@@ -132,7 +132,7 @@ def _without_null(schema: Any) -> Any:
     return {**kept, "anyOf": choices} if choices else kept
 
 
-NAMED = {  # keys that accept an object of a class instead of its name
+NAMED = {  # keys that accept an object of this class instead of its name
     "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
     "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
     "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
@@ -149,7 +149,7 @@ HEADER = "@dataclass(frozen=True, eq=False, repr=False)"
 
 @dataclass(frozen=True)
 class TableClass:
-    """A table as a class: `constants` are class variables, `required` and `optional` field types."""
+    """A Python class for a table. `constants` are class variables; `required` and `optional` are types of fields."""
 
     name: str
     base: str
@@ -214,7 +214,7 @@ def _plain(kind: Any) -> Any:
 
 
 def _inside(kind: Any) -> list[type[Struct]]:
-    """Return the tables in the type of a key."""
+    """Return the table types in the type of a key."""
     kind = _plain(kind)
     if isinstance(kind, type) and issubclass(kind, StrictTable):
         return [kind]
@@ -230,7 +230,7 @@ def _annotation(kind: Any, key: str) -> str:
         return f"Literal[{', '.join(map(repr, get_args(kind)))}]"
     if not get_args(kind):
         return _simple(kind, key)
-    key = "" if float in get_args(kind) else key  # a number or text, not the name of a part
+    key = "" if float in get_args(kind) else key  # a number or a text instead of the name of a part
     inner = [_annotation(part, key) for part in get_args(kind) if part is not NoneType]
     if get_origin(kind) is dict:
         return f"Mapping[Any, {inner[1]}]"

@@ -21,14 +21,14 @@ from rigid import Beam
 from rigid.arrays import Real
 
 Read = Callable[[str], str]
-"""Reader of files next to a scene: name to text; raises SceneError."""
+"""Function that reads a file in the folder of a scene: from its name to its text. Raises SceneError."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Material: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+    """A material: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] and Poisson's ratio.
 
-    The last two are None if unknown.
+    The yield stress and Poisson's ratio are None if unknown.
     """
 
     E: float
@@ -39,7 +39,7 @@ class Material:
 
 @dataclass(frozen=True)
 class SectionSource:
-    """Origin of a section in the file: section name, shape, dimensions [m], material name (may be empty)."""
+    """Origin of a section in the file: name, shape and dimensions [m], and the name of its material, if any."""
 
     section: str
     shape: str
@@ -49,10 +49,11 @@ class SectionSource:
 
 @dataclass(frozen=True, eq=False)
 class CrossSection:
-    """Section of a beam with its mass per length at the start [kg/m] and the taper of `rigid.Beam.mass_taper`.
+    """Section of a beam, with the mass per length at its start [kg/m] and the taper as in `rigid.Beam.mass_taper`.
 
-    `rotary` is the density for rotary inertia [kg/m^3], 0 if neglected or unknown. `source` contains the names of
-    section and material in the file, and the free strain.
+    `rotary` is the density for the rotary inertia [kg/m^3], or 0 if that is neglected or unknown. `source` identifies
+    the
+    section, the material and the free strain in the file.
     """
 
     section: Section
@@ -67,13 +68,16 @@ class CrossSection:
         inertia = self.rotary * self.section.inertia if any_nonzero(self.rotary) else 0.0
         return Beam(start, end, self.mass_per_length, self.mass_taper, inertia, taper.EI if taper else (1.0,))
 
-    def goes_on_as(self, other: CrossSection) -> bool:
+    def continues_as(self, other: CrossSection) -> bool:
         """Return True if two collinear beams of these sections form a single beam."""
         return self.source == other.source and self.section.taper is None
 
     @property
     def rigid(self) -> Section:
-        """Section with the same dimensions and infinite stiffness, for stresses. A tapered beam has no stresses."""
+        """Section with the same dimensions and infinite stiffness, used for stresses.
+
+        Not available for a tapered beam.
+        """
         if self.section.taper is not None:
             return Section(yield_stress=self.section.yield_stress)
         return replace(self.section, EA=inf, EI=inf, kGA=inf, strain=0.0)
@@ -87,11 +91,11 @@ def cross_section(
     Parameters
     ----------
     scene
-        Materials, sections, and the beam theory.
+        Scene with the materials, the sections and the beam theory.
     table
         Name of the link's table, for messages.
     link, beam
-        Tables of the link and the beam; keys of the beam override the link's.
+        Tables of the link and the beam. The keys of the beam override those of the link.
     section
         Name of the section.
     """
@@ -131,7 +135,7 @@ def cross_section(
 def _made(
     shape: forms.SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
-    """Return the section and mass taper for a shape and material; `shear` includes shear deformation."""
+    """Return the section and the mass taper for a shape and a material. `shear` includes shear deformation."""
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
     if isinstance(shape, forms.Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
@@ -165,7 +169,7 @@ def _outlined(shape: forms.Outline, name: str) -> Shape:
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:
-    """Return Poisson's ratio, given or from G; None if neither is known."""
+    """Return Poisson's ratio, as given or from G; None if neither is known."""
     if stuff.G is None:
         return None if stuff.poisson is None else real(stuff.poisson)
     if stuff.poisson is not None:
@@ -187,7 +191,7 @@ def _strained(
     expansion: float | None,
     material: str = "",
 ) -> Section:
-    """Return a section with the beam's free strain: given strain plus thermal strain."""
+    """Return a section with the free strain of a beam, which is the given strain plus the thermal strain."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
     total = 0.0 if strain is None else real(strain)
@@ -201,28 +205,30 @@ def _strained(
 
 
 def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], dict[str, str]]:
-    """Return self-contained tables of a scene, with sections and materials from other files included.
+    """Include the sections and materials from other files in the tables of a scene.
 
     Parameters
     ----------
     raw
         Tables of the scene file.
     read
-        Reader of the files named in the scene.
+        Function that reads the files to which the scene refers.
 
     Returns
     -------
-    The same tables, or new ones without `library` and with the corners of every drawing; and the texts of the files.
+    Tables without `library` and with the corners of every drawing (the same tables if there are no files), and the
+    texts
+    of the files.
 
     Raises
     ------
     SceneError
-        A file cannot be read, or its contents are not as expected.
+        A file cannot be read or has invalid contents.
     """
     texts: dict[str, str] = {}
     parts: dict[str, dict[str, Any]] = {"materials": {}, "sections": {}}
     if not isinstance(raw, Mapping):
-        return raw, {}  # the parser reports this error
+        return raw, {}  # reported by the parser
     name = raw.get("library")
     if isinstance(name, str):
         texts[name] = read_as(name, (".toml",), read, "", "library")
@@ -242,7 +248,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
 
 
 def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """Return the tables of a kind; empty if the entry is not a table."""
+    """Return the tables of a kind; empty if there is no such table."""
     tables = raw.get(kind)
     return dict(tables) if isinstance(tables, Mapping) else {}
 
@@ -250,10 +256,13 @@ def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
 def read_as(
     name: str, suffixes: tuple[str, ...], read: Read, table: str, key: str, expected: str = "expected a file"
 ) -> str:
-    """Return the text of a file next to the scene, named by a key, with one of the suffixes."""
+    """Return the text of a file in the folder of the scene.
+
+    A key gives its name, which must have one of the suffixes.
+    """
     if not name.lower().endswith(suffixes):
         ends = " or ".join(suffixes)
-        raise fault(table, key, f'{expected} beside the scene that ends in {ends}, got "{name}"')
+        raise fault(table, key, f'{expected} in the folder of the scene with the suffix {ends}, got "{name}"')
     try:
         return read(name)
     except SceneError as error:
@@ -271,13 +280,13 @@ def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
         raise fault("", "library", f"{name}: a library has only [materials.NAME] and [sections.NAME], got {other}")
     for section, table in _mapping(tables, "sections").items():
         bare = next((key for key, size in table.items() if isinstance(size, int | float)), None)
-        if bare is not None:  # without a unit, its value would depend on the scene
+        if bare is not None:  # without a unit, the value would depend on the scene
             raise fault("", "library", f'{name}: {bare} of "{section}" needs a unit, as in "{table[bare]} mm"')
     return {kind: _mapping(tables, kind) for kind in ("materials", "sections")}
 
 
 def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Return the tables of a library that a scene uses and does not define."""
+    """Return the tables of a library that a scene uses but does not define."""
     words = set(leaves(raw, str))
     return {
         kind: {name: table for name, table in tables.items() if name in words and name not in _mapping(raw, kind)}
@@ -286,7 +295,7 @@ def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> 
 
 
 def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[str, Any]:
-    """Return an outline with the corners of its drawing."""
+    """Return the table of an outline, with corners from its drawing."""
     from exchange import ExchangeError, section_of_dxf
 
     try:
@@ -298,8 +307,8 @@ def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[s
     return {**kept, "points": points, **({"holes": holes} if holes else {})}
 
 
-def making(scene: SceneTable, link: str, number: int) -> SectionSource:
-    """Return the section and material of a beam of a link, given by its number."""
+def section_source(scene: SceneTable, link: str, number: int) -> SectionSource:
+    """Return the section and material of beam `number` of a link."""
     table = scene.links[link]
     entry = None if table.beams is None else table.beams[number]
     beam = entry if isinstance(entry, forms.BeamTable) else forms.BeamTable(start="", end="")

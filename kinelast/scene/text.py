@@ -1,4 +1,4 @@
-"""Text of a scene file: read it, and write it with changed values."""
+"""Text of a scene file: reading, and writing with changed values."""
 
 import re
 import stat
@@ -14,8 +14,8 @@ from kinelast.scene import quantities, sections, units, variables
 from kinelast.scene.error import MissingFileError, SceneError, fault, likely
 from kinelast.scene.format import SceneTable
 
-LARGEST_FILE = 4_000_000  # bytes of a table with 100,000 entries
-MAX_PAGE_BYTES = 64_000_000  # bytes of a report
+LARGEST_FILE = 4_000_000  # maximum number of bytes of a scene file, enough for a table with 100,000 entries
+MAX_PAGE_BYTES = 64_000_000  # maximum number of bytes of a report
 PAGES = ".html", ".htm"
 
 
@@ -23,7 +23,7 @@ def file_bytes(path: Path) -> bytes:
     """Return the bytes of a scene file; raise SceneError if it is unreadable or too large."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise OSError("a folder, a pipe or a device is no scene")
+            raise OSError("a folder, a pipe or a device is not a scene")
         with path.open("rb") as file:
             largest = MAX_PAGE_BYTES if path.suffix.lower() in PAGES else LARGEST_FILE
             content = file.read(largest + 1)
@@ -38,9 +38,9 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(content: bytes, path: str) -> str:
-    """Return the text of a scene file, or of the scene inside a report; raise SceneError if there is none."""
+    """Return the text of a scene file, or of the scene in a report. Raise SceneError if there is no such text."""
     if content[:15].lower() == b"<!doctype html>":
-        return _carried(content, path)
+        return _scene_in_report(content, path)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -48,18 +48,18 @@ def decoded(content: bytes, path: str) -> str:
         raise SceneError(path, "", "", f"not a text in UTF-8 at line {line}: save it in UTF-8") from None
 
 
-def _carried(page: bytes, path: str) -> str:
-    """Return the text of the scene inside a report."""
+def _scene_in_report(page: bytes, path: str) -> str:
+    """Return the text of the scene in a report."""
     data = re.search(rb'<script type="application/json" id="scene">(.*?)</script>', page, re.DOTALL)
     with suppress(msgspec.DecodeError):
-        text = msgspec.json.decode(data[1] if data else b"{}", type=_Carried).text
+        text = msgspec.json.decode(data[1] if data else b"{}", type=_ReportData).text
         if text:
             return text
-    raise SceneError(path, "", "", "the page carries no scene: give the report.html of one, or its .toml file")
+    raise SceneError(path, "", "", "the page contains no scene: give the report.html of one, or its .toml file")
 
 
-class _Carried(Struct):
-    """The scene in the data of a report."""
+class _ReportData(Struct):
+    """The data of a report, of which only the text of the scene is read."""
 
     text: str = ""
 
@@ -70,33 +70,34 @@ def file_text(path: Path) -> str:
 
 
 COLUMNS = ".csv", ".tsv", ".txt"
-FILES = *COLUMNS, ".toml", ".dxf"  # files that a scene may refer to
+FILES = *COLUMNS, ".toml", ".dxf"  # files to which a scene may refer
 
 
-def beside(folder: Path | None) -> sections.Read:
-    """Return a reader of files in the folder of a scene and its subfolders; it refuses all other files.
+def reader_in(folder: Path | None) -> sections.Read:
+    """Return a function that reads files in the folder of a scene and its subfolders. All other files are errors.
 
     Examples
     --------
-    >>> beside(Path("scenes"))("../lift.csv")
+    >>> reader_in(Path("scenes"))("../lift.csv")
     Traceback (most recent call last):
-    kinelast.scene.error.SceneError: "../lift.csv" is not beside the scene: put the file there, or in a folder there
+    kinelast.scene.error.SceneError: "../lift.csv" is not in the folder of the scene: put the file there
     """
 
     def read(name: str) -> str:
         if not name.lower().endswith(FILES):
-            raise fault("", "", f'expected a file beside the scene that ends in {" or ".join(FILES)}, got "{name}"')
+            expected = f"expected a file in the folder of the scene with the suffix {' or '.join(FILES)}"
+            raise fault("", "", f'{expected}, got "{name}"')
         ways = PurePosixPath(name), PureWindowsPath(name)
         if any(way.anchor or ".." in way.parts for way in ways):
-            raise fault("", "", f'"{name}" is not beside the scene: put the file there, or in a folder there')
+            raise fault("", "", f'"{name}" is not in the folder of the scene: put the file there')
         if folder is None:
-            raise fault("", "", f'there is no folder in which "{name}" could be: save the scene beside it first')
+            raise fault("", "", f'"{name}" cannot be found because the scene has no folder: save the scene first')
         try:
             return file_text(folder / name)
         except MissingFileError:
             there = sorted(path.name for path in folder.glob("*.*") if path.suffix.lower() in FILES)
             raise MissingFileError(
-                "", "", "", f'there is no file "{name}" beside the scene{likely(name, there)}'
+                "", "", "", f'there is no file "{name}" in the folder of the scene{likely(name, there)}'
             ) from None
         except SceneError as error:
             raise fault("", "", f'"{name}": {error.problem}') from None
@@ -117,10 +118,10 @@ def of_file(path: str) -> Iterator[None]:
     except SceneError as error:
         raise error.of_file(path) from None
     except RecursionError:
-        raise SceneError(path, "", "", "lists or tables in one another go too deep for a scene") from None
+        raise SceneError(path, "", "", "lists or tables are nested too deeply") from None
 
 
-DIGITS = range(12, 18)  # numbers are written with enough digits to reproduce their last bit
+DIGITS = range(12, 18)  # numbers of digits that are tried until a number is reproduced exactly
 Rows = Iterable[Sequence[str | float]]
 SCHEMA = "#:schema"
 
@@ -128,16 +129,16 @@ SCHEMA = "#:schema"
 def written(
     text: str, table: SceneTable, values: Mapping[str, float], motions: Mapping[int, Rows], head: str = ""
 ) -> str:
-    """Return the text of a scene with changed numbers, by path [SI units].
+    """Return the text of a scene with changed numbers, given by path [SI unit].
 
-    A number keeps its unit in the file, and the new text reproduces it to the last bit.
+    A number keeps its unit in the file. The new text reproduces the number exactly.
 
     Parameters
     ----------
     table
         Parsed tables with these values and the new title.
     motions
-        Motions from other files, by the number of the drive from 0; they are written into the text.
+        Motions from other files, by the index of the drive. They are written into the text.
     head
         Comment for the first line.
     """
@@ -162,7 +163,7 @@ def written(
 
 
 def with_tables(text: str, tables: Mapping[str, Any]) -> str:
-    """Return the text of a scene with the given sections and materials in place of its library."""
+    """Return the text of a scene in which the given sections and materials replace the library."""
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -178,12 +179,12 @@ def with_tables(text: str, tables: Mapping[str, Any]) -> str:
 
 
 def _token(number: int) -> str:
-    """Return a placeholder for the motion of a drive."""
+    """Return the placeholder for the motion of a drive."""
     return f"motion of the drive {number}"
 
 
-def scene_to_begin_with(text: str) -> str:
-    """Return the text of a scene with the path of the installed schema in its first line, for completion in editors."""
+def with_schema(text: str) -> str:
+    """Add the path of the installed schema to the first line of a scene, so that editors can complete keys."""
     schema = Path(__file__).parents[1] / "scene.schema.json"
     rest = text.partition("\n")[2].lstrip("\n") if text.startswith(SCHEMA) else text
     return f"{SCHEMA} {schema.as_uri()}\n{rest}"
@@ -196,7 +197,7 @@ def _put(document: Any, table: SceneTable, place: variables.Place, value: float)
         if isinstance(node, dict) and name not in node:
             node[name] = {}
         if isinstance(following, int) and not isinstance(node[name], list):
-            node[name] = [node[name], node[name]]  # one dimension for both ends of a beam
+            node[name] = [node[name], node[name]]  # the same dimension at both ends of a beam
         node = node[name]
     last = place.names[-1]
     there = node[last] if not isinstance(node, dict) or last in node else None
@@ -211,7 +212,7 @@ def _value(table: SceneTable, place: variables.Place, written: Any) -> float | N
 
 
 def _forms(place: variables.Place, there: Any, value: float) -> Iterator[Any]:
-    """Yield forms of a value: in the unit of the value that it replaces and, last, in the SI unit."""
+    """Yield forms of a value: in the unit of the old value with increasing digits, and finally in the SI unit."""
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
         if isinstance(there, str) and units.FORM.fullmatch(there.translate(units.TYPESET)):

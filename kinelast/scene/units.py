@@ -1,4 +1,4 @@
-"""Quantities of a file: numbers in SI units or strings with a unit, converted to floats in SI units."""
+"""Quantities of a file. Numbers in SI units and strings with a unit are converted to floats in SI units."""
 
 import re
 from functools import cache
@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Self
 
 from kinelast.scene.error import likely, plain
 
-# Units of mechanisms. The default registry of pint takes thirty times as long to load. It also treats an angle as
-# dimensionless, so 50 Hz would be read as 50 rad/s.
+# Units for mechanisms. The default registry of pint takes thirty times as long to load and treats angles as
+# dimensionless, so that 50 Hz would be read as 50 rad/s.
 DEFINITIONS = """
 nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
@@ -44,7 +44,7 @@ watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
-USUAL = {  # units of most scenes, converted without pint, which takes 0.2 s to load
+COMMON_FACTORS = {  # the most frequent units, which are converted without pint because it takes 0.2 s to load
     "m": (1.0, "m"), "mm": (0.001, "m"), "cm": (0.01, "m"), "kg": (1.0, "kg"), "g": (0.001, "kg"), "s": (1.0, "s"),
     "ms": (0.001, "s"), "rad": (1.0, "rad"), "deg": (0.017453292519943295, "rad"), "rad/s": (1.0, "rad/s"),
     "rpm": (0.10471975511965977, "rad/s"), "m/s": (1.0, "m/s"), "N": (1.0, "N"), "kN": (1000.0, "N"),
@@ -52,20 +52,20 @@ USUAL = {  # units of most scenes, converted without pint, which takes 0.2 s to 
     "kg/m^3": (1.0, "kg/m^3"), "kg m^2": (1.0, "kg m^2"),
     "N m^2": (1.0, "N m^2"), "MN": (1e6, "N"), "kN/m": (1000.0, "N/m"),
 }  # fmt: skip
-MAX_BITS = 10_000  # bits of a printed integer
-MAX_CHARACTERS = 80  # characters of a quantity in a message
-MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # its fourth power (second moment of area) is still finite
-# Exponents have one digit, and a power of a power is not allowed, because the unit parser would expand any power.
+MAX_BITS = 10_000  # maximum number of bits of an integer that is printed
+MAX_CHARACTERS = 80  # maximum number of characters of a quantity in a message
+MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # the fourth power, as in a second moment of area, is finite
+# only exponents with one digit and no powers of powers, because the parser of pint evaluates any power
 POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
-# "Nm" without a space; an exponent belongs to the metre.
+# "Nm" without a space; an exponent applies to the metre
 JOINED = re.compile(r"(?<![\wµμ°])([mkM]?N)([cm]?m)((?:\s*(?:\^|\*\*)\s*\d+)?)(?!\s*(?:\^|\*\*)|\w)")
 TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
 
 
 @cache
 def registry() -> Any:
-    """Return the registry of all units that scenes can use."""
+    """Return the registry of all units that a scene can use."""
     import pint
 
     units: Any = pint.UnitRegistry(None)
@@ -79,17 +79,17 @@ class Quantity(float):
     Attributes
     ----------
     expected
-        Expected value in words, for messages.
+        Description of the expected value for messages.
     units
         SI units of the accepted dimensions.
     above, least, most
-        Bounds: exclusive lower bound, inclusive lower bound, largest magnitude.
+        Bounds: exclusive lower bound, inclusive lower bound, and exclusive bound of the magnitude.
     unit
-        Unit of the instance, one of `units`; empty for a number without a unit if there are several.
+        Unit of the instance, one of `units`. It is empty for a number without a unit if there are several `units`.
     per_length
         Metres per length unit of the file if `unit` is empty, otherwise 1.
     each
-        Values for several designs, shape (designs, 1); the instance itself is then nan. None for a single design. See
+        Values for several designs, shape (designs, 1), or None. If given, the value of the instance is nan. See
         `kinelast.scene.numbers`.
     written
         Unit as written in the file; empty for a number without a unit.
@@ -116,13 +116,14 @@ class Quantity(float):
         Parameters
         ----------
         per_length
-            Metres per unit of a length without a unit.
+            Metres per length unit of the file, for lengths without a unit.
 
         Raises
         ------
         ValueError
             The value is neither a number nor a string, has an unknown unit or the wrong dimension, or is out of bounds.
-            The message states the expected value.
+            The
+            message describes the expected value.
 
         Examples
         --------
@@ -149,7 +150,7 @@ class Quantity(float):
 
     @classmethod
     def holds(cls, number: Any) -> Any:
-        """Return True if a number in SI units is within the bounds; elementwise for an array."""
+        """Return whether numbers in SI units are within the bounds."""
         occurs = (abs(number) < cls.most) & ((cls.above != 0) | (number <= 0) | (number >= MIN_SIZE))
         return occurs & (number > cls.above) & (number >= cls.least)
 
@@ -162,14 +163,14 @@ class Quantity(float):
 
     @classmethod
     def many(cls, each: Any, unit: str) -> Self:
-        """Return the quantity for several designs; `each` in one of `units`, shape (designs, 1)."""
+        """Return a quantity for several designs. `each` is in one of `units`, shape (designs, 1)."""
         quantity = cls(nan)
         quantity.unit, quantity.per_length, quantity.each = unit, 1.0, each
         return quantity
 
     @classmethod
     def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
-        """Convert a number, or text with a unit, to an SI unit ("1" is dimensionless). `per_length` is as in `read`.
+        """Convert a number, or a text with a unit, to an SI unit ("1" is dimensionless). `per_length` is as in `read`.
 
         Raises
         ------
@@ -182,13 +183,13 @@ class Quantity(float):
         return float(kind.read(value, per_length))
 
     def within(self, unit: str) -> Any:
-        """Return the number in one of `units`; a length without a unit is in the unit of the file."""
+        """Return the number in one of `units`. A length without a unit is in the length unit of the file."""
         number = float(self) if self.each is None else self.each
         return number * (self.per_length if unit == "m" and not self.unit else 1.0)
 
     @classmethod
     def _converted(cls, text: str) -> tuple[float, str, str]:
-        """Return the number in SI units, the SI unit, and the unit as written."""
+        """Return the number in SI units, the SI unit, and the unit as written in the text."""
         plain = text.translate(TYPESET)
         form = FORM.fullmatch(plain) if len(text) <= MAX_CHARACTERS else None
         if form is None or len(POWER.findall(plain)) < len(re.findall(r"\^|\*\*", plain)):
@@ -196,7 +197,7 @@ class Quantity(float):
         number, name = float(form[1]), form[2].strip()
         try:
             known = _factor(name, cls.units)
-        except Exception as error:  # the parser of pint raises errors of many types
+        except Exception as error:  # the parser of pint raises many types of errors
             names = getattr(error, "unit_names", None)
             problem = _unknown(names, name, cls.units) if names else f"got {shown(text)}"
             raise ValueError(f"expected {cls.expected}, {problem}") from None
@@ -208,12 +209,12 @@ class Quantity(float):
 
 @cache
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
-    """Return the factor from a unit to the SI unit of the same dimension, and that unit; None if not found.
+    """Return the conversion factor to the SI unit of the same dimension, and the SI unit; None if not found.
 
-    Cached, because pint takes longer than computing the deflection. Raises the errors of its parser.
+    Cached, because pint takes longer than the computation of the deflection. Raises the errors of its parser.
     """
-    if name in USUAL and USUAL[name][1] in units:
-        return USUAL[name]
+    if name in COMMON_FACTORS and COMMON_FACTORS[name][1] in units:
+        return COMMON_FACTORS[name]
     given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
     for unit in units:
         if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
@@ -222,7 +223,7 @@ def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
 
 
 def _float(value: float) -> float:
-    """Return a float; infinity if an integer is too large."""
+    """Return a float; inf if an integer is too large."""
     try:
         return float(value)
     except OverflowError:
@@ -230,7 +231,7 @@ def _float(value: float) -> float:
 
 
 def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
-    """Return the message about an unknown unit, with the most similar unit of the right dimension."""
+    """Return the message about an unknown unit. It suggests the most similar unit of the right dimension."""
     name = names if isinstance(names, str) else next(iter(names))
     dimension = registry().get_dimensionality
     dimensions = [dimension(registry().parse_units(unit)) for unit in units]
@@ -255,12 +256,12 @@ def shown(value: object) -> str:
 
 
 def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:
-    """Return a value written in the unit of the value that it replaces, or without a unit if that has no unit.
+    """Return a value as text in the unit of the value that it replaces, or as a number if that has no unit.
 
     Parameters
     ----------
     per_bare
-        SI value of the number 1 without a unit.
+        Value of the number 1 without a unit, in the SI unit.
 
     Raises
     ------

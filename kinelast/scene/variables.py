@@ -26,12 +26,12 @@ from rigid.arrays import Flags
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
-STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables of studies, which do not describe the machine
-NAMED = {  # keys that contain the name of a table; the numbers in that table have paths
+STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that describe studies and not the machine
+NAMED = {  # keys that contain the name of a table, with advice on the paths of the numbers in that table
     "section": 'write [sections.NAME] with shape, depth and width, and use paths such as "sections.NAME.depth"',
     "material": 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"',
 }
-MAX_COMPARED = 3000  # maximum number of paths that are compared with a misspelt one
+MAX_COMPARED = 3000  # maximum number of paths that are compared with a misspelt path
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ class Place:
     variable
         The number.
     keys
-        Keys that lead to it in the parsed tables.
+        Keys that lead to the number in the parsed tables.
     names
-        Keys that lead to it in the tables of the file.
+        Keys that lead to the number in the tables of the file.
     leaf
-        Its parsed value.
+        Parsed value of the number.
     per_length
         Metres per length unit of the file.
     """
@@ -69,7 +69,7 @@ class Place:
 
     @property
     def per_bare(self) -> float:
-        """SI value of the number 1 without a unit at this location."""
+        """Value of the number 1 without a unit at this location, in the SI unit."""
         return self.per_length if self.variable.unit == "m" else 1.0
 
 
@@ -97,7 +97,7 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
 
 
 def in_file(place: Place, value: float) -> Any:
-    """Return a value [SI unit] as written in a file, with its unit unless that is 1."""
+    """Return a value [SI unit] as written in a file: with its unit, unless it is dimensionless."""
     if isinstance(place.leaf, int):
         return round(value)
     unit = place.variable.unit
@@ -105,18 +105,18 @@ def in_file(place: Place, value: float) -> Any:
 
 
 def keep_unit(before: Place, after: Place) -> None:
-    """Keep the unit of the file, in which the report shows figures, for a changed number."""
+    """Copy the unit in the file from a number to its changed value, because the report uses it for figures."""
     if isinstance(before.leaf, Quantity) and isinstance(after.leaf, Quantity):
         after.leaf.written = before.leaf.written
 
 
 def put(node: Any, names: Sequence[Any], value: Any) -> Any:
-    """Return a copy of the tables with another value at the location of some names."""
+    """Return a copy of the tables with another value at the location given by `names`."""
     if not names:
         return value
     name, *rest = names
     if isinstance(name, int):
-        parts = list(node) if isinstance(node, list) else [node, node]  # one dimension for both ends of a beam
+        parts = list(node) if isinstance(node, list) else [node, node]  # the same dimension at both ends of a beam
         parts[name] = put(parts[name], rest, value)
         return parts
     return {**(node or {}), name: put((node or {}).get(name), rest, value)}
@@ -128,12 +128,12 @@ def place_of(table: SceneTable, path: str, absent: bool = False) -> Place:
     Parameters
     ----------
     absent
-        Allow a number without a value in the file; its `base` is nan.
+        Allow a number without a value in the file. Its `base` is nan.
 
     Raises
     ------
     SceneError
-        There is no such number; the message suggests the most similar path.
+        There is no such number. The message suggests the most similar path.
     """
     keys: list[Any] = []
     names: list[Any] = []
@@ -155,7 +155,7 @@ def place_of(table: SceneTable, path: str, absent: bool = False) -> Place:
     if node is None and absent and isinstance(parents[-1], msgspec.Struct):
         node = _without_value(parents[-1], keys[-1])
     if isinstance(node, tuple) and not isinstance(node, Sizes) and len(node) == 2:
-        raise fault("", path, f'is two numbers: name "{path}.x" or "{path}.y"')
+        raise fault("", path, f'is two numbers: use "{path}.x" or "{path}.y"')
     if keys[-1] in NAMED and (node is None or isinstance(node, str)):
         raise fault("", path, f"there is no such number in the scene: it is a name; {NAMED[keys[-1]]}")
     if not isinstance(node, int | float | Sizes | Direction) or isinstance(node, bool):
@@ -165,19 +165,19 @@ def place_of(table: SceneTable, path: str, absent: bool = False) -> Place:
 
 
 def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
-    """Return the location of the length of a link that is drawn without one; raise SceneError for other paths."""
+    """Return the drawn length of a link. Raise SceneError if the points do not give a length."""
     places = drawn_places(table)
     if isinstance(link.points, dict) or len(link.points) != 2 or not {*link.points} <= places.keys():
-        advice = f'name the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
+        advice = f'change the coordinates of one of them, as in "{path.rpartition(".")[0]}.points.{{0}}.x"'
         if not isinstance(link.points, dict):
-            advice = 'name the place of one of them, as in "points.{0}.x"'
-        raise fault("", path, f"the link has its size by its points: {advice.format([*link.points][-1])}")
+            advice = 'change the position of one of them, as in "points.{0}.x"'
+        raise fault("", path, f"the points determine the size of this link: {advice.format([*link.points][-1])}")
     one, other = (places[point] for point in link.points)
     return Size.read(abs(other - one))
 
 
 def _without_value(table: msgspec.Struct, key: str) -> int | float | Quantity | None:
-    """Return a number that is not known, of the type of a key; None if the key is for no number."""
+    """Return an unknown number of the type of a key; None if the key is not for a number."""
     kinds = [kind for kind in get_args(get_type_hints(type(table))[key]) if isinstance(kind, type)]
     quantity = next((kind for kind in kinds if issubclass(kind, Quantity)), None)
     if quantity:
@@ -200,7 +200,7 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
             yield from _numbers(getattr(node, name), f"{path}.{written}".lstrip("."))
     elif isinstance(node, dict):
         for key, value in node.items():
-            if "." not in key:  # names of figures have dots
+            if "." not in key:  # a name of a figure
                 yield from _numbers(value, f"{path}.{key}")
     elif isinstance(node, tuple) and len(node) == 2 and all(isinstance(part, Quantity) for part in node):
         yield from (f"{path}.{axis}" for axis in AXES)
@@ -212,12 +212,12 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
 
 
 def _called(entry: Any) -> str | None:
-    """Return the name of a table in a list: its link or slider."""
+    """Return the name by which paths can refer to a table in a list: its link or slider."""
     return getattr(entry, "link", None) or getattr(entry, "slider", None)
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Return the key, name in the file, and value of one part of a path; raise LookupError if not found."""
+    """Return the key, the name in the file, and the value for a part of a path. Raise LookupError if not found."""
     if isinstance(node, msgspec.Struct) and name is not None:
         names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
         return names[name], name, getattr(node, names[name])
@@ -239,7 +239,7 @@ def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any,
 
 def _unknown(table: SceneTable, path: str) -> SceneError:
     near = likely(path, islice(numbers(table), MAX_COMPARED)).partition("; there is")[0]
-    kind = path.partition("s.")[0]  # tables of the library have no paths
+    kind = path.partition("s.")[0]  # sections and materials of the library have no paths
     advice = f"; {NAMED[kind]}" if kind in NAMED else ""
     return fault("", path, f"there is no such number in the scene{near or advice}")
 
@@ -266,13 +266,13 @@ def _base(leaf: Any, unit: str) -> float:
 
 
 def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
-    """Return the SI unit of a number; if several are possible, return the one that applies where the number appears."""
+    """Return the SI unit of a number. If several units are possible, the context of the number decides."""
     if isinstance(leaf, Sizes | Direction):
         return "m" if isinstance(leaf, Sizes) else "rad"
     if not isinstance(leaf, Quantity):
         return "1"
     units = [unit or "1" for unit in type(leaf).units]
-    if leaf.unit or len(units) == 1 or keys[0] == "motors":  # a gear ratio without a unit is a number
+    if leaf.unit or len(units) == 1 or keys[0] == "motors":  # a gear ratio without a unit is dimensionless
         return leaf.unit or ("1" if keys[0] == "motors" and len(units) > 1 else units[0])
     if isinstance(leaf, Abscissa):
         against = parents[2].against
@@ -291,7 +291,7 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
 
 
 def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
-    """Return whether numbers without a unit are within the bounds of the format, bool, shape of the values."""
+    """Return whether dimensionless values are within the bounds of the format, bool, shape of `values`."""
     node: Any = table
     for key in place.keys[:-1]:
         node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]

@@ -149,7 +149,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
     lines += redundancy_lines([f"{pair.name} ({pair.start} - {pair.end})" for pair in redundant])
     for trio in triangles:
         lines += wrapped_lines(
-            f"{', '.join(trio)} are pinned to one another in one line, which is singular in every position: "
+            f"{', '.join(trio)} are pinned to one another in a straight line, which is singular in every position: "
             "make them one link with three points"
         )
     return lines

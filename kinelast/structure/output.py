@@ -17,7 +17,7 @@ from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene import build, document, parsing, sections
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable
-from kinelast.scene.text import beside, file_text, of_file, scene_name
+from kinelast.scene.text import file_text, of_file, reader_in, scene_name
 from kinelast.scene.units import shown
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
@@ -63,7 +63,7 @@ def read_structure(path: str | Path) -> StructureScene:
         If the file is invalid; a mechanism that cannot move is valid.
     """
     if not isinstance(path, str | Path):
-        raise TypeError(f"expected the path of a scene's file, got {shown(path)}")
+        raise TypeError(f"expected the path of a scene file, got {shown(path)}")
     path = Path(path)
     return structure_from_text(file_text(path), scene_name(path), str(path))
 
@@ -84,7 +84,7 @@ def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str =
 
 
 def _planar(raw: Mapping[str, Any], name: str, path: str) -> StructureScene:
-    read = beside(Path(path).parent)
+    read = reader_in(Path(path).parent)
     table = parsing.parse_scene(sections.with_files(raw, read)[0])
     parts = build.build_mechanism(table, document.files_of(table, read))
     contacts = []

@@ -34,6 +34,6 @@ export function carried(content, name = "") {
   if (!/^\s*<!doctype html/i.test(content)) return content;
   const data = new DOMParser().parseFromString(content, "text/html").getElementById("scene");
   const { text } = JSON.parse(data?.textContent ?? "{}");
-  if (!text) throw new Error("the page carries no scene");
+  if (!text) throw new Error("the page contains no scene");
   return text;
 }

@@ -1,4 +1,4 @@
-"""Machine parts, one file each; a line here registers them."""
+"""Machine parts. Each has its own file and is registered here."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, CAMS, BEARINGS, FA
 
 
 def symbols_of(scene: Scene) -> list[Mark]:
-    """Marks of all parts."""
+    """Return the marks of all parts in the drawing."""
     return [mark for part in PARTS for mark in part.symbols(scene)]

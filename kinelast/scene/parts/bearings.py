@@ -1,4 +1,4 @@
-"""Parts of joints: rolling and plain bearings, pins, eyes, and lost contact in joints with clearance."""
+"""Parts of joints: rolling and plain bearings, pins and eyes, and the clearance of joints."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ ROLLER_EXPONENT = 10.0 / 3.0  # life exponent of roller bearings
 
 
 class RollingTable(StrictTable, frozen=True, kw_only=True):
-    """A rolling bearing and its required life and safety."""
+    """A rolling bearing with its required life and safety."""
 
     C: LoadRating  #: dynamic load rating
     C0: LoadRating | None = None  #: static load rating [unknown]
     type: Literal["ball", "roller"] = "ball"  #: life exponent 3 for `"ball"`, 10/3 for `"roller"`
-    #: share of bearings that reach the life
+    #: fraction of bearings that reach the calculated life
     reliability: Literal["90 %", "95 %", "96 %", "97 %", "98 %", "99 %"] = "90 %"
     condition: Factor | None = None  #: life factor a_ISO for lubrication and contamination [1]
     elements: Annotated[int, Meta(ge=3)] | None = None  #: number of balls or rollers [unknown]
@@ -48,14 +48,15 @@ class RollingTable(StrictTable, frozen=True, kw_only=True):
     safety: Factor | None = None  #: required static safety factor [no limit]
     #: minimum equivalent load / `C` against skidding: about 0.01 for balls, 0.02 for rollers [no limit]
     least_load: Share | None = None
-    least_overlap: Factor | None = None  #: minimum swing / twice the angle between elements [no limit]
+    least_overlap: Factor | None = None  #: minimum swing angle / twice the angle between rolling elements [no limit]
 
 
 class PlainTable(StrictTable, frozen=True, kw_only=True):
-    """A plain bearing and the limits of its material."""
+    """A plain bearing with the limits of its material."""
 
     diameter: Size | None = None  #: diameter of the pin or shaft
-    length: Size | None = None  #: length of a slider's block with `through` at its middle; instead of `diameter`
+    #: for a slider, instead of `diameter`: length of the block, with `through` at its middle
+    length: Size | None = None
     width: Size  #: width of the bearing, or of the block
     pressure: Stress | None = None  #: maximum pressure [no limit]
     speed: SlidingSpeed | None = None  #: maximum sliding speed [no limit]
@@ -63,7 +64,7 @@ class PlainTable(StrictTable, frozen=True, kw_only=True):
 
 
 class PinTable(StrictTable, frozen=True, kw_only=True):
-    """A pin through an eye and two cheeks, or overhung from one cheek, and its limits."""
+    """A pin with its limits. It passes through an eye and two cheeks, or is overhung from one cheek."""
 
     diameter: Size  #: pin diameter
     eye: Size  #: thickness of the eye
@@ -77,14 +78,14 @@ class PinTable(StrictTable, frozen=True, kw_only=True):
 
 
 class EyeTable(StrictTable, frozen=True, kw_only=True):
-    """The eye of a link and its limits."""
+    """The eye of a link with its limits."""
 
     diameter: Size  #: diameter of the hole
     width: Size  #: width of the plate
     thickness: Size  #: thickness of the plate
     edge: Size  #: distance from the centre of the hole to the end
-    link: str | None = None  #: link weakened by the notch in fatigue [no link]
-    #: fatigue notch factor of the net section [from the shape]
+    link: str | None = None  #: link whose fatigue strength the eye reduces as a notch [none]
+    #: fatigue notch factor of the net section [from the dimensions]
     notch: Annotated[float, Meta(ge=1)] | None = None
     yield_stress: Stress | None = field(default=None, name="yield")  #: yield stress
     bearing: Stress | None = None  #: maximum bearing stress [no limit]
@@ -94,13 +95,14 @@ class EyeTable(StrictTable, frozen=True, kw_only=True):
 
 
 class BearingTable(StrictTable, frozen=True, kw_only=True):
-    """Parts of a pin or slider. An empty table of a pin reports its force, swing and speed."""
+    """Parts of a pin or slider. With an empty table, the force, swing and speed of the pin are reported."""
 
     rolling: RollingTable | None = None  #: a rolling bearing [none]
-    plain: PlainTable | None = None  #: a plain bearing, the only part allowed for a slider [none]
+    plain: PlainTable | None = None  #: a plain bearing; a slider can have no other part [none]
     pin: PinTable | None = None  #: a pin [none]
     eye: EyeTable | None = None  #: the eye of a link [none]
-    clearance: Size | None = None  #: diameter of the hole minus diameter of the pin [not reported]
+    #: diameter of the hole minus diameter of the pin [the effect of clearance is not reported]
+    clearance: Size | None = None
 
 
 def _built(assembly: Assembly) -> dict[str, JointParts]:
@@ -167,7 +169,7 @@ def eye_of(table: EyeTable) -> formulas.Eye:
 
 
 def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
-    """Return the plain bearing of a pin, which has a diameter, or of a slider, which has a length."""
+    """Return a plain bearing. That of a pin has a diameter, that of a slider has a length."""
     if table.diameter is not None:
         return formulas.Plain(real(table.diameter), real(table.width))
     assert table.length is not None
@@ -180,7 +182,7 @@ def _or(value: Any, otherwise: float) -> Any:
 
 
 def _has(scene: Scene, joint: str, part: str) -> bool:
-    """Return True if a joint has a part; "bearing" means a pin with a table."""
+    """Return True if a joint has a part. "bearing" stands for a pin with any table."""
     parts = scene.parts[KEY].get(joint)
     if parts is None:
         return False
@@ -188,13 +190,13 @@ def _has(scene: Scene, joint: str, part: str) -> bool:
 
 
 def joints_with(scene: Scene, part: Kind) -> dict[int, str]:
-    """Return the names of the joints with a part, by joint number."""
+    """Return the names of the joints with a part of a kind, by joint number."""
     words = enumerate(joint_words(scene.mechanism))
     return {number: name for number, (name, _) in words if _has(scene, name, part.name)}
 
 
 def _joints(part: str) -> Kind:
-    """Return the kind of the joints with a part."""
+    """Return the kind of item that consists of the joints with a part."""
     return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)])
 
 
@@ -203,7 +205,7 @@ CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(
 
 
 def lost_contact(cycle: Cycle, number: int) -> Flags:
-    """Flags of lost contact in a joint between a position and the next, shape (..., positions)."""
+    """Return whether contact is lost between each position and the next, shape (..., positions)."""
     return formulas.contact_losses(cycle.joint(number), cycle.scene.run.turn)
 
 
@@ -215,7 +217,7 @@ def _knocks(cycle: Cycle) -> list[Any]:
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return figures of the output displacement due to clearance; empty if there is no output."""
+    """Return the figures of the output displacement due to clearance; empty if there is no output."""
     if output is None:
         return ()
 
@@ -231,7 +233,10 @@ def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
-    """Return the displacements of the output due to clearance; for a shared point, the largest among its links."""
+    """Return the displacements of the output due to clearance: in the worst case, and as the forces press.
+
+    If several links share the output point, the largest displacement applies.
+    """
     mechanism = cycle.scene.mechanism
     gaps: dict[int, Any] = {
         number: cycle.scene.bearings[name].clearance for number, name in joints_with(cycle.scene, CLEARANCE).items()
@@ -250,7 +255,11 @@ SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 
 
 def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
-    """Return the motion, turns of the force, positions of lost contact, and figures of the parts of a joint."""
+    """Return the row of a joint in the summary.
+
+    It contains the motion of the joint, the turns of its force, the positions of lost contact, and the figures of its
+    parts.
+    """
     scene, course = reader.scene, reader.cycle.joint(number)
     parent = reader.results.motion.structure.joints[number].parent
     figures = {}
@@ -276,11 +285,11 @@ def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
 
 Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
 Values = Callable[[Any, JointCourse], Any]
-"""Function from a joint's part, force and motion to values at every position, or to one value for the whole run."""
+"""Function of a part of a joint and the force and motion of the joint. Returns one value per position or per run."""
 
 
-def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:
-    """Reduced values of the joints that have a part."""
+def _search_joints(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:
+    """Return the search for a figure of the joints that have a part."""
 
     def found(cycle: Cycle) -> list[Any]:
         built = cycle.scene.parts[KEY]
@@ -294,12 +303,12 @@ def _found(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], 
 
 
 def _over_minimum(scene: Scene, shares: Any) -> Any:
-    """Return the equivalent load / minimum load of each rolling bearing, from equivalent load / C."""
+    """Convert equivalent load / C of each rolling bearing to equivalent load / minimum load."""
     kinds = [scene.parts[KEY][name].rolling.kind for name in items_of(scene, ROLLING)]
     return shares / np.array([formulas.MIN_LOADS[kind] for kind in kinds])
 
 
-_one, _every, _least = partial(_found, averaged), partial(_found, each), partial(_found, least)
+_one, _every, _least = partial(_search_joints, averaged), partial(_search_joints, each), partial(_search_joints, least)
 LIVES = "bearing_life", "bearing_revolutions"
 BEARINGS: Part[JointParts] = Part(
     KEY, "bearings, pins, eyes and clearances of joints", BearingTable, _built,

@@ -1,4 +1,4 @@
-"""Values of cams over a cycle (flanks, forces, torque, pressure), faults, rows of the summary, and findings."""
+"""Values of cams over a cycle (flanks, forces, torque, pressure), with their faults, findings and summary rows."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ KEY = "cams"
 
 
 def _pressed(cam: Cam) -> bool:
-    """Return True if the contact pressure is known; it is unlimited for a knife edge."""
+    """Return True if the contact pressure can be computed. It is unlimited for a knife edge."""
     known = not (np.isnan(cam.width).any() or np.isnan(cam.modulus).any())
     return known and not (cam.roller is not None and np.equal(cam.radius, 0.0).all())
 
 
 def _cams(name: str, has: Callable[[Cam], bool]) -> Kind:
-    """Return the kind of the cams that satisfy a condition."""
+    """Return the kind of item that consists of the cams that satisfy a condition."""
     return Kind(name, lambda scene: [name for name, cam in scene.parts[KEY].items() if has(cam)])
 
 
@@ -45,7 +45,7 @@ PRESSED = _cams("pressed cam", _pressed)
 
 
 def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
-    """Flanks of a cam over a cycle: one flank, or the inner and outer flanks of a groove."""
+    """Return the flanks of a cam over a cycle: one flank, or the inner and outer flanks of a groove."""
     return cycle.once(_flanks, name)
 
 
@@ -56,13 +56,13 @@ def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
 
 
 def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
-    """Speed of a motion / speed of the scene; broadcasts to (..., positions)."""
+    """Return the drive speed in a motion / the drive speed in the scene; broadcasts to (..., positions)."""
     law = scene.laws[cam.drive]
     return motion.drive_rate[cam.drive] / law.speed if isinstance(law, ConstantSpeed) else np.ones(1)
 
 
 def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
-    """Flanks of a cam at `count` angles over one turn, without the end of the turn."""
+    """Return the flanks of a cam at `count` angles over one turn, without the end of the turn."""
     cam = scene.parts[KEY][name]
     times = 2.0 * np.pi / abs(float(np.ravel(cam.speed)[0])) * np.arange(count) / count
     moved = scene.course.at(times)
@@ -70,9 +70,10 @@ def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
 
 
 def cam_force(cycle: Cycle, name: str) -> Reals:
-    """Force with which a cam presses on its follower [N], shape (..., positions); negative if it would have to pull.
+    """Return the contact force of a cam on its follower [N], shape (..., positions).
 
-    For a groove it is along the outward normal, and negative if the outer flank presses.
+    The force is negative where the cam would have to pull. For a groove it is along the outward normal, and negative
+    where the outer flank presses.
     """
     pushes, cam = cycle.once(_pushes), cycle.scene.parts[KEY][name]
     rest = cam_flanks(cycle, name)[0].force(effort(cycle, cam.drive))
@@ -80,7 +81,7 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
 
 def _pushes(cycle: Cycle) -> dict[str, Reals]:
-    """Contact forces [N], by name, of the cams with `push`; their drives have no effort."""
+    """Return the contact forces [N] of the cams with `push`, by name. The drives of these cams have no effort."""
     for load in cycle.scene.mechanism.loads:
         if isinstance(load, CamPush):
             return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
@@ -104,7 +105,7 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 
 
 def cam_preload(cycle: Cycle, name: str) -> Reals:
-    """Effort that keeps a follower on its cam [N m or N], shape (..., positions)."""
+    """Drive effort that keeps a follower on its cam [N m or N], shape (..., positions)."""
     flank = cam_flanks(cycle, name)[0]
     with np.errstate(invalid="ignore"):  # the force is infinite if the lever is zero
         return flank.preload(flank.lever * cam_force(cycle, name))
@@ -113,7 +114,7 @@ def cam_preload(cycle: Cycle, name: str) -> Reals:
 def cam_lag(cycle: Cycle, name: str) -> Reals:
     """Lag of the drive behind its cam due to bending links [rad or m], shape (..., positions).
 
-    With this lag the follower would touch the cam; the computed drive follows its law instead.
+    With this lag the follower would touch the cam. The computed drive follows its law, without the lag.
     """
     cam, flank = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0]
     ends = [displacement_of(cycle.deflection, cam.follower, point) for point in cam.points]
@@ -126,8 +127,8 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
-ACROSS = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] pressure angle at which a cam can no longer move its follower
-CAM_NEEDS = {  # figures that decide whether a cam works, and their items
+MAX_PRESSURE_ANGLE = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] from this pressure angle, a cam cannot move its follower
+CAM_NEEDS = {  # figures that show whether a cam works, with the kinds of their items
     "cam_pressure_angle": CAM,
     "cam_radius": CAM,
     "cam_face_margin": FACED,
@@ -137,12 +138,12 @@ CAM_NEEDS = {  # figures that decide whether a cam works, and their items
 
 
 def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield reasons why cams fail, each with a flag of shape (...).
+    """Yield reasons why cams fail, each with flags of shape (...).
 
     Parameters
     ----------
     figures
-        Values of every item by key; the function uses the keys in `CAM_NEEDS`.
+        Values of the figures in `CAM_NEEDS` for all items, by key.
     """
     known = {
         key: dict(zip(kind.names(scene), figures[key], strict=True))
@@ -152,7 +153,7 @@ def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, 
     for name in scene.parts[KEY]:
         angle, radius, margin, least_force, force = (np.asarray(known.get(key, {}).get(name, np.nan))
                                                      for key in CAM_NEEDS)  # fmt: skip
-        yield f"the cam {name} cannot push its follower", np.abs(angle) >= ACROSS
+        yield f"the cam {name} cannot push its follower", np.abs(angle) >= MAX_PRESSURE_ANGLE
         yield f"the cam {name} cannot be made", radius <= 0.0
         yield f"the contact on the cam {name} runs off the face", margin < 0.0
         yield f"the follower leaves the cam {name}", least_force < -NOISE * np.abs(force)
@@ -162,9 +163,10 @@ HEADING = "Cams"
 
 
 def cam_row(reader: Reader, name: str) -> dict[str, Any]:
-    """Return the data of a cam, the positions with undercut or without contact, and their numbers under `counts`.
+    """Return the row of a cam in the summary.
 
-    `cut` is the depth to which the follower cuts into the profile from another position: the cam cannot be made.
+    `counts` contains the numbers of positions with undercut and with lost contact. `cut` is the depth to which the
+    follower, in another position, cuts into the profile. Such a cam cannot be made.
     """
     scene, counted = reader.scene, reader.results.cycle.counted
     cam, faults = scene.cams[name], {"undercut": _undercut(reader.cycle, name), "contact_lost": _lost(reader, name)}
@@ -180,12 +182,12 @@ def cam_row(reader: Reader, name: str) -> dict[str, Any]:
 
 
 def _undercut(cycle: Cycle, name: str) -> Flags:
-    """Return whether a cam is undercut, shape (positions,)."""
+    """Return the positions at which a cam is undercut, bool, shape (positions,)."""
     return np.any([flank.undercut for flank in cam_flanks(cycle, name)], axis=0)
 
 
 def _lost(reader: Reader, name: str) -> Flags:
-    """Return whether an open cam would have to pull its follower, shape (positions,)."""
+    """Return the positions at which an open cam would have to pull its follower, bool, shape (positions,)."""
     force = cam_force(reader.cycle, name) if name in items_of(reader.scene, HELD) else np.ones(1)
     noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))
     return np.broadcast_to(force < -noise, reader.results.motion.columns)
@@ -202,13 +204,13 @@ def cam_findings(reader: Reader) -> Iterator[Finding]:
 
     for name in reader.scene.cams:
         angle, margin = (reader.of_item(key, name) for key in ("cam_pressure_angle", "cam_face_margin"))
-        if angle and angle.value is not None and abs(angle.value) >= ACROSS:
+        if angle and angle.value is not None and abs(angle.value) >= MAX_PRESSURE_ANGLE:
             text = f"The cam {name} cannot push its follower: the pressure angle is 90°."
             yield Finding(POOR, HEADING, f"{text} Let the drive move the follower away from the cam.")
             continue
         if margin and margin.value is not None and margin.value < 0.0:
             text = f"The contact on the cam {name} runs off the face by {size(margin, -1.0)}"
-            yield Finding(POOR, HEADING, f"{text}: make the face longer by that at least, or shift it.")
+            yield Finding(POOR, HEADING, f"{text}: make the face longer by at least this amount, or shift it.")
         if (_undercut(reader.cycle, name) & counted).any():
             radius = size(reader.of_item("cam_radius", name))
             text = f"The cam {name} cannot be made: its profile is undercut (smallest radius {radius})."

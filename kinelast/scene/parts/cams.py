@@ -28,28 +28,28 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from symbols import Mark
 
-TESTED_AT = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # fractions of a run; a cam must move its follower at one
-MIN_INFLUENCE = 1e-9  # displacement of the contact / drive coordinate, relative to the distance from the camshaft
-MAX_GAP = 1e-9  # coordinate after a turn of the cam minus coordinate before it, relative to the turn or stroke
-MAX_JUMP = 1e-6  # rate after a turn of the cam minus rate before it, relative to the largest rate
-INSTANTS = 257  # fractions of a run; the motion at each is compared with that one cam turn later
-POISSON = 0.3  # Poisson's ratio of metals, for a material without one
+TEST_TIMES = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # times / duration of a run; a cam moves its follower at one
+MIN_INFLUENCE = 1e-9  # smallest displacement of the contact / drive coordinate / distance from the camshaft
+MAX_GAP = 1e-9  # largest change of a coordinate over a turn of the cam, relative to a turn or the stroke
+MAX_JUMP = 1e-6  # largest change of a rate over a turn of the cam, relative to the largest rate
+INSTANTS = 257  # number of times in a run at which the motion is compared with that one turn of the cam later
+POISSON = 0.3  # Poisson's ratio if the material does not give one
 
 
 class CamTable(StrictTable, frozen=True, kw_only=True):
-    """A cam that moves a drive, and the limits of its contact. The profile follows from the motion of the follower."""
+    """A cam that moves a drive, with limits. Its profile follows from the motion of the follower."""
 
     follower: str  #: link moved by the cam
     centre: str | Place  #: camshaft centre: a ground point, or `[x, y]` in the drawing
     roller: str | None = None  #: roller centre, a point of the follower; or use `face`
     roller_radius: Size | None = None  #: radius of the roller, needed for `pressure` [0: knife edge]
     face: tuple[str, str] | None = None  #: two points of the follower: ends of a flat face
-    drive: str | None = None  #: link or slider of its drive [the only drive]
-    #: camshaft speed, a whole number of turns in a run [one turn in a run]
+    drive: str | None = None  #: link or slider of the drive that the cam moves [the only drive]
+    #: camshaft speed, with a whole number of turns in a run [one turn per run]
     speed: CamSpeed | None = None
-    #: `"inner"`: cam inside the path; `"outer"`: ring around it; `"both"`: groove
+    #: `"inner"`: cam inside the path of the follower; `"outer"`: ring around the path; `"both"`: groove
     flank: Literal["inner", "outer", "both"] = "inner"
-    #: `false`: the force acts along the coordinate instead of at the contact
+    #: `false`: the drive force acts along the coordinate instead of at the contact
     push: bool = True
     width: Size | None = None  #: width of the contact [pressure is not computed]
     #: material of the cam [pressure is not computed]
@@ -58,7 +58,7 @@ class CamTable(StrictTable, frozen=True, kw_only=True):
     pressure: Stress | None = None  #: maximum Hertzian pressure [no limit]
     pressure_angle: PressureAngle | None = None  #: maximum pressure angle [no limit]
     radius: Size | None = None  #: minimum convex radius [no limit]
-    #: minimum concave radius, given by the cutter [no limit]
+    #: minimum concave radius, which depends on the cutter [no limit]
     hollow_radius: Size | None = None
 
 
@@ -68,13 +68,13 @@ def _built(assembly: Assembly) -> dict[str, Cam]:
     Raises
     ------
     SceneError
-        The link, point or drive is unknown, there is not exactly one contact, or the profile does not close.
+        A link, point or drive is unknown, the contact is missing or ambiguous, or a profile does not close.
     """
     cams = {name: _cam(f"cams.{name}", table, assembly) for name, table in CAMS.tables(assembly.table).items()}
     giver: dict[int, str] = {}
     for name, cam in cams.items():
         if (first := giver.setdefault(cam.drive, name)) != name:
-            problem = f'has its motion from the cam "{first}" already; for a groove with two flanks use flank = "both"'
+            problem = f'is already moved by the cam "{first}"; for a groove with two flanks use flank = "both"'
             raise fault(f"cams.{name}", "drive", f'the drive "{drive_names(assembly.mechanism)[cam.drive]}" {problem}')
     return cams
 
@@ -97,7 +97,7 @@ def _cam(where: str, table: CamTable, assembly: Assembly) -> Cam:
         for point in table.face:
             known_point(where, "face", point, link.points, link.name)
         start, end = (link.points[point] for point in table.face)
-        require(np.abs(end - start) > 0.0, where, "face", "expected two points with a distance")
+        require(np.abs(end - start) > 0.0, where, "face", "expected two different points")
         require_absent(where, table, ("roller_radius",), "belongs to a roller")
         if table.flank != INNER:
             raise fault(where, "flank", "a flat face needs the inner flank: remove flank, or give a roller")
@@ -109,7 +109,7 @@ def _cam(where: str, table: CamTable, assembly: Assembly) -> Cam:
 
 
 def _driven_by(where: str, table: CamTable, assembly: Assembly) -> int:
-    """Return the number of the drive that a cam moves."""
+    """Return the index of the drive that a cam moves."""
     names = drive_names(assembly.mechanism)
     if table.drive is None and len(names) > 1:
         drives = ", ".join(f'"{name}"' for name in names)
@@ -128,7 +128,7 @@ def _driven_by(where: str, table: CamTable, assembly: Assembly) -> int:
 
 
 def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
-    """Position of a camshaft [m]."""
+    """Return the position of a camshaft [m]."""
     if isinstance(table.centre, str):
         known_point(where, "centre", table.centre, mechanism.links[0].points, GROUND)
         return mechanism.links[0].points[table.centre]
@@ -136,7 +136,7 @@ def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
 
 
 def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: Any) -> None:
-    """Raise if a roller is not a moving point of its link, or is drawn on the camshaft."""
+    """Raise if a roller centre is not a moving point of the follower, or if the drawn roller covers the camshaft."""
     assert table.roller is not None
     ground, points = mechanism.links[0].points, mechanism.links[mechanism.index[table.follower]].points
     known_point(where, "roller", table.roller, points, table.follower)
@@ -158,7 +158,7 @@ def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: An
 
 
 def _speed(where: str, table: CamTable, duration: Any) -> Any:
-    """Return the speed of a camshaft [rad/s]: as given (whole turns in the run), or else one turn in the run."""
+    """Return the speed of a camshaft [rad/s], by default one turn per run."""
     if table.speed is None:
         return 2.0 * pi / duration
     speed = real(table.speed)
@@ -174,7 +174,7 @@ def _speed(where: str, table: CamTable, duration: Any) -> Any:
 
 
 def _require_closed(where: str, assembly: Assembly, speed: Any) -> None:
-    """Raise unless all drives return to the same coordinate and rate after a turn of the cam."""
+    """Raise unless all drives have the same coordinate and rate after a turn of the cam."""
     mechanism, duration = assembly.mechanism, assembly.duration
     turn = 2.0 * pi / abs(speed)
     times = np.linspace(0.0, 1.0, INSTANTS) * np.maximum(duration - turn, 0.0)
@@ -188,23 +188,23 @@ def _require_closed(where: str, assembly: Assembly, speed: Any) -> None:
             missed = missed - 2.0 * pi * np.round(missed / (2.0 * pi))
         gap, reach, jump, fastest = (_largest(each) for each in (missed, first, after - before, before))
         head = f'the {what} of the drive "{name}" is up to'
-        tail = f"{unit} off after a turn of the cam: end its law where it starts, or give the cam another speed"
+        tail = f"{unit} off after a turn of the cam: end its law at its start, or give the cam another speed"
 
         def problem(of: Any, gap: Any = gap, size: float = size, head: str = head, tail: str = tail) -> str:
             return f"{head} {of(gap) * size:.4g} {tail}"
 
         require(gap <= MAX_GAP * (1.0 + np.abs(reach) if drive.turns else reach), where, "speed", problem)
-        corner = f'the drive "{name}" has another speed after a turn of the cam: the profile would have a corner'
+        corner = f'the drive "{name}" has a different speed after a turn of the cam: the profile would have a corner'
         require(jump <= MAX_JUMP * np.maximum(fastest, MAX_JUMP), where, "speed", corner)
 
 
 def _largest(values: Any) -> Any:
-    """Largest magnitude over the last axis: a number, or shape (designs, 1) for several designs."""
+    """Return the largest magnitude along the last axis; shape (designs, 1) for several designs."""
     return np.max(np.abs(values), axis=-1, keepdims=np.ndim(values) > 1)
 
 
 def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]:
-    """Width and modulus of the contact, if known."""
+    """Return the known arguments of `Cam` for the contact: width, modulus and yield stress."""
     known_data: dict[str, Any] = {} if table.width is None else {"width": real(table.width)}
     if table.pressure is not None:
         for key in ("width", "material"):
@@ -227,7 +227,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
 
 
 def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
-    """Return the load from cams with `push`: forces at their contacts."""
+    """Return the load due to the contact forces of the cams with `push`."""
     pushing = {name: cam for name, cam in cams.items() if CAMS.tables(assembly.table)[name].push}
     if not pushing:
         return []
@@ -242,7 +242,7 @@ def require_moved(scene: Scene) -> None:
     laws = [law for law in scene.laws if callable(law)]
     if not cams or len(laws) < len(scene.laws):
         return
-    times = TESTED_AT * float(scene.run.duration)
+    times = TEST_TIMES * float(scene.run.duration)
     with suppress(MechanismError):
         moved = motion(scene.mechanism, *by_laws(laws, times), times)
         for name, cam in cams.items():
@@ -253,8 +253,8 @@ def require_moved(scene: Scene) -> None:
 
 
 OfCam = Callable[["Cycle", str], Any]
-"""Function from a cycle and the name of a cam to values at every position."""
-PRESSURE_EXPONENT = 0.5  # Hertzian line pressure grows with the square root of the load
+"""Function of a cycle and the name of a cam that returns a value per position."""
+PRESSURE_EXPONENT = 0.5  # the Hertzian pressure of a line contact grows with the square root of the load
 
 
 def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
@@ -263,7 +263,7 @@ def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
 
 
 def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest value of each cam of a kind, over its flanks."""
+    """Return the search for the smallest value of each cam of a kind, over positions and flanks."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:
         return reduce(np.fmin, (values(flank) for flank in cam_flanks(cycle, name)))
@@ -277,7 +277,7 @@ def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
 
 
 def _cam_units(turns: str, slides: str, of: Kind) -> Callable[[Scene], list[str]]:
-    """Return the units of the cams' figures, each for a rotating or a sliding drive."""
+    """Return a function that lists the units of the cams, which depend on whether their drive rotates."""
     return lambda scene: [
         turns if scene.mechanism.drives[scene.parts[KEY][name].drive].turns else slides for name in items_of(scene, of)
     ]
@@ -293,7 +293,7 @@ RIM = 1.12  # radius of the rim of a ring or groove / largest radius of the cam
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Body of each cam, turning with its shaft, and its roller."""
+    """Yield the body of each cam, which rotates with its shaft, and its roller."""
     from symbols import LINK, SHADE, SOFT, UNDER, Line, Mark, Spot
 
     for name, cam in CAMS.of(scene).items():

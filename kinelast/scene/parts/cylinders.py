@@ -1,4 +1,4 @@
-"""Cylinders of sliding drives: pressure, flow and rod buckling."""
+"""Cylinders of sliding drives: pressure, flow, and buckling of the rod."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Barrel and rod of each cylinder with a barrel of two points."""
+    """Yield the barrel and rod of each cylinder that has a moving barrel with two points."""
     from symbols import Spot, cylinder
 
     mechanism = scene.mechanism

@@ -1,4 +1,4 @@
-"""Fatigue of links: strength and its factors, endurance and life."""
+"""Fatigue of links: strength with its factors, endurance, and life."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ if TYPE_CHECKING:
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"
-LIFE_POWER = 9.0  # life ~ load ** -9 below the knee of an S-N line with slope 5
+LIFE_POWER = 9.0  # life ~ load ** -9 if the load lies below the knee and the S-N line has slope 5
 Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
 
 
 class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
     """Factors of the endurance limit of a link, and notch factors at its points."""
 
-    surface: Surface | Factor | None = None  #: surface of steel, or the factor itself [1]
+    surface: Surface | Factor | None = None  #: surface finish of steel, or the surface factor [1]
     size: Factor | None = None  #: size factor [from the section]
     #: fatigue notch factors at points, such as `{A = 1.8}` [1]
     notches: dict[str, Annotated[float, Meta(ge=1)]] = field(default_factory=dict)
 
 
 class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
-    """Fatigue: criterion, reliability, factors of all links and of single links."""
+    """Fatigue: criterion, reliability, and factors of all links and of single links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
-    #: share of parts that reach the endurance limit
+    #: fraction of parts that reach the endurance limit
     reliability: Annotated[float, Meta(gt=0, lt=1)] = 0.5
-    #: factors of single links, in place of the general ones
+    #: factors of single links, which override the general ones
     links: dict[str, LinkFatigueTable] = field(default_factory=dict)
 
 
@@ -90,14 +90,14 @@ def _task(assembly: Assembly, settings: FatigueTable) -> FatigueTask:
 def _eye_notch(
     table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
 ) -> Real | None:
-    """Return stress at the hole of an eye / stress at the end of its beam, or None if there is no eye."""
+    """Return the stress at the hole of an eye / the stress at the end of its beam; None if there is no eye."""
     bearings = BEARINGS.tables(table)
     eye = bearings[point].eye if point in bearings else None
     if eye is None or eye.link != body.link.name:
         return None
     section = body.sections[number].section
     factor = eye.notch or eye_of(eye).stress_concentration
-    if np.isnan(factor).all():  # nan makes the life of a single design unknown
+    if np.isnan(factor).all():  # among several designs, nan only makes the life of its design unknown
         form = f"the formula is valid for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
         form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
         raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
@@ -124,7 +124,9 @@ def _strength(
     size = settings.size if given.size is None else given.size
     ultimate = real(stuff.ultimate)
     if isinstance(surface, str):
-        require(formulas.SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _left(formulas.SURFACE_RANGE))
+        require(
+            formulas.SURFACE_RANGE.holds(real(stuff.E) / 1e9), "fatigue", "surface", _outside(formulas.SURFACE_RANGE)
+        )
     factors: dict[str, Any] = {"reliability": formulas.reliability_factor(settings.reliability)}
     factors["surface"] = formulas.surface_factor(surface, ultimate) if isinstance(surface, str) else surface or 1.0
     factors["size"] = _size_factor(body.sections[number].section, made) if size is None else size
@@ -141,12 +143,12 @@ def _size_factor(section: Section, made: SectionSource) -> Real:
     diameter = formulas.effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
     if np.isnan(diameter).any():
         raise fault("fatigue", "size", f'the section "{made.section}" has no dimensions: give the factor')
-    require(formulas.SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _left(formulas.SIZE_RANGE))
+    require(formulas.SIZE_RANGE.holds(1e3 * diameter), "fatigue", "size", _outside(formulas.SIZE_RANGE))
     return formulas.size_factor(diameter)
 
 
-def _left(formula: Range) -> str:
-    """Return the message for a quantity outside a formula's range."""
+def _outside(formula: Range) -> str:
+    """Return the message for a quantity outside the range of a formula."""
     return f"{formula.words}: {formula.outside}"
 
 
@@ -159,8 +161,8 @@ def _fatigue(cycle: Cycle) -> Fatigue:
     return formulas.fatigue(cycle.well_conditioned, cycle.scene.parts[KEY][ALONE])
 
 
-def _asked(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Return the search for a scene with `[fatigue]`; without this table there are no items."""
+def _for_fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
+    """Return a search that finds no items in a scene without `[fatigue]`."""
 
     def found(cycle: Cycle) -> Largest:
         none = np.zeros((0, *cycle.columns[:-1]))
@@ -182,7 +184,7 @@ def _cycles(cycle: Cycle) -> Largest:
 
 
 def _row(reader: Reader, _: str) -> dict[str, Any]:
-    """Criterion, and the endurance and life of every beam with their locations."""
+    """Return the criterion, and the endurance and life of every beam with their locations."""
     task, peaks = reader.scene.parts[KEY][ALONE], reader.results.figures.peaks
     stress, links = beam_fatigue(reader.cycle), {}
     for beam, label in enumerate(reader.scene.labels):
@@ -207,10 +209,10 @@ FATIGUE: Part[FatigueTask] = Part(
     KEY, "endurance and life of the links [not computed]", FatigueTable, _built,
     (
         Figure("endurance", "safety factor against the endurance limit", "1", FATIGUED,
-               _asked(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),
-        Figure("life_cycles", "number of runs until a link breaks", "1", FATIGUED, _asked(_cycles), LEAST, whole=True,
-               power=LIFE_POWER),
-        Figure("life", "time until a link breaks", "s", FATIGUED, _asked(_life), LEAST, limit="life", whole=True,
+               _for_fatigue(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),
+        Figure("life_cycles", "number of runs until a link breaks", "1", FATIGUED, _for_fatigue(_cycles), LEAST,
+               whole=True, power=LIFE_POWER),
+        Figure("life", "time until a link breaks", "s", FATIGUED, _for_fatigue(_life), LEAST, limit="life", whole=True,
                power=LIFE_POWER),
     ),
     _row,

@@ -32,14 +32,14 @@ def _unevenness(scene: SceneTable, number: int) -> Real | None:
 
 
 def _fluctuation(cycle: Cycle, number: int) -> Reals:
-    """Energy fluctuation of a drive that rotates at constant speed through whole cycles [J]; nan for other drives."""
+    """Energy fluctuation of a drive that rotates at constant speed over a cycle [J]; nan for other drives."""
     scene, coordinate = cycle.scene, np.broadcast_to(cycle.motion.drive[number], cycle.columns)
     steady = isinstance(scene.laws[number], ConstantSpeed) and scene.mechanism.drives[number].turns
     if not steady or not scene.run.turn or cycle.columns[-1] < 3:
         return np.full(cycle.columns[:-1], np.nan)
     span = cycle.weights.sum(axis=-1)
     travel = rate(cycle, number)[..., 0] * span
-    repeated = cycle.period is not None  # in that case the last position repeats the first
+    repeated = cycle.period is not None  # with a period, the last position repeats the first
     last = -1 if repeated else None
     with np.errstate(invalid="ignore", divide="ignore"):
         found = energy_fluctuation(effort(cycle, number)[..., :last], coordinate[..., :last], travel[..., None])

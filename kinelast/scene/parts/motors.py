@@ -32,34 +32,34 @@ if TYPE_CHECKING:
     from kinelast.scene.format import SceneTable
 
 KEY = "motors"
-MAX_SPEED = 1e5  # [rad/s] usual motor speeds
+MAX_SPEED = 1e5  # [rad/s] largest usual motor speed
 
 
 class MotorTable(StrictTable, frozen=True, kw_only=True):
-    """A motor with its gearbox; torques and inertias are at the motor shaft."""
+    """A motor with its gearbox. Torques and inertias apply at the motor shaft."""
 
     #: maximum rms torque [no limit]
     rated_torque: Torque | None = None
     peak_torque: Torque | None = None  #: maximum torque [no limit]
-    #: torque at rest, if it falls linearly to zero at `top_speed` [unknown]
+    #: torque at rest, if the torque falls linearly to zero at `top_speed` [unknown]
     stall_torque: Torque | None = None
     rated_speed: TurningSpeed | None = None  #: maximum mean speed [no limit]
     top_speed: TurningSpeed | None = None  #: maximum speed [no limit]
     rotor_inertia: Inertia | None = None  #: inertia of the rotor [0]
     gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft [0]
-    #: motor angle / drive angle; for a slider, motor angle / travel, or a lead [1]
+    #: motor angle / drive angle; for a slider, motor angle / travel, or a lead such as `"10 mm/rad"` [1]
     gear_ratio: GearRatio | None = None
     efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
     inertia_ratio: Factor | None = None  #: maximum load inertia / (motor + gearbox inertia) [no limit]
 
     @property
     def full_use(self) -> float | None:
-        """Limit on torque / available torque: 1 if the line from stall to top speed is known, otherwise None."""
+        """Largest allowed torque / available torque: 1 if stall torque and top speed are known, otherwise None."""
         return None if self.stall_torque is None or self.top_speed is None else 1.0
 
 
 def motor_of(scene: SceneTable, number: int) -> Motor | None:
-    """Return the motor of a drive, given by its number from 1, or None.
+    """Return the motor of drive `number` (from 1), or None.
 
     Raises
     ------
@@ -85,9 +85,9 @@ def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
     if ratio is None and drive.turns:
         return 1.0
     if ratio is None or (ratio.unit in ("", "rad/rad")) != drive.turns:
-        what = "turns" if drive.turns else "slides"
+        moves = "turns" if drive.turns else "slides"
         expected = "a number" if drive.turns else 'an angle to a length, as in "628 rad/m" or "10 mm/rad"'
-        raise fault(where, "gear_ratio", f'expected {expected}, as "{drive.name}" {what}')
+        raise fault(where, "gear_ratio", f'expected {expected}, because "{drive.name}" {moves}')
     value: Real = real(ratio)
     return 1.0 / value if ratio.unit == "m/rad" else value
 

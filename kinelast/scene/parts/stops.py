@@ -1,4 +1,4 @@
-"""End stops: bounds on the angle or travel of a joint, and the margins to them."""
+"""End stops of joints, which bound the angle or travel, and the margins to them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from symbols import Mark, Spot
 
 TURN = 2.0 * np.pi
-INSIDE = 0.25 * TURN  # [rad] the initial angle is within half a turn of a single stop, plus this
-BAR = 4.0  # length of a bar, in symbol sizes
+INSIDE = 0.25 * TURN  # [rad] distance of `Stop.middle` from a single stop
+BAR = 4.0  # length of the bar in the symbol of a stop, in symbol sizes
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
-    """End stops of a joint, which is named as in a drive."""
+    """End stops of a joint, which is given as in a drive."""
 
     #: lower bound of the coordinate [no stop]
     least: AngleOrLength | None = None
@@ -48,7 +48,7 @@ class StopTable(JointNameTable, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Stop:
-    """End stops of a joint; `least` or `most` [rad or m] is None if there is no stop on that side."""
+    """End stops of a joint. `least` or `most` [rad or m] is None if there is no stop on that side."""
 
     joint: PinDrive | SliderDrive
     least: Any
@@ -67,7 +67,7 @@ class Stop:
         return (self.least + self.most) / 2.0
 
     def coordinate(self, motion: Motion) -> Reals:
-        """Angle [rad], continuous over the positions and near `middle` at the start, or travel [m]."""
+        """Return the travel [m] or the angle [rad], which is continuous over the positions and starts near `middle`."""
         if not isinstance(self.joint, PinDrive):
             return Slide(self.joint.slider).value(motion)
         off = LinkAngle(self.joint.link, self.joint.on).difference(motion, self.middle)
@@ -95,7 +95,7 @@ def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:
 
 
 def _side(name: str, key: str) -> Kind:
-    """Return the kind of the stops on one side."""
+    """Return the kind of item that consists of the stops on one side."""
     return Kind(name, lambda scene: [stop for stop, own in STOPS.of(scene).items() if getattr(own, key) is not None])
 
 
@@ -123,7 +123,7 @@ def _row(reader: Reader, name: str) -> dict[str, Any]:
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Yield bars with ticks on the forbidden side."""
+    """Yield a bar for each stop, with ticks on the forbidden side."""
     from symbols import Line, Mark
 
     for stop in STOPS.of(scene).values():
@@ -136,7 +136,10 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
 
 
 def _bar(stop: Stop, end: float, mechanism: Mechanism) -> tuple[Spot, complex, float]:
-    """Return position and direction of a bar, and its start: along a rotating link, or across a sliding line."""
+    """Return the position, direction and start of a bar.
+
+    It is along a rotating link, or across the line of a slider.
+    """
     from symbols import Spot
 
     if not isinstance(stop.joint, PinDrive):
