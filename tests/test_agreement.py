@@ -270,7 +270,7 @@ def test_a_limit_of_an_unnamed_output_is_judged_alone():
     assert (reported["output"], reported["acceptance"]["verdict"]) == (None, "cannot be judged")
     assert evaluate(tables, [], np.zeros((1, 0)), ["limits_kept"]).columns["limits_kept"][0] == 0.0
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
-    with pytest.raises(SceneError, match='it cannot be judged: the figure "output_error" is not known'):
+    with pytest.raises(SceneError, match='the limit cannot be judged: the figure "output_error" is not known'):
         problem_of(tables)
 
 

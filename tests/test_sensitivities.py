@@ -112,9 +112,9 @@ def test_a_kink_nearby_does_not_spoil_the_slope(with_places):
     assert off <= found.error[0, 0] < 1e-8
     assert not found.kink[0, 0]
     if with_places:  # the curves intersect at 1.00066
-        assert 0.00066 / 2 < found.still[0, 0] < 0.00066
+        assert 0.00066 / 2 < found.valid_range[0, 0] < 0.00066
     else:
-        assert np.isnan(found.still[0, 0])
+        assert np.isnan(found.valid_range[0, 0])
 
 
 def test_a_position_chosen_by_round_off_is_not_a_kink():

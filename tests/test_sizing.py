@@ -274,7 +274,7 @@ minimize = "mass"
             def __call__(self, *stage):
                 heard.append(stage)
 
-        message = "does not depend on the variables: drive_speed.arm is .*, at most 1 rad/s is allowed: add variables"
+        message = "does not depend on the variables: drive_speed.arm is .*, required at most 1 rad/s: add variables"
         with pytest.raises(SceneError, match=message):
             optimum_study(parse_toml(ARM + more), Heard())
         assert heard == []

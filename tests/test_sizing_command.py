@@ -185,7 +185,7 @@ def test_an_optimum_is_reproducible(scene, tmp_path):
 @pytest.mark.parametrize(
     ("option", "old", "new", "said"),
     in_tiers([
-        ("--optimize", STUDIES, "", "[optimize]: the table is missing: say what to minimize"),
+        ("--optimize", STUDIES, "", "[optimize]: the table is missing: give a goal"),
         ("--tolerances", STUDIES, "", "[tolerances]: the table is missing"),
         ("--optimize", '"sections.bar.depth" = ["3', '"sections.bar.dept" = ["3', 'did you mean "sections.bar.depth"?'),
         ("--optimize", '["3 mm", "15 mm"]', '["15 mm", "3 mm"]', "expected two bounds, the lower one first"),

@@ -83,21 +83,21 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
         ({"vary": {DEPTH: RANGE}, "samples": 4}, "[sweep] samples: belongs to the methods"),
         (
             {"vary": {DEPTH: RANGE}, "method": "sobol", "samples": 4},
-            "sobol samples ranges without a count: there is none",
+            "sobol samples ranges without a count, but all ranges have one",
         ),
         (
             {"vary": {DEPTH: {"from": 1, "to": 2}}, "method": "sobol"},
-            "the key is missing: how many designs sobol draws",
+            "the key is missing: give the number of designs for sobol",
         ),
         (
             {"vary": {DEPTH: {"from": 1, "to": 2}}, "method": "sobol", "samples": 2**31},
-            "sobol draws at most 1073741824",
+            "sobol allows at most 1073741824",
         ),
         ({"vary": {DEPTH: RANGE}, "method": "latin"}, "expected one of grid, latin-hypercube, sobol"),
         ({"vary": {SPEED: [1.0], "drives[1].speed": [2.0]}}, "the number is varied twice"),
-        ({"vary": {DEPTH: {**RANGE, "count": 10**10}, ACROSS: {**RANGE, "count": 10**10}}}, "too many to be numbered"),
+        ({"vary": {DEPTH: {**RANGE, "count": 10**10}, ACROSS: {**RANGE, "count": 10**10}}}, "designs are too many"),
         ({"table": "none.csv"}, 'there is no file "none.csv" in the folder of the scene'),
-        ({"table": "empty.csv"}, "empty.csv holds no design"),
+        ({"table": "empty.csv"}, "empty.csv contains no design"),
         ({"table": "short.csv"}, "short.csv: row 2 has 1 cells, expected 2"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Base of a scene's designs: the numbers that vary, which of them can be arrays, and the figures."""
+"""Common data of the designs of a scene: the numbers that vary, which of them can be arrays, and the figures."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit
 
 TABLES_ON_AXIS = ("masses", "joints", "limits", "springs", "sliders", "slots")
-EVEN_POSITIONS = 16  # at which designs are checked for buckling, in addition to the worst of the scene
-FLOATS = ("poisson", "strain")  # dimensionless numbers that can be arrays
+EVEN_POSITIONS = 16  # number of positions at which designs are checked for buckling, besides the worst of the scene
+FLOATS = ("poisson", "strain")  # keys of dimensionless numbers that can be arrays
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Document of a scene, and the numbers that differ between its designs.
+    """The document of a scene with the numbers that differ between its designs.
 
-    "Nominal" below means the scene as written.
+    "Nominal" means "as written in the document".
 
     Attributes
     ----------
@@ -42,12 +42,13 @@ class Base:
     places
         Locations in the document of the numbers that differ.
     on_axis
-        For each number, True if it can be an array; designs that differ in another number are computed separately.
+        For each number, True if it can be an array. Designs that differ in another number are computed separately.
     measures
         Requested figures.
     by_position
-        True if a figure has data for each position, such as points of a path. No instants are then added between
-        positions.
+        True if a figure has data for each position, such as the points of a path. In that case, no times are added
+        between
+        the positions.
     """
 
     document: Document
@@ -67,17 +68,17 @@ class Base:
         return self.document.scene
 
     @cached_property
-    def pressed_at(self) -> Integers:
-        """Positions to check designs for buckling: evenly spaced ones, and the worst one of the nominal scene."""
+    def buckling_positions(self) -> Integers:
+        """Positions at which designs are checked for buckling: even ones, and the worst ones of the nominal scene."""
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
         return distinct([*even, *np.ravel(cycle.pressed.position)])
 
     def instants(self, scene: Scene) -> Reals:
-        """Return the instants at which designs are computed: positions, and both sides of each break of the laws.
+        """Return the times at which designs are computed: the positions, and both sides of each break in the laws.
 
-        If there is an axis of designs, the breaks are those of the nominal mechanism with the laws of these designs.
+        If a number is an array, the breaks are those of the nominal mechanism with the laws of these designs.
         """
         course, times = scene.course, scene.course.times()
         if times.ndim > 1 or self.by_position:
@@ -94,7 +95,7 @@ class Base:
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | figure.Figure] | None) -> Base:
-    """Look up numbers and figures of a scene by name; raises as `evaluate`."""
+    """Look up the numbers and figures of a scene by name. Errors are the same as in `evaluate`."""
     table = document.table
     places = tuple(variables.place_of(table, path) for path in paths)
     if varied := _links_that_vary(table, places):
@@ -104,33 +105,33 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     keys = {measure.figure.key for measure in known.values()}
     requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not requested | bounded <= keys:  # a figure of the output is needed: guess the output
+    if scene.output is None and not requested | bounded <= keys:  # choose an output
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    by_position = not all(isinstance(name, str) for name in names)  # locations of a path, or of the nominal output
+    by_position = not all(isinstance(name, str) for name in names)  # points of a path or of the nominal output
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
 def design_measures(scene: Scene, output: limits.Output | None) -> dict[str, Measure]:
-    """All figures of a scene's designs with this output, by name, including those of the limits."""
+    """Return all figures of the designs of a scene, by name, including those that the limits need."""
     figures = figures_of(output)
     return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> frozenset[str]:
-    """Names of the links with a varied point."""
+    """Return the names of the links with a point that varies."""
     drawn = {place.keys[1] for place in places if place.keys[0] == "points"}
     own = {place.keys[1] for place in places if place.keys[0] == "links" and place.keys[2] == "points"}
     return frozenset(own.union(name for name, link in table.links.items() if drawn & set(link.points)))
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
-    """True if a number can be an array, i.e. affects neither the parts nor the assembly branch.
+    """Return True if a number can be an array, i.e. affects neither the structure nor the assembly branch.
 
-    With friction no number can be an array: the iteration ends when all columns converge, so designs would affect each
-    other.
+    With friction no number can be an array, because the iteration ends when all columns have converged, so that the
+    designs would affect each other.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
@@ -161,7 +162,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
 
 
 def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
-    """True if the drawing alone determines each design's branch: all groups are driven links or dyads."""
+    """Return True if the drawing determines the branch of each design: all groups are driven links or dyads."""
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or len(table.drives) == 1
@@ -169,7 +170,7 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
 
 
 def _stroke_depends_on_start(table: SceneTable) -> bool:
-    """True if the stroke of a drive depends on its drawn start: its law ends at a given position, or repeats."""
+    """Return True if the stroke of a drive depends on its drawn start: a law that ends at a given value, or repeats."""
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
         segment.to is not None for drive in drawn for segment in drive.law or ()
@@ -183,30 +184,30 @@ def _is_tapered(section: Any) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class DesignRows:
-    """Subset of the designs: row indices, and values of shape (designs, paths)."""
+    """A subset of the designs, with their row indices and values, shape (designs, paths)."""
 
     rows: Integers
     values: Reals
 
     def at(self, which: Any) -> DesignRows:
-        """Select designs by position in this group."""
+        """Return some designs, given by their indices in this subset."""
         return DesignRows(self.rows[which], self.values[which])
 
     def without(self, rows: Any) -> DesignRows:
-        """Remove designs by row index."""
+        """Return all designs except those with the given row indices."""
         kept = ~np.isin(self.rows, rows)
         return DesignRows(self.rows[kept], self.values[kept])
 
 
 def table_with(base: Base, group: DesignRows) -> SceneTable:
-    """Tables of designs with equal values of all numbers that cannot be arrays; the first row is the nominal scene.
+    """Return the tables of designs that agree in all numbers that cannot be arrays. The first row is the nominal scene.
 
     If no number is an array, all designs are equal, and the tables describe a single scene.
 
     Raises
     ------
     SceneError
-        If a common number is invalid.
+        A common number is invalid.
     """
     apart = {place.variable.path: group.values[0, k] for k, place in enumerate(base.places) if not base.on_axis[k]}
     table = base.document.with_values(apart).table
@@ -218,7 +219,7 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _array_content(place: variables.Place, each: Any) -> Any:
-    """Values at a location in the document for many designs."""
+    """Return the values at a location in the document for many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, quantities.Sizes):
         both = quantities.Size.many(each, bare_unit)
@@ -232,7 +233,7 @@ def _array_content(place: variables.Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Rows of designs with a number out of bounds, and the message for each."""
+    """Yield the rows of designs with a number out of bounds, with a message for each."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

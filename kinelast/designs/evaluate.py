@@ -23,10 +23,10 @@ from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
-BLOCK = 4096  # designs built at once
-MIN_POSITIONS = 64  # lower bound on the positions per design, for the batch size
-BUCKLING_MARGIN = 2.0  # largest load over all positions, relative to the load at the sampled ones
-BATCH_FACTOR = 2  # batch size relative to that of the motion, because the maximum search uses small arrays
+BLOCK = 4096  # maximum number of designs that are built together
+MIN_POSITIONS = 64  # smallest number of positions per design that the batch size assumes
+BUCKLING_MARGIN = 2.0  # assumed largest load over all positions / largest load over the sampled positions
+BATCH_FACTOR = 2  # batch size / that of a motion, because the search for largest values uses small arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,13 @@ class Designs:
     Attributes
     ----------
     columns
-        Figures in SI units by name, shape (designs,); nan if unknown.
+        Figures by name in SI units, shape (designs,); nan if unknown.
     units
-        Their SI units.
+        SI units of the figures by name.
     reason
         Reason why a design has no figures, shape (designs,); empty if it has figures.
     place
-        By name, the location of a figure's largest value: an integer that identifies the beam or joint and the
+        Location of the largest value of a figure, by name: an integer that identifies the beam or joint and the
         position.
     """
 
@@ -58,7 +58,7 @@ class Designs:
 def evaluate(
     scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
-    """Compute quasi-static figures of many designs that differ in some numbers of a scene.
+    """Compute quasi-static figures of many designs, which differ in some numbers of a scene.
 
     The result of a design does not depend on the other designs.
 
@@ -71,13 +71,12 @@ def evaluate(
     values
         Values in SI units, shape (designs, paths).
     figures
-        Names or `Figure` objects, by default those of a design's summary. Only these are computed.
+        Names or `Figure` objects (default: the figures in the summary of a design). Only these are computed.
 
     Raises
     ------
     SceneError
-        If the tables are invalid, or a number or figure does not exist. The error of a single design goes to its
-        `reason`.
+        The tables are invalid, or a number or figure does not exist. The error of a single design is in `reason`.
 
     Examples
     --------
@@ -94,7 +93,7 @@ def evaluate(
 
 
 def evaluated(base: Base, values: Any) -> Designs:
-    """Compute figures of many designs from their base; see `evaluate`."""
+    """Compute figures of many designs from their common data, see `evaluate`."""
     values, paths = np.asarray(values, float), base.places
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
@@ -122,7 +121,7 @@ Words = NDArray[np.object_]
 
 @dataclass(frozen=True, eq=False)
 class PartialResult:
-    """Results of some designs: rows, reasons and figures."""
+    """Rows, reasons and figures of some designs."""
 
     rows: Integers
     reason: Any
@@ -130,7 +129,7 @@ class PartialResult:
 
 
 def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
-    """Group designs by the numbers that cannot be arrays, in blocks."""
+    """Yield blocks of designs that agree in the numbers that cannot be arrays."""
     apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
     if not apart:
         same = np.zeros(len(values), int)
@@ -145,7 +144,7 @@ def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
 
 
 def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute a group of designs; designs that cannot be built get a reason."""
+    """Compute a group of designs. Designs that cannot be built get a reason."""
     for rows, reason in out_of_bounds(base, group):
         yield PartialResult(rows, reason, {})
         group = group.without(rows)
@@ -162,7 +161,7 @@ def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
             # row 0 is the nominal scene
             bad = group.rows[wrong[wrong > 0] - 1]
             if not len(bad):
-                yield PartialResult(group.rows, f"the scene as it stands: {error}", {})
+                yield PartialResult(group.rows, f"the scene as written: {error}", {})
                 return
             yield PartialResult(bad, str(error), {})
             group = group.without(bad)
@@ -172,7 +171,7 @@ def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
 
 
 def _with_design_axis(base: Base, scene: Scene, count: int) -> Scene:
-    """Turn the sections of a scene into arrays, so that all figures have an axis of designs."""
+    """Make the first section of a scene an array, so that all figures have an axis of designs."""
     if not scene.sections or not any(base.on_axis):
         return scene
     first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
@@ -180,7 +179,7 @@ def _with_design_axis(base: Base, scene: Scene, count: int) -> Scene:
 
 
 def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute the designs of an array scene in batches that fit the cache."""
+    """Compute designs in batches that fit into the processor's cache."""
     if not any(base.on_axis):
         yield from _all_positions(base, scene, group)
         return
@@ -191,10 +190,11 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 
 
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
-    """Compute a batch: the nominal scene, which selects the branch, then the designs, then nominal copies as padding.
+    """Compute a batch of designs.
 
-    All batches have the same size, because the round-off of numpy's products depends on the array size. The result of a
-    design therefore does not depend on the others.
+    The first row is the nominal scene, which selects the branch. Copies of it pad the batch: all batches have the same
+    size, because the round-off of numpy's products depends on the array size. The result of a design therefore does not
+    depend on the other designs.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
@@ -209,7 +209,7 @@ def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -
 
 
 def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
-    """Figures of the designs at all positions; the nominal row 0 is left out."""
+    """Compute the figures of designs at all positions. Row 0, the nominal scene, is left out of the result."""
     rows = group.rows
     cycle = Cycle(scene, scene.course.at(base.instants(scene)), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
@@ -225,7 +225,7 @@ def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part
 
 
 def _reasons(cycle: Cycle) -> Words:
-    """Reasons why designs have no figures, shape (designs,); empty if they have figures."""
+    """Return the reasons why designs have no figures, shape (designs,); empty if they have figures."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
     reason = np.full(known, "", object)
@@ -252,16 +252,16 @@ def _reasons(cycle: Cycle) -> Words:
 
 
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
-    """Largest load over critical load at some positions, shape (designs,); inf if unknown."""
+    """Return the largest ratio of load to critical load at some positions, shape (designs,); inf if unknown."""
     if len(cycle.columns) > 1:
         times = base.instants(cycle.scene)
-        some = times[..., np.minimum(base.pressed_at, times.shape[-1] - 1)]
+        some = times[..., np.minimum(base.buckling_positions, times.shape[-1] - 1)]
         cycle = Cycle(cycle.scene, cycle.scene.course.at(some))
     return np.atleast_1d(np.nan_to_num(cycle.pressed.value, nan=np.inf).max(axis=0, initial=0.0))
 
 
 def _buckling_reason(base: Base, values: Reals) -> str:
-    """Describe how a design near its critical load buckles; empty if it does not."""
+    """Return a description of the buckling of a design; empty if it does not buckle."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
     words = at_breaks(Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))).buckles
@@ -269,7 +269,7 @@ def _buckling_reason(base: Base, values: Reals) -> str:
 
 
 def _opening_joint(cycle: Cycle) -> Words:
-    """Inner joint of the first group that does not close at all positions, shape (designs,)."""
+    """Return the name of a joint in the first group that does not close at all positions, shape (designs,)."""
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)
     for closed in motion.closures:
@@ -283,9 +283,9 @@ def _opening_joint(cycle: Cycle) -> Words:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
+    """Function that evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
 
-    Each row contains the varied numbers by path and the figures by name.
+    The columns are the varied numbers, by path, and the figures, by name.
     """
 
     document: Document
@@ -293,12 +293,12 @@ class Evaluation:
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:
-        """Pickle the document, plan and figures; the base is rebuilt."""
+        """Pickle the document, plan and figures only; the base is rebuilt."""
         return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
     def base(self) -> Base:
-        """Base of all designs, made once per process."""
+        """Common data of all designs, computed once per process."""
         return base_of(self.document, self.plan.paths, self.figures)
 
     @property
@@ -308,7 +308,7 @@ class Evaluation:
         return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Columns for designs first to last - 1, and the reasons why some have no figures."""
+        """Return the columns for designs `first` to `last` - 1, and the reasons why some have no figures."""
         values = self.plan.values(first, last)
         found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))

@@ -1,4 +1,4 @@
-"""Full answers of some sampled machines, extended to the whole sample by response surfaces."""
+"""Full answers for some machines of a sample, extended to the whole sample by response surfaces."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
 SAMPLE_SIZES = 8, 16, 32  # numbers of machines with a full answer, increased until the surfaces are accurate
-MAX_SURFACE_ERROR = 0.002  # error of a surface that needs no more machines, relative to its figure
+MAX_SURFACE_ERROR = 0.002  # largest error of a response surface that needs no more machines, relative to the figure
 
 
 @dataclass(frozen=True)
 class FullColumn:
-    """Figure of all sampled machines, derived from full answers.
+    """A figure of all sampled machines, derived from full answers.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ def full_columns(
     Parameters
     ----------
     answer
-        Function from the numbers of a machine to its full answer.
+        Function of the numbers of a machine that returns its full answer.
     machines, scale
-        Numbers of all machines, shape (machines, numbers); tolerance of each number.
+        Numbers of all machines, shape (machines, numbers), and the tolerance of each number.
     columns
         Quasi-static figures of all machines, by name.
     """
@@ -77,20 +77,23 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 
 
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
-    """Interpolate by cubic radial functions plus a linear one, or by linear ones if there are few points."""
+    """Return an interpolation by cubic radial basis functions plus a linear polynomial.
+
+    If there are few points, linear radial basis functions plus a constant are used.
+    """
     linear = len(places) > places.shape[1] + 1
     return RBFInterpolator(places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0)
 
 
-def kept_by(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:
-    """True for each machine that keeps all limits, shape (machines,).
+def within_limits(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:
+    """Return the machines that meet all limits, bool, shape (machines,).
 
     Parameters
     ----------
     limits
-        For each limit: a test of values, True for a lower bound, and the figure.
+        For each limit: a function that tests values, whether it is a lower bound, and the figure.
     side
-        Multiple of the surface error that is added towards the bound.
+        Multiple of the error of the response surface that is added towards the bound.
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

@@ -1,4 +1,4 @@
-"""Best design of a problem, with a certificate: active limits, their cost, and neighbouring designs."""
+"""Best design of a problem, with an optimality certificate: active limits, their cost, and neighbouring designs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-ACTIVE = 1e-4  # margin of an active limit, and distance to an active bound relative to the variable's range
-RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # distances of neighbours, relative to the ranges
+ACTIVE = 1e-4  # largest margin of an active limit, and distance from an active bound / range of the variable
+RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # distances of neighbouring designs, relative to the ranges of the variables
 NEIGHBOURS_PER_RADIUS = 64
-MIN_GAIN = 1e-6  # smallest gain that counts, relative to the cost
+MIN_GAIN = 1e-6  # smallest reduction of the cost that makes a design better, relative to the cost
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Neighbouring designs at distances `RADII`.
+    """Result of a search among neighbouring designs at distances `RADII`.
 
     Attributes
     ----------
     tried, feasible, better
-        For each radius: the number of designs tried, the number that are feasible, and the number that are feasible and
+        Number of designs for each radius: all that were tried, those that are feasible, and those that are feasible and
         better.
     best
-        Shares of the best of the better designs, or None.
+        Scaled variables of the best of the better designs, or None.
     """
 
     tried: tuple[int, ...]
@@ -41,22 +41,23 @@ class Neighbours:
 
 @dataclass(frozen=True)
 class Certificate:
-    """First-order optimality conditions (Karush, Kuhn, Tucker), and a search of the neighbourhood.
+    """First-order optimality conditions (Karush, Kuhn, Tucker), and a search among neighbouring designs.
 
     Attributes
     ----------
     margin
         Relative margin to each limit, shape (limits,).
     multiplier
-        Reduction of the cost in per cent if a limit is relaxed by one per cent, shape (limits,); 0 if inactive.
+        Reduction of the cost in per cent if a limit is relaxed by one per cent, shape (limits,); 0 for inactive limits.
     low, high
-        Reduction of the cost in per cent if a variable's bound is relaxed by one per cent of its range, shape
-        (variables,); 0 if inactive.
+        Reduction of the cost in per cent if a bound of a variable is relaxed by one per cent of its range, shape
+        (variables,); 0 for inactive bounds.
     residual
-        Stationarity residual: part of the cost's gradient that non-negative multipliers do not balance. Relative to the
-        gradient or to the mean slope towards neighbours, whichever is larger.
+        Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance,
+        relative
+        to the gradient or to the mean slope towards the neighbours, whichever is larger.
     kinked
-        True if the cost or an active limit has a kink; the residual is then less conclusive.
+        True if the cost or an active limit has a kink, which makes the residual less conclusive.
     neighbours
         Neighbouring designs.
     """
@@ -71,7 +72,7 @@ class Certificate:
 
 
 def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Certificate:
-    """Compute the certificate of a design at shares of shape (variables,)."""
+    """Compute the certificate of a design, given by scaled variables of shape (variables,)."""
     cost, slope, margin, margin_slope, kinked = _gradients(problem, shares)
     unit = abs(cost) or 1.0
     holds = abs(margin) < ACTIVE
@@ -94,13 +95,13 @@ def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Ce
 def _gradients(
     problem: DesignProblem, shares: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cost and margins, their slopes, and kinks, as accurately as finite differences allow."""
+    """Return cost, slopes of the cost, margins, slopes of the margins, and kinks, by extrapolated differences."""
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
     slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
-    if not np.isfinite(slope).all():  # a bound beyond which figures are unknown
+    if not np.isfinite(slope).all():  # at a bound beyond which figures are unknown
         rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + RESERVE, rough.margin_slope, kinked
     judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
@@ -111,7 +112,7 @@ def _gradients(
 
 
 def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
-    """Evaluate neighbours; return also the mean slope of the cost towards the farthest ones."""
+    """Evaluate neighbouring designs. Also return the mean slope of the cost towards the farthest ones."""
     cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS_PER_RADIUS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
@@ -131,7 +132,7 @@ def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[
     ) else 0.0
 
 
-MAX_RESTARTS = 4  # number of local searches restarted from a better neighbour
+MAX_RESTARTS = 4  # maximum number of local searches that are restarted from a better neighbour
 
 
 @dataclass(frozen=True)
@@ -141,15 +142,15 @@ class Optimum:
     Attributes
     ----------
     shares, values
-        Variables as shares of their ranges, and as values in their units, shape (variables,).
+        Variables, scaled and in their units, shape (variables,).
     feasible
         True if all limits are met.
     searches
-        Ends of the local searches, best first.
+        Results of the local searches, best first.
     certificate
         Optimality conditions and neighbours.
     designs, calls
-        Number of computed designs, and of batches.
+        Number of designs computed, and number of batches.
     """
 
     shares: Reals
@@ -168,27 +169,27 @@ def optimum(
     first: np.ndarray | None = None,
     progress: Progress = SILENT,
 ) -> Optimum:
-    """Find the best design by local searches from many starts, or from an evolved population (`evolve`).
+    """Find the best design by local searches from many starts, or from the best of an evolved population (`evolve`).
 
     Parameters
     ----------
     first
-        Additional start as shares of the variables, shape (variables,).
+        Additional start as scaled variables, shape (variables,).
     progress
         Progress callback.
 
     Raises
     ------
     ValueError
-        If no tried design has all figures.
+        No tried design has all figures.
     """
     return _certified(
         problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress
     )
 
 
-def optimum_beside(problem: DesignProblem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
-    """Find the best design by a local search from another design, at shares of shape (variables,).
+def optimum_from(problem: DesignProblem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
+    """Find the best design by a local search from a given design, as scaled variables of shape (variables,).
 
     Raises
     ------
@@ -219,20 +220,20 @@ def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: i
 
 @dataclass(frozen=True, eq=False)
 class OptimumResult:
-    """Optimization task, and the best design found.
+    """An optimization task, and the best design found.
 
     Attributes
     ----------
     before, after
         Figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds used in the quasi-static search: the limits minus a reserve for vibration and errors.
+        Bounds that the quasi-static search used: the limits, reduced by a reserve for vibration and errors.
     judgements
-        Limits with the figures of the full answer; empty without limits, or if no design is feasible.
+        Limits with the figures of the full answer; empty if there are no limits or no design is feasible.
     quasi_static
         True if the scene's theory is quasi-static, as in the search.
     answer
-        Full answer for the best design, including the figure of the goal; None if no design is feasible.
+        Full answer for the best design, including the goal; None if no design is feasible.
     """
 
     task: OptimizationTask

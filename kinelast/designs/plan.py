@@ -1,4 +1,4 @@
-"""Plan of a sweep: the values of design k as a function of k alone."""
+"""Plans of sweeps. The values of a design depend only on its number."""
 
 import csv
 import re
@@ -20,13 +20,13 @@ from kinelast.scene.text import COLUMNS, reader_in
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
-MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # the first is drawn at once, the second has 30 bits
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # memory; bits of Sobol points
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
 @dataclass(frozen=True, eq=False)
 class ListedValues:
-    """Explicit values from a list or table, shape (count, numbers)."""
+    """Values from a list or a table, shape (count, numbers)."""
 
     rows: Reals
 
@@ -36,7 +36,7 @@ class ListedValues:
         return len(self.rows)
 
     def values(self, number: Any) -> Reals:
-        """Values by index, shape (n, numbers)."""
+        """Return values by index, shape (n, numbers)."""
         return self.rows[number]
 
 
@@ -49,7 +49,7 @@ class EvenValues:
     count: int
 
     def values(self, number: Any) -> Reals:
-        """Values by index, shape (n, 1)."""
+        """Return values by index, shape (n, 1)."""
         last = self.count - 1
         found = np.where(number == last, self.high, self.low + number * ((self.high - self.low) / last))
         return found[:, None]
@@ -78,7 +78,7 @@ class Sample:
     seed: int
 
     def values(self, number: Any) -> Reals:
-        """Values by index, shape (n, numbers)."""
+        """Return values by index, shape (n, numbers)."""
         return self.low + self._shares(np.asarray(number)) * (self.high - self.low)
 
     def _shares(self, number: Any) -> Reals:
@@ -91,7 +91,7 @@ class Sample:
         if first:
             sequence.fast_forward(first)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # uneven unless the number is a power of 2
+            warnings.simplefilter("ignore", UserWarning)  # scipy warns unless the number of points is a power of 2
             return np.asarray(sequence.random(last - first + 1)[number - first])
 
     @cached_property
@@ -102,19 +102,19 @@ class Sample:
 
 
 Factor = ListedValues | EvenValues | Sample
-"""Values of one number, or joint values of several; a sweep contains all combinations of its factors."""
+"""Values of one number, or joint values of several numbers. A sweep consists of all combinations of its factors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Designs of a sweep, counted from 0: all combinations of the factors, the last one varying fastest.
+    """Designs of a sweep, numbered from 0: all combinations of the factors, the last of which varies fastest.
 
     Attributes
     ----------
     paths, units
         Paths of the varied numbers, and their SI units.
     factors
-        Values of one or several numbers each.
+        Factors of the sweep, each for one or several numbers.
     """
 
     paths: tuple[str, ...]
@@ -127,7 +127,7 @@ class Plan:
         return prod(factor.count for factor in self.factors)
 
     def values(self, first: int, last: int) -> Reals:
-        """Values of designs first to last - 1 in SI units, shape (last - first, paths)."""
+        """Return the values of designs `first` to `last` - 1 in SI units, shape (last - first, paths)."""
         number, parts = np.arange(first, last, dtype=np.int64), []
         for factor in reversed(self.factors):
             number, own = np.divmod(number, factor.count)
@@ -136,19 +136,19 @@ class Plan:
 
 
 def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -> Plan:
-    """Build the plan of a scene's sweep.
+    """Return the plan of the sweep of a scene.
 
     Parameters
     ----------
     scene
         Document, or tables of a file.
     folder
-        Folder of the file and of its table of designs.
+        Folder of the scene, which contains its table of designs.
 
     Raises
     ------
     SceneError
-        If there is no sweep, if a path, unit or range is invalid, if keys conflict, or if a table cannot be read.
+        There is no sweep, a path, unit or range is invalid, keys conflict, or a table cannot be read.
 
     Examples
     --------
@@ -190,34 +190,36 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     paths, units = ([getattr(place.variable, name) for place in places] for name in ("path", "unit"))
     plan = Plan(tuple(paths), tuple(units), tuple(factors))
     if plan.count > MAX_DESIGNS:
-        raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many to be numbered, at most {MAX_DESIGNS:.0e}")
+        raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many, at most {MAX_DESIGNS:.0e} are allowed")
     return plan
 
 
 def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
-    """Sample all ranges without a count together."""
+    """Return the joint sample of all ranges without a count."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
-            raise fault("sweep", f"vary {path}", "the key is missing: count, how many values a grid has; or a method")
-        raise fault("sweep", "samples", "belongs to the methods latin-hypercube and sobol; a grid has counts")
+            problem = "the key is missing: give count, the number of values on the grid, or a sampling method"
+            raise fault("sweep", f"vary {path}", problem)
+        problem = "belongs to the methods latin-hypercube and sobol; for a grid, give each range a count"
+        raise fault("sweep", "samples", problem)
     if not drawn:
-        raise fault("sweep", "method", f"{sweep.method} samples ranges without a count: there is none")
+        raise fault("sweep", "method", f"{sweep.method} samples ranges without a count, but all ranges have one")
     if sweep.samples is None:
-        raise fault("sweep", "samples", f"the key is missing: how many designs {sweep.method} draws")
+        raise fault("sweep", "samples", f"the key is missing: give the number of designs for {sweep.method}")
     if sweep.samples > MAX_SAMPLES[sweep.method]:
-        problem = f"{sweep.method} draws at most {MAX_SAMPLES[sweep.method]}, got {sweep.samples}"
+        problem = f"{sweep.method} allows at most {MAX_SAMPLES[sweep.method]}, got {sweep.samples}"
         raise fault("sweep", "samples", problem)
     low, high = (np.array(ends) for ends in zip(*((low, high) for _, low, high in drawn), strict=True))
     return Sample(sweep.samples, low, high, sweep.method, sweep.seed)
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
-    """Locations and values from a CSV file; column headings are paths, with the unit in brackets."""
+    """Return locations and values from a CSV file. Its headings are paths, with units in brackets."""
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:
-        raise fault("sweep", "table", f"{name} holds no design: expected a row of paths and a row for every design")
+        raise fault("sweep", "table", f"{name} contains no design: expected a row of paths and a row for every design")
     columns = []
     for cell in head:
         heading = HEADING.fullmatch(cell)
@@ -235,7 +237,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Plac
 
 
 def _cell(text: str, unit: str) -> float | str:
-    """Number in the unit of its column, or text with a unit."""
+    """Return the number in a cell, with the unit of its column if necessary."""
     try:
         bare = float(text)
     except ValueError:
@@ -244,7 +246,7 @@ def _cell(text: str, unit: str) -> float | str:
 
 
 def _require_apart(places: Sequence[variables.Place]) -> None:
-    """Raise SceneError if two paths name the same number."""
+    """Raise SceneError if two paths lead to the same number."""
     seen: dict[tuple[Any, ...], str] = {}
     for place in places:
         before = seen.setdefault(place.keys, place.variable.path)

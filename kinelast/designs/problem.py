@@ -1,4 +1,4 @@
-"""Tasks defined in a scene's tables: sensitivities, tolerances, and optimization within limits."""
+"""Study tasks that the tables of a scene define: sensitivities, tolerances, and optimization within limits."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ def tolerance_task(document: Document) -> ToleranceTask:
     Raises
     ------
     SceneError
-        There are no tolerances, or one is not a positive number with a suitable unit.
+        There are no tolerances, or a tolerance is not a positive number with a suitable unit.
     """
     entries = document.table.tolerances
     if not entries:
-        raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
+        raise fault("tolerances", "", 'the table is missing: give tolerances, as in "links.crank.length" = "0.1 mm"')
     rows = [tolerance(document.table, path, given) for path, given in entries.items()]
     return ToleranceTask(
         tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows)
@@ -63,15 +63,15 @@ class SensitivityStep:
 
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
-MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by the file's unit of length; 1 mm by default
-MIN_STEPS = 10  # smallest ratio of a length to its step
+MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by length unit of the file (default 1 mm)
+MIN_STEPS = 10  # smallest ratio of a length to its change
 
 
 def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
-    """Changes of numbers in workshop terms: the tolerance if any, else 1 mm or 1 degree, else 1 %.
+    """Return the change of each number for its sensitivity: its tolerance, else 1 mm or 1 degree, else 1 %.
 
-    Lengths below ten steps change by 0.1 mm, 0.01 mm and so on. For a coordinate, the extent of the drawing is used
-    instead of the length.
+    The change of a length is reduced to 0.1 mm, 0.01 mm and so on, to at most a tenth of the length. For a coordinate,
+    the extent of the drawing counts as its length.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
@@ -93,7 +93,7 @@ def _step(table: SceneTable, number: Variable, extent: float) -> SensitivityStep
 
 @dataclass(frozen=True, eq=False)
 class OptimizationTask:
-    """Optimization task: variables with bounds, goal, and limits of other figures."""
+    """An optimization task: variables with bounds, goal, and limits on other figures."""
 
     variables: tuple[Variable, ...]
     low: Reals
@@ -106,25 +106,25 @@ class OptimizationTask:
 
 
 def optimization_task(document: Document, units: Mapping[str, str]) -> OptimizationTask:
-    """Read a scene's [optimize], including its [limits].
+    """Read the optimization task of a scene, including its [limits].
 
     Parameters
     ----------
     document
-        Scene as written.
+        Document of the scene.
     units
         Units of all known figures, by name.
 
     Raises
     ------
     SceneError
-        If the table is missing, names unknown items, or has reversed bounds.
+        The table is missing, refers to unknown items, or has reversed bounds.
     """
     goal = document.table.optimize
     if not goal.variables and goal.minimize is None and goal.maximize is None:
-        raise fault("optimize", "", 'the table is missing: say what to minimize, as in minimize = "mass"')
+        raise fault("optimize", "", 'the table is missing: give a goal, as in minimize = "mass"')
     if (goal.minimize is None) == (goal.maximize is None):
-        raise fault("optimize", "minimize", "expected one figure, to minimize or to maximize")
+        raise fault("optimize", "minimize", "expected exactly one of minimize and maximize")
     figure = goal.minimize if goal.minimize is not None else goal.maximize
     assert figure is not None
     known_name("optimize", "minimize" if goal.maximize is None else "maximize", figure, units, "figure")
@@ -143,23 +143,23 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
 
 
 def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
-    """Limits of a scene, with the units of their figures.
+    """Return the limits of a scene with the units of their figures.
 
     Raises
     ------
     SceneError
-        If the figure of a limit is unknown.
+        The figure of a limit is unknown.
     """
     for limit in limits:
         if limit.figure not in units:
             table = "limits.figures" if limit.named else f"limits.links.{limit.item}" if limit.item else "limits"
             kind = Limit(limit.figure.partition(".")[0], 0.0).kind
-            raise fault(table, kind, f'it cannot be judged: the figure "{limit.figure}" is not known')
+            raise fault(table, kind, f'the limit cannot be judged: the figure "{limit.figure}" is not known')
     return [replace(limit, unit=units[limit.figure]) for limit in limits]
 
 
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
-    """Limits under [optimize.limits]."""
+    """Return the limits under [optimize.limits]."""
     limits = []
     for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
         known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
@@ -169,29 +169,29 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     return limits
 
 
-GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to a variable's range
-MIN_RATIO = 10.0  # with a larger ratio of its bounds, a variable is scaled logarithmically
-RESERVE = 1e-7  # smallest margin to a limit, so that a recomputation also meets it
+GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to the range of a variable
+MIN_RATIO = 10.0  # a variable with a larger ratio of its bounds is scaled logarithmically
+RESERVE = 1e-7  # margin that is kept to a limit, so that the design also meets it when recomputed
 
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """Figure to be minimised over variables that are scaled to 0...1 between their bounds ("shares").
+    """Minimisation of a figure over variables, which are scaled to 0...1 between their bounds ("shares").
 
     The scale is logarithmic if the bounds are positive and far apart.
 
     Attributes
     ----------
     figures_of
-        Function that maps values of the variables, shape (designs, variables), to figures.
+        Function of the values of the variables, shape (designs, variables), that returns the figures.
     low, high
         Bounds of the variables, shape (variables,).
     figure
         Figure to be minimised, or maximised if `largest`.
     limits
-        Limits of other figures.
+        Limits on other figures.
     parts
-        Names of the squared figures if the goal is a sum of squares.
+        If the goal is a sum of squares, the names of the figures that are squared.
     """
 
     figures_of: FiguresOf
@@ -209,7 +209,7 @@ class DesignProblem:
         return tuple(dict.fromkeys([self.figure, *(limit.figure for limit in self.limits), *self.parts]))
 
     def values(self, shares: np.ndarray) -> np.ndarray:
-        """Convert shares of the ranges to values of the variables."""
+        """Convert shares to values of the variables."""
         shares = np.asarray(shares)
         ratio = np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0)
         by_ratio = np.where(self.by_ratio, self.low, 1.0) * ratio**shares
@@ -217,14 +217,14 @@ class DesignProblem:
         return np.asarray(np.clip(found, self.low, self.high))
 
     def shares(self, values: np.ndarray) -> np.ndarray:
-        """Convert values of the variables to shares of the ranges."""
+        """Convert values of the variables to shares."""
         low, high, own = (np.where(self.by_ratio, each, 1.0) for each in (self.low, self.high, values))
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.where(self.by_ratio, np.log(own / low) / np.log(high / low), (values - self.low) / self.span)
         return np.asarray(np.clip(found, 0.0, 1.0))
 
     def rate(self, values: np.ndarray) -> np.ndarray:
-        """Derivative of values with respect to shares, shape (variables,)."""
+        """Return the derivative of values with respect to shares, shape (variables,)."""
         log = np.log(np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0))
         return np.asarray(np.where(self.by_ratio, values * log, self.span))
 
@@ -235,21 +235,21 @@ class DesignProblem:
 
     @property
     def by_ratio(self) -> np.ndarray:
-        """True for each logarithmically scaled variable, shape (variables,)."""
+        """Whether each variable is scaled logarithmically, shape (variables,)."""
         return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
     def held_to(self, bounds: Sequence[float]) -> DesignProblem:
-        """Return the problem with other bounds for its limits."""
+        """Return the problem with other bounds of its limits."""
         moved = zip(self.limits, bounds, strict=True)
         return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
-        """Evaluate cost and margins of designs, from shares of shape (designs, variables)."""
+        """Evaluate the cost and margins of designs, given by shares of shape (designs, variables)."""
         self.counted.append(len(shares))
         return self.judged_by(self.figures_of(self.values(shares)).columns)
 
     def judged_by(self, columns: Mapping[str, np.ndarray]) -> Judged:
-        """Evaluate cost and margins of designs from their figures."""
+        """Return the cost and margins of designs from their figures."""
         sign = -1.0 if self.largest else 1.0
         margins = [limit.margin(np.asarray(columns[limit.figure], float)) - RESERVE for limit in self.limits]
         cost = sign * np.asarray(columns[self.figure], float)
@@ -269,7 +269,7 @@ class Judged:
     margin
         Relative margin to each limit, shape (limits, designs).
     parts
-        Figures whose sum of squares is the cost, shape (parts, designs); no rows otherwise.
+        Figures whose sum of squares is the cost, shape (parts, designs). Otherwise there are no rows.
     """
 
     cost: Reals
@@ -278,18 +278,18 @@ class Judged:
 
     @property
     def violation(self) -> np.ndarray:
-        """Sum of relative limit violations, shape (designs,); inf if a figure is unknown."""
+        """Sum of the relative violations of all limits, shape (designs,); inf if a figure is unknown."""
         return violation(self.cost, self.margin)
 
     def order(self) -> np.ndarray:
-        """Indices of the designs, best first: feasible ones by cost, then others by violation."""
+        """Return the indices of the designs, best first: feasible ones by cost, then the others by violation."""
         broken = self.violation
         return np.lexsort((np.where(broken > 0, 0.0, self.cost), broken))
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A design with the gradients of its cost, margins and parts; slopes per share, shape (..., variables)."""
+    """A design with the gradients of its cost, margins and parts with respect to the shares, shape (..., variables)."""
 
     shares: Reals
     cost: float
@@ -306,13 +306,13 @@ class Linear:
 
 
 def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """Sum of relative limit violations; violations below half of `RESERVE` are ignored."""
+    """Return the sum of relative limit violations. Violations below half of `RESERVE` are ignored."""
     whole = np.where(margin < -RESERVE / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
-    """Linearise several designs in one evaluation, by fourth-order differences with four offsets per variable."""
+    """Linearise several designs in a single evaluation, by fourth-order differences with four offsets per variable."""
     pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in pairs]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
@@ -322,7 +322,7 @@ def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Li
 
 
 def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets of the variables, (4, variables), and the designs: the original, then the displaced ones."""
+    """Return the offsets of the variables, (4, variables), and the designs: the original, then the displaced ones."""
     offsets = _offsets(shares)
     moved = np.tile(shares, (*offsets.shape, 1))
     own = np.arange(len(shares))
@@ -331,7 +331,7 @@ def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits: int) -> Linear:
-    """Linearise a design from the cost, margins and parts of the design and of displaced ones, (1 + ..., designs)."""
+    """Linearise a design from cost, margins and parts, (1 + ..., designs), of the design and its displaced copies."""
     change = (values[:, 1:] - values[:, :1]).reshape(-1, *offsets.shape)
     own, slope = values[:, 0], (_weights(offsets) * change).sum(axis=1)
     end = 1 + limits
@@ -339,7 +339,7 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 
 
 def _offsets(shares: np.ndarray) -> np.ndarray:
-    """Offsets of the variables, to both sides or into the range, shape (4, variables)."""
+    """Return the offsets of the variables, to both sides or into the range, shape (4, variables)."""
     middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
     inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP
     free = (shares >= GRADIENT_STEP) & (shares <= 1 - GRADIENT_STEP)
@@ -347,7 +347,7 @@ def _offsets(shares: np.ndarray) -> np.ndarray:
 
 
 def _weights(offsets: np.ndarray) -> np.ndarray:
-    """Weights of difference quotients that are exact for polynomials of degree four, shape (4, variables)."""
+    """Return weights of difference quotients that are exact for polynomials of degree four, shape (4, variables)."""
     powers = offsets.T[:, None, :] ** np.arange(1, len(offsets) + 1)[:, None]  # (variables, powers, offsets)
     one = np.eye(len(offsets))[:, :1]
     return np.asarray(np.linalg.solve(powers, np.broadcast_to(one, (len(powers), *one.shape)))[..., 0].T)

@@ -15,43 +15,43 @@ from kinelast.designs.problem import DesignProblem, Linear, linearized
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-Question = TypeVar("Question")
-Answer = TypeVar("Answer")
+Request = TypeVar("Request")
+Reply = TypeVar("Reply")
 Result = TypeVar("Result")
 
 
 def batched(
-    jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]], answers: Callable[[list[Question]], list[Answer]]
+    jobs: Sequence[Callable[[Callable[[Request], Reply]], Result]], answers: Callable[[list[Request]], list[Reply]]
 ) -> list[Result]:
-    """Run jobs in parallel and answer their questions in batches.
+    """Run jobs in parallel and evaluate their requests in batches.
 
-    A job calls its argument to ask a question. Once every running job has asked a question, one call of `answers`
-    answers them all, in the caller's thread and in the order of the jobs. Timing therefore does not affect the result.
-    An exception in a job or in `answers` ends all jobs.
+    A job calls its argument to request an evaluation. Once every running job has a pending request, a single call of
+    `answers` evaluates all of them, in the thread of the caller and in the order of the jobs. The result therefore does
+    not depend on timing. An exception in a job or in `answers` ends all jobs.
     """
     if not jobs:
         return []
-    events: SimpleQueue[tuple[int, Question, Future[Answer]] | None] = SimpleQueue()  # questions; None: a job has ended
+    events: SimpleQueue[tuple[int, Request, Future[Reply]] | None] = SimpleQueue()  # None: a job has ended
 
     def run(number: int) -> Result:
-        def ask(question: Question) -> Answer:
-            reply: Future[Answer] = Future()
-            events.put((number, question, reply))
+        def request(point: Request) -> Reply:
+            reply: Future[Reply] = Future()
+            events.put((number, point, reply))
             return reply.result()
 
         try:
-            return jobs[number](ask)
+            return jobs[number](request)
         finally:
             events.put(None)
 
-    running, waiting = len(jobs), list[tuple[int, Question, Future[Answer]]]()
+    running, waiting = len(jobs), list[tuple[int, Request, Future[Reply]]]()
     with ThreadPoolExecutor(running) as pool:
         results = [pool.submit(run, number) for number in range(running)]
         try:
             while running:
                 if waiting and len(waiting) == running:
                     waiting.sort(key=lambda each: each[0])
-                    found = answers([question for _, question, _ in waiting])
+                    found = answers([point for _, point, _ in waiting])
                     for (_, _, reply), answer in zip(waiting, found, strict=True):
                         reply.set_result(answer)
                     waiting = []
@@ -62,7 +62,7 @@ def batched(
         except BaseException:
             for _, _, reply in waiting:
                 reply.cancel()
-            while running:  # jobs that will ask again
+            while running:  # these jobs may send another request
                 if event := events.get():
                     event[2].cancel()
                 else:
@@ -71,31 +71,31 @@ def batched(
     return [each.result() for each in results]
 
 
-SAMPLES_PER_VARIABLE = 64  # number of designs from which starts are selected
+SAMPLES_PER_VARIABLE = 64  # number of designs per variable from which starts are selected
 MAX_SAMPLES = 1024
 STARTS = 8
 MIN_START_DISTANCE = 0.1  # smallest distance between starts, relative to the diagonal of the unit cube
-MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # iterations of a local search; of the best, unconverged one
-PRECISION = 1e-13  # relative change of the cost at which a local search ends
+MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of a local search, and of the best search if it did not converge
+PRECISION = 1e-13  # a local search ends when the relative change of the cost is below this
 POPULATION, GENERATIONS = 15, 400  # population size per variable; maximum number of generations
-ITERATION_LIMIT_STATUS = 9  # scipy's status of a search that ran out of iterations
+ITERATION_LIMIT_STATUS = 9  # status of scipy for a search that reaches the maximum number of iterations
 PENALTY = 1e3  # cost of a design without figures, relative to the start
 INFEASIBLE = 1e50  # offset that ranks infeasible designs after all others
 
 
 @dataclass(frozen=True)
 class LocalOptimum:
-    """End of a local search.
+    """Result of a local search.
 
     Attributes
     ----------
     start, end
-        Shares of the variables, shape (variables,).
+        First and last design as shares, shape (variables,).
     cost
         Value to be minimised.
     violation
         Sum of relative limit violations.
-    ended
+    converged
         True if the search converged.
     """
 
@@ -103,29 +103,29 @@ class LocalOptimum:
     end: Reals
     cost: float
     violation: float
-    ended: bool
+    converged: bool
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Sort key, best first."""
+        """Key for sorting; the best result has the smallest."""
         return self.violation, self.cost
 
 
 def from_many_starts(
     problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Local searches from distinct good designs of a Latin hypercube; best first.
+    """Run local searches from the best distinct designs of a Latin hypercube; return their results, best first.
 
     Parameters
     ----------
     first
-        Additional start, shape (variables,).
+        Additional start as shares, shape (variables,).
     """
     return local_searches(problem, _starts(problem, seed, first), progress)
 
 
 def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
-    """Good designs that are not too close to one another."""
+    """Return the best designs of a Latin hypercube that are not too close to each other."""
     variables = len(problem.low)
     cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
     shares = cube.random(min(SAMPLES_PER_VARIABLE * variables, MAX_SAMPLES))
@@ -141,7 +141,7 @@ def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list
 def evolved(
     problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Local search from the best design of a differential evolution."""
+    """Run a local search from the best design of a differential evolution."""
     variables, generation = len(problem.low), [0]
 
     def cost(shares: np.ndarray) -> np.ndarray:  # (variables, designs)
@@ -163,36 +163,40 @@ def evolved(
 def local_searches(
     problem: DesignProblem, starts: Sequence[np.ndarray], progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Run local searches from several starts at once, best first; continue the best until it converges."""
-    optima = _side_by_side(problem, starts, MAX_ITERATIONS, progress)
-    if optima and not optima[0].ended and np.isfinite(optima[0].violation):
-        further = _side_by_side(problem, [optima[0].end], MAX_FURTHER_ITERATIONS, progress)[0]
+    """Run local searches from several starts together, and continue the best one until it converges.
+
+    The results are sorted, best first.
+    """
+    optima = _run_together(problem, starts, MAX_ITERATIONS, progress)
+    if optima and not optima[0].converged and np.isfinite(optima[0].violation):
+        further = _run_together(problem, [optima[0].end], MAX_FURTHER_ITERATIONS, progress)[0]
         if further.rank < optima[0].rank:
             optima[0] = replace(further, start=optima[0].start)
     return optima
 
 
-def _side_by_side(
+def _run_together(
     problem: DesignProblem, starts: Sequence[np.ndarray], most: int, progress: Progress
 ) -> list[LocalOptimum]:
-    """Run local searches with at most `most` iterations; best first."""
+    """Run local searches with at most `most` iterations each; return their results, best first."""
     calls = [0]
 
-    def answers(questions: list[np.ndarray]) -> list[Linear]:
+    def answers(points: list[np.ndarray]) -> list[Linear]:
         calls[0] += 1
         progress("steps of local searches", min(calls[0], most), most)
-        return linearized(problem, questions)
+        return linearized(problem, points)
 
     found = batched([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)
     return sorted(found, key=lambda each: each.rank)
 
 
 def _local_search(
-    start: np.ndarray, problem: DesignProblem, most: int, ask: Callable[[np.ndarray], Linear]
+    start: np.ndarray, problem: DesignProblem, most: int, request: Callable[[np.ndarray], Linear]
 ) -> LocalOptimum:
-    """Local search from one start.
+    """Run a local search from one start.
 
-    Least squares first if the goal is a sum of squares, then sequential quadratic programming if there are limits.
+    A sum of squares is minimised by least squares. Other goals, and goals with limits, are minimised by sequential
+    quadratic programming.
     """
     known: dict[bytes, Linear] = {}
 
@@ -200,7 +204,7 @@ def _local_search(
         shares = np.clip(shares, 0.0, 1.0)
         key = shares.tobytes()
         if key not in known:
-            known[key] = ask(shares)
+            known[key] = request(shares)
         return known[key]
 
     def best() -> Linear:
@@ -209,17 +213,17 @@ def _local_search(
     first = at(start)
     if not np.isfinite(first.cost):
         return LocalOptimum(start, start, np.nan, np.inf, True)
-    ended = True
+    converged = True
     with np.errstate(all="ignore"):
         if problem.parts:
-            ended = _least_squares(at, start, most)
+            converged = _least_squares(at, start, most)
         if problem.limits or not problem.parts:
-            ended = _quadratic_programming(at, best().shares, bool(problem.limits), most)
-    return LocalOptimum(start, best().shares, best().cost, best().violation, ended)
+            converged = _quadratic_programming(at, best().shares, bool(problem.limits), most)
+    return LocalOptimum(start, best().shares, best().cost, best().violation, converged)
 
 
 def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:
-    """Minimise a sum of squares; return True if converged."""
+    """Minimise a sum of squares. Return True if the search converges."""
     unit = float(np.linalg.norm(at(start).parts)) or 1.0
     result = least_squares(
         lambda shares: _finite(at(shares).parts / unit, PENALTY), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
@@ -230,7 +234,7 @@ def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: 
 
 
 def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool, most: int) -> bool:
-    """Minimise the cost within limits; return True if converged."""
+    """Minimise the cost within limits. Return True if the search converges."""
     unit = abs(at(start).cost) or 1.0
     constraints = {
         "type": "ineq",

@@ -1,4 +1,4 @@
-"""Sensitivities: derivatives of figures with respect to a design's numbers, by Richardson extrapolation."""
+"""Sensitivities: derivatives of figures with respect to the numbers of a design, by Richardson extrapolation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,20 +9,20 @@ from kinelast.designs.evaluate import Designs
 from rigid.arrays import Flags, Reals
 
 RATIO = 2.0  # ratio of successive steps
-FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of a number's scale
-DEPTH = 6  # number of extrapolations; the truncation error contains the squares of as many steps
-NOISE_DEPTH = 3  # after this many extrapolations, small steps differ only by round-off
-NOISE_FACTOR = 4.0  # safety factor on the observed noise, which few differences show
+FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of the scale of a number
+DEPTH = 6  # maximum number of successive extrapolations
+NOISE_DEPTH = 3  # number of extrapolations after which results of small steps differ only by round-off
+NOISE_FACTOR = 4.0  # safety factor on the observed noise, because it is estimated from few differences
 
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """Derivative as limit of difference quotients.
+    """A derivative as the limit of difference quotients.
 
     Attributes
     ----------
     value
-        Shape (...); nan if no step is usable.
+        Derivative, shape (...); nan if no step is usable.
     error
         Estimated truncation and round-off error, shape (...).
     """
@@ -32,16 +32,12 @@ class Extrapolation:
 
 
 def steps(scale: np.ndarray) -> np.ndarray:
-    """Steps of the variables, largest first.
+    """Return the steps of the variables, shape (levels, variables), largest first.
 
     Parameters
     ----------
     scale
         Magnitude of each variable, shape (variables,).
-
-    Returns
-    -------
-    Shape (levels, variables).
     """
     return np.asarray(
         np.multiply.outer(RATIO ** -np.arange(FIRST_EXPONENT, FIRST_EXPONENT + LEVELS, dtype=float), scale)
@@ -49,20 +45,20 @@ def steps(scale: np.ndarray) -> np.ndarray:
 
 
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
-    """Extrapolate difference quotients with steps that shrink by `RATIO` (Richardson).
+    """Extrapolate difference quotients with steps that decrease by the factor `RATIO` (Richardson).
 
     The extrapolation with the smallest estimated error is selected. Its truncation error is the difference from its
-    predecessors (Ridders). Its round-off error is the noise of the values or the differences between neighbours at
-    small steps, whichever is larger.
+    predecessors (Ridders). Its round-off error follows from `noise`, increased to the observed differences between
+    neighbouring small steps.
 
     Parameters
     ----------
     quotients
-        Shape (levels, ...), largest step first; nan for unusable steps.
+        Difference quotients, shape (levels, ...), largest step first; nan for unusable steps.
     noise
         Error of each quotient due to round-off of the values, shape (levels, ...).
     order
-        Order of the powers of the step in the error: 2 for central differences, 1 for one-sided ones.
+        Increment of the powers of the step in the error: 2 for central differences, 1 for one-sided differences.
 
     References
     ----------
@@ -77,9 +73,9 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
         rounded = rough[1:] + (rough[1:] + rough[:-1]) / weight
         truncated = np.maximum(abs(finer - value[1:]), abs(finer - value[:-1]))
         tables.append((finer, rounded, truncated))
-    seen = _seen_noise(*tables[NOISE_DEPTH][:2])
+    noise_ratio = _noise_ratio(*tables[NOISE_DEPTH][:2])
     for value, rounded, truncated in tables[1:]:
-        error = truncated + rounded * seen
+        error = truncated + rounded * noise_ratio
         error = np.where(np.isfinite(error), error, np.inf)
         at = error.argmin(axis=0)[None]
         found, least = (np.take_along_axis(each, at, axis=0)[0] for each in (value, error))
@@ -88,10 +84,10 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
     return Extrapolation(best.value, np.where(np.isnan(best.value), np.nan, best.error))
 
 
-def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
-    """Actual over assumed round-off of the values, at least 1, shape (...).
+def _noise_ratio(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
+    """Return the ratio of actual to assumed round-off, at least 1, shape (...).
 
-    It is estimated from differences between neighbours at small steps, at which truncation is negligible.
+    It is estimated from the differences between neighbouring small steps, for which truncation errors are negligible.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
@@ -100,9 +96,9 @@ def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
     return np.asarray(np.maximum(1.0, NOISE_FACTOR * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))
 
 
-ROUND_OFF = 4 * np.finfo(float).eps  # smallest relative error of a figure
-KINK_ERRORS = 3.0  # at a kink, one-sided slopes differ by more than this multiple of their errors
-MIN_KINK = 1e-6  # smallest difference of one-sided slopes at a kink, relative to the slope
+ROUND_OFF = 4 * np.finfo(float).eps  # assumed relative round-off error of a figure
+KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than this multiple of their errors
+MIN_KINK = 1e-6  # smallest difference between one-sided slopes at a kink, relative to the slopes
 
 
 FiguresOf = Callable[[np.ndarray], Designs]
@@ -123,15 +119,18 @@ class Sensitivities:
     figure
         Values of the figures, shape (figures,).
     slope, error
-        Derivative and its estimated error. At a kink it is the mean of both sides, and at the end of a range the
-        one-sided derivative; nan if unknown.
+        Derivative and its estimated error; nan if unknown. At a kink, the derivative is the mean of both sides. At the
+        end
+        of a range, it is the one-sided derivative.
     below, above
         One-sided derivatives.
     kink
-        True if one-sided slopes differ, because the largest value occurs twice or a magnitude is zero.
-    still
-        Largest relative change of the variable, in both directions, for which the location of the largest value was
-        found unchanged; 0 at a kink. Beyond it, the figure may switch to another link or position.
+        True if the one-sided slopes differ. This happens if the largest value occurs at two locations, or a magnitude
+        is
+        zero.
+    valid_range
+        Largest relative change of the variable, in both directions, up to which the location of the largest value stays
+        the same; 0 at a kink. Beyond it, another link or position may become the worst.
     """
 
     figures: tuple[str, ...]
@@ -142,11 +141,11 @@ class Sensitivities:
     below: Reals
     above: Reals
     kink: Flags
-    still: Reals
+    valid_range: Reals
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Change of the figure in per cent per one per cent of the variable, shape (figures, variables)."""
+        """Change of the figure in per cent if the variable changes by one per cent, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.slope * self.at / self.figure[:, None])
 
@@ -157,38 +156,39 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     Parameters
     ----------
     figures_of
-        Function that maps values of the variables, shape (designs, variables), to figures; called once.
+        Function of the values of the variables, shape (designs, variables), that returns the figures. It is called
+        once.
     at
         Values of the variables, shape (variables,).
     scale
-        Magnitude of each variable, shape (variables,); the largest step is 1/16 of it. Default: its value, or 1 if it
-        is 0.
+        Magnitude of each variable, shape (variables,) (default: its value, or 1 if that is 0). The largest step is 1/16
+        of it.
 
     Raises
     ------
     ValueError
-        If a scale is not positive.
+        A scale is not positive.
     """
     at = np.asarray(at, float)
     scale = np.where(at == 0, 1.0, abs(at)) if scale is None else np.asarray(scale, float)
     if not (scale > 0).all():
-        raise ValueError(f"scales have to be greater than zero, got {scale.min()}")
+        raise ValueError(f"scales must be greater than zero, got {scale.min()}")
     moved = _moved(at, steps(scale))
     computed = figures_of(np.concatenate([at[None], moved.reshape(-1, len(at))]))
     names = tuple(computed.columns)
     shape = (len(names), *moved.shape[:3])
     values = np.stack([np.asarray(computed.columns[name], float) for name in names])
     places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
-    move = np.diagonal(moved - at, axis1=2, axis2=3)  # use the rounded step, so that its round-off has no effect
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # the actual step, including its round-off
     found_at = _DisplacedDesigns(
         values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
     )
-    watched = np.array([name in computed.place for name in names])
-    return _sensitivities_from(names, at, found_at, np.where(watched[:, None], _unmoved_range(found_at, scale), np.nan))
+    located = np.array([name in computed.place for name in names])
+    return _sensitivities_from(names, at, found_at, np.where(located[:, None], _unmoved_range(found_at, scale), np.nan))
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Designs with one displaced variable, shape (sides, levels, displaced variables, variables)."""
+    """Return designs with one displaced variable, shape (sides, levels, displaced variables, variables)."""
     levels, count = step.shape
     moved = np.broadcast_to(at, (2, levels, count, count)).copy()
     own = np.arange(count)
@@ -199,7 +199,7 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _DisplacedDesigns:
-    """Figures and locations of a design, (figures,), and of displaced ones, (figures, sides, levels, variables)."""
+    """Figures and locations of a design, (figures,), and of displaced designs, (figures, sides, levels, variables)."""
 
     own: Reals
     value: Reals
@@ -209,25 +209,25 @@ class _DisplacedDesigns:
 
     @property
     def smooth(self) -> np.ndarray:
-        """True if the location of a figure is the same at a displaced design and at all smaller displacements."""
+        """Whether a figure has the same location in a displaced design and for all smaller displacements."""
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """True if the smallest displacement leaves the location unchanged, (figures, sides, variables)."""
+        """Whether the smallest displacement leaves the location unchanged, (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
-    """Largest relative change, in both directions, that keeps a figure's location, (figures, variables)."""
+    """Return the largest relative change, in both directions, that keeps the location, (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
 @dataclass(frozen=True)
 class _Slopes:
-    """Derivatives by central, backward and forward differences, (figures, variables)."""
+    """Derivatives from central, backward and forward differences, (figures, variables)."""
 
     middle: Extrapolation
     below: Extrapolation
@@ -235,12 +235,12 @@ class _Slopes:
 
 
 def _sensitivities_from(
-    names: tuple[str, ...], at: np.ndarray, tried: _DisplacedDesigns, still: np.ndarray
+    names: tuple[str, ...], at: np.ndarray, tried: _DisplacedDesigns, unmoved: np.ndarray
 ) -> Sensitivities:
     """Compute derivatives from the figures of displaced designs.
 
-    If two locations always have equal values, as in a cycle that runs back and forth, round-off picks one at random. In
-    that case, differences across locations are used if they are more accurate.
+    If two locations always have equal values, as in a cycle that runs back and forth, round-off selects one of them at
+    random. Differences across locations are therefore used if they are more accurate.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
@@ -255,11 +255,13 @@ def _sensitivities_from(
     for side in (below, above):  # if only one side is known
         error = np.where(np.isnan(slope), side.error, error)
         slope = np.where(np.isnan(slope), side.value, slope)
-    return Sensitivities(names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still))
+    return Sensitivities(
+        names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, unmoved)
+    )
 
 
 def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _Slopes:
-    """Derivatives from values, nan if unusable; `both`: whether central differences are valid."""
+    """Return derivatives from values, which are nan if unusable. `both` is True if central differences are valid."""
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
     figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # inf has no derivative
     left, right = tried.move[:, :, None, :]
@@ -272,6 +274,6 @@ def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _
 
 
 def _better(one: Extrapolation, other: Extrapolation) -> Extrapolation:
-    """Return the extrapolated limit with the smaller error."""
+    """Return, elementwise, the extrapolation with the smaller error."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
     return Extrapolation(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

@@ -1,4 +1,4 @@
-"""Studies of a scene: sensitivities, tolerances and optimum."""
+"""Studies of a scene: sensitivities, tolerances and optimization."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from kinelast.designs import tolerances
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
 from kinelast.designs.full_sample import FullColumn, full_columns
-from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_beside
+from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_from
 from kinelast.designs.problem import DesignProblem, OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, ToleranceResult
@@ -30,14 +30,14 @@ from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
-NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables without machine data
-NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # figures without meaningful derivatives
-MAX_ROUNDS = 6  # number of rounds in which the bounds of an optimum are tightened
-GROWTH = 16.0  # factor on the spare reserve per round, after the third
-MAX_SPARE = 0.01  # largest margin of an active limit, relative to it, that needs no further round
-SCREENED_DESIGNS = 16  # designs that show which limits the variables affect
-MAX_STILL_CHANGE = 1e-9  # relative change below which a figure does not depend on the variables
-BATCH, SMALL_BATCH = 512, 64  # number of designs between progress reports; the same if some are computed one by one
+NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # not about the machine
+NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # derivatives are meaningless
+MAX_ROUNDS = 6  # maximum number of rounds in which the bounds of an optimization are adjusted
+GROWTH = 16.0  # factor by which the reserve grows per round, after the third round
+MAX_SPARE = 0.01  # largest relative margin of an active limit that needs no further round
+SCREENED_DESIGNS = 16  # number of designs that are tried to find out which limits depend on the variables
+MAX_CONSTANT_CHANGE = 1e-9  # relative change below which a figure counts as independent of the variables
+BATCH, SMALL_BATCH = 512, 64  # number of designs between progress reports; SMALL_BATCH if not all numbers can be arrays
 
 
 def _figures_of(
@@ -47,7 +47,7 @@ def _figures_of(
     progress: Progress = SILENT,
     stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
-    """Return a function that maps values of some numbers to figures, evaluated in batches."""
+    """Return a function of the values of some numbers that returns figures. It evaluates designs in batches."""
     base = base_of(document, paths, figures)
     part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
 
@@ -75,37 +75,37 @@ def _place(part: Designs, name: str) -> Integers:
 
 
 def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
-    """Figures of the nominal scene.
+    """Return the figures of the nominal scene.
 
     Raises
     ------
     SceneError
-        If it has no figures.
+        The nominal scene has no figures.
     """
     found = evaluate(document, [], np.zeros((1, 0)), figures)
     if found.reason[0]:
-        raise fault("", "", f"the scene as it stands: {found.reason[0]}")
+        raise fault("", "", f"the scene as written: {found.reason[0]}")
     return found
 
 
 def sensitivity_study(
     scene: Document | Tables, requested: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
-    """Sensitivities of a scene's figures, the varied numbers, and the figures' units.
+    """Return the sensitivities of the figures of a scene, the numbers that vary, and the units of the figures.
 
     Parameters
     ----------
     requested
-        Paths of the numbers; by default those in [sensitivities], or else all that describe the machine.
+        Paths of the numbers (default: those in [sensitivities] or, if there are none, all numbers of the machine).
 
     Raises
     ------
     SceneError
-        If the tables are invalid, or the nominal scene has no figures.
+        The tables are invalid, or the nominal scene has no figures.
     """
     document = document_of(scene)
     table = document.table
-    paths = [*requested] or table.sensitivities.numbers or _machine(table)
+    paths = [*requested] or table.sensitivities.numbers or _machine_paths(table)
     names = table.sensitivities.figures or None
     base = _nominal_figures(document, names)
     chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
@@ -116,14 +116,17 @@ def sensitivity_study(
         return sensitivities(figures_of, at, _scale(table, variables)), variables, base.units
 
 
-def _machine(table: SceneTable) -> list[str]:
-    """Paths of all numbers that describe the machine, without limits."""
+def _machine_paths(table: SceneTable) -> list[str]:
+    """Return the paths of all numbers that describe the machine, excluding limits."""
     paths = [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
     return [path for path in paths if not sets_limit(path)]
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """Scales of variables: their magnitudes, at least the drawing's extent for a coordinate, and 1 for zero."""
+    """Return the scale of each variable: its magnitude, or 1 if that is zero.
+
+    The scale of a coordinate is at least the extent of the drawing.
+    """
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
     return np.array(
         [
@@ -134,9 +137,9 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
 
 
 def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
-    """Scatter of a scene's figures under its [tolerances].
+    """Compute the scatter of the figures of a scene within its [tolerances].
 
-    If the scene names its output, the study includes the output's error due to geometry, and due to geometry plus
+    If the scene gives its output, the study includes the output error due to geometry, and due to geometry plus
     deflection.
 
     Parameters
@@ -147,7 +150,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     Raises
     ------
     SceneError
-        See `sensitivity_study`; also if there are no tolerances.
+        The tables are invalid, the nominal scene has no figures, or there are no tolerances.
     """
     document = document_of(scene)
     table, built, task = document.table, document.scene, tolerance_task(document)
@@ -159,7 +162,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     figures = [*known, *accuracy]
     paths = [one.path for one in task.variables]
     at = np.array([one.base for one in task.variables])
-    progress("the scene, answered in full", 0, 1)
+    progress("full answer of the scene", 0, 1)
     limits = judge.limits_of_items(built)
     full, bounded = full_answer(built, limits, known), list(dict.fromkeys(limit.figure for limit in limits))
     seen: list[Mapping[str, Any]] = []
@@ -170,7 +173,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         figures_of = _figures_of(document, paths, [*figures, *more], progress, "designs within tolerances")
 
         def in_full(values: np.ndarray) -> FullAnswer:
-            progress("machines of the sample, answered in full", 0, 1)
+            progress("full answers of the sample", 0, 1)
             chosen = document.with_values(dict(zip(paths, values.tolist(), strict=True)))
             return full_answer(chosen.scene, limits, [*known, *more])
 
@@ -197,7 +200,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
 
 @dataclass(frozen=True, eq=False)
 class PosedProblem:
-    """Problem from a scene's [optimize], nominal figures, units, and True for a quasi-static scene."""
+    """The problem under [optimize], with the nominal figures, units, and whether the scene asks for quasi-statics."""
 
     task: OptimizationTask
     problem: DesignProblem
@@ -207,12 +210,12 @@ class PosedProblem:
 
 
 def problem_of(given: Document | Tables) -> PosedProblem:
-    """Build the problem from a scene's [optimize].
+    """Build the problem under [optimize].
 
     Raises
     ------
     SceneError
-        If the tables are invalid, or there is no goal.
+        The tables are invalid, or there is no goal.
     """
     document = document_of(given)
     table, scene = document.table, document.scene
@@ -231,18 +234,18 @@ def problem_of(given: Document | Tables) -> PosedProblem:
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
-    """Find the best design according to a scene's [optimize].
+    """Find the best design as defined by [optimize].
 
     Raises
     ------
     SceneError
-        See `problem_of`; also if no tried design has the figures.
+        The tables are invalid, there is no goal, or no tried design has the requested figures.
     """
     document = document_of(scene)
     posed = problem_of(document)
     task, problem = posed.task, posed.problem
     first = problem.shares(np.array([one.base for one in task.variables]))
-    _require_within_reach(document.scene, posed, first)
+    _require_feasible(document.scene, posed, first)
     try:
         best = optimum(problem, task.evolve, task.seed, first, progress)
     except ValueError as error:
@@ -255,8 +258,8 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     )
 
 
-def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
-    """Raise SceneError if a violated limit depends on no variable, judging by a few designs before the search."""
+def _require_feasible(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
+    """Evaluate a few designs, and raise SceneError if a violated limit does not depend on any variable."""
     task, problem = posed.task, posed.problem
     cube = qmc.Sobol(len(first), rng=np.random.default_rng(task.seed)).random(SCREENED_DESIGNS)
     with np.errstate(all="ignore"):
@@ -264,13 +267,13 @@ def _require_within_reach(scene: Scene, posed: PosedProblem, first: np.ndarray) 
     problems = []
     for limit in problem.limits:
         values = np.asarray(columns[limit.figure], float)
-        still = np.isfinite(values).all() and np.ptp(values) <= MAX_STILL_CHANGE * np.abs(values).max()
-        if still and limit.margin(values).max() < 0:
+        constant = np.isfinite(values).all() and np.ptp(values) <= MAX_CONSTANT_CHANGE * np.abs(values).max()
+        if constant and limit.margin(values).max() < 0:
             value, bound = with_limit(float(values[0]), float(limit.bound), posed.units[limit.figure], scene.shown_in)
-            problems.append(f"{limit.figure} is {value}, {'at least' if limit.least else 'at most'} {bound} is allowed")
+            problems.append(f"{limit.figure} is {value}, required {'at least' if limit.least else 'at most'} {bound}")
     if problems:
-        why = "no design keeps a limit that does not depend on the variables"
-        advice = "add variables, or change the limit"
+        why = "no design meets a limit that does not depend on the variables"
+        advice = "add variables or change the limit"
         raise fault("optimize.variables", "", f"{why}: {'; '.join(problems)}: {advice}")
 
 
@@ -289,7 +292,7 @@ class _FullyJudged:
 
     @property
     def settled(self) -> bool:
-        """True if all limits are decided and active ones leave no margin: tightening bounds gains nothing."""
+        """True if all limits are decided and active limits leave no margin: other bounds would not help."""
         if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
@@ -298,19 +301,20 @@ class _FullyJudged:
 
 
 def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
-    """Find the best design that meets all limits by its full answer, including errors, or return the last one tried.
+    """Find the best design whose full answer, including errors, meets all limits; otherwise return the last one tried.
 
-    A quasi-static search leaves no reserve for vibration and errors. Therefore the best design gets a full answer, the
-    bounds are adjusted accordingly, and the search continues. Without limits, only the goal gets a full answer.
+    The quasi-static search leaves no reserve for vibration and errors. Therefore, the full answer of the best design is
+    computed, the bounds are adjusted accordingly, and the search continues. Without limits, only the goal needs a full
+    answer.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
-    worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)  # other goals do not depend on the theory
+    worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)
     kept, now = None, first
     before: list[tuple[float, float]] | None = None
     for left in reversed(range(MAX_ROUNDS)):
         if not now.best.feasible or not worth:
             break
-        progress("the best design, answered in full", MAX_ROUNDS - 1 - left, MAX_ROUNDS)
+        progress("full answer of the best design", MAX_ROUNDS - 1 - left, MAX_ROUNDS)
         chosen = zip((number.path for number in task.variables), now.best.values.tolist(), strict=True)
         scene = document.with_values(dict(chosen)).scene
         now = replace(now, answer=full_answer(scene, task.limits, [task.figure]))
@@ -325,12 +329,12 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors vary between designs
         problem = now.problem.held_to([judge.room(judged, value, other, spare) for judged, (value, _), other in rows])
         before = known
-        now = _FullyJudged(problem, optimum_beside(problem, now.best.shares, task.seed, progress))
+        now = _FullyJudged(problem, optimum_from(problem, now.best.shares, task.seed, progress))
     return kept or now
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
-    """All figures that a limit or goal can name; expensive ones only if it does."""
+    """Return all figures that a limit or goal may use. Expensive figures are only included if it does."""
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()
@@ -338,13 +342,13 @@ def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> l
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
-    """Figures of the path under [optimize.path]."""
+    """Return the figures of the path under [optimize.path]."""
     path_table = table.optimize.path
     if path_table is None:
         return []
     places = [complex(*place) for place in path_table.places]
     if len(places) != scene.run.positions:
-        problem = f"expected a place for each of the {scene.run.positions} positions of the run, got {len(places)}"
+        problem = f"expected a point for each of the {scene.run.positions} positions of the run, got {len(places)}"
         raise fault("optimize.path", "places", problem)
     moving = {point: link.name for link in reversed(scene.mechanism.links[1:]) for point in link.points}
     known_name("optimize.path", "point", path_table.point, moving, "point that moves")

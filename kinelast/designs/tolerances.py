@@ -1,4 +1,4 @@
-"""Scatter of figures due to the tolerances of a design's numbers, and error of its output."""
+"""Scatter of figures due to the tolerances of the numbers of a design, and error of its output."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 
 from elastic import displacement_of
 from elastic.assessment import angle_error
-from kinelast.designs.full_sample import FullColumn, kept_by
+from kinelast.designs.full_sample import FullColumn, within_limits
 from kinelast.designs.sensitivities import FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
@@ -22,23 +22,23 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # number of independently scrambled sets of points
-DESIGNS = 2048  # default number of samples in all sets together
+REPEATS = 8  # number of sample sets, which are scrambled independently
+DESIGNS = 2048  # default number of samples in all sets
 QUANTILES = (0.025, 0.5, 0.975)
-NORMAL_DEVIATIONS = 3.0  # tolerance of a normal distribution, in standard deviations
-INDEX_SAMPLE = 256  # number of designs for Sobol indices, per (variables + 2)
+NORMAL_DEVIATIONS = 3.0  # tolerance / standard deviation of a normal distribution
+INDEX_SAMPLE = 256  # number of designs for Sobol indices / (number of variables + 2)
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Scatter of a number about its value.
+    """Tolerance of a number.
 
     Attributes
     ----------
     half
-        Tolerance: half the width of the range, in the number's unit.
+        Half the width of the range, in the unit of the number.
     normal
-        True for a normal distribution with standard deviation `half` / 3, False for a uniform one.
+        True for a normal distribution with standard deviation `half` / 3, False for a uniform distribution.
     """
 
     half: float
@@ -50,7 +50,7 @@ class Tolerance:
         return self.half / (NORMAL_DEVIATIONS if self.normal else np.sqrt(3.0))
 
     def scattered(self, shares: np.ndarray) -> np.ndarray:
-        """Quantiles of the deviation for given shares, same shape."""
+        """Return the quantiles of the deviation from the value for probabilities `shares`, same shape."""
         return self.deviation * ndtri(shares) if self.normal else self.half * (2 * shares - 1)
 
 
@@ -63,7 +63,7 @@ class FirstOrder:
     deviation
         Standard deviation, shape (figures,).
     worst
-        Largest deviation if every number is at a limit of its tolerance, shape (figures,).
+        Deviation in the worst case, with every number at a limit of its tolerance, shape (figures,).
     share
         Share of each number in the variance, shape (figures, variables); nan without scatter.
     """
@@ -74,7 +74,7 @@ class FirstOrder:
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """First-order scatter of figures for independent numbers; at a kink the steeper side is used."""
+    """Return the first-order scatter of figures for independent numbers. At a kink, the steeper side is used."""
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
@@ -94,9 +94,9 @@ class Scatter:
     least, largest
         Extremes of the sample.
     error
-        Standard errors of mean, deviation, low, median and high, from repeated samples, shape (5,).
+        Standard errors of mean, deviation, low, median and high, from the differences between sample sets, shape (5,).
     known
-        Share of designs that have the figure; the others are left out.
+        Fraction of the designs that have the figure. The other designs are left out.
     """
 
     mean: float
@@ -113,7 +113,7 @@ class Scatter:
 def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
     """Sample designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
 
-    There are at least `designs` points, because the number of points in a set is a power of two.
+    The total number of points is at least `designs`, because each set contains a power of two.
     """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
@@ -121,32 +121,32 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIG
 
 
 def points_for(designs: int) -> int:
-    """Points in each of the repeated sets for at least `designs` designs, a power of two."""
+    """Return the number of points in each sample set for at least `designs` designs, a power of two."""
     return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
 
 def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Points in the interior of the unit cube."""
+    """Return points in the interior of the unit cube."""
     points = np.asarray(qmc.Sobol(variables, rng=rng).random(count))
     return np.asarray(np.clip(points, 2.0**-33, 1 - 2.0**-33))
 
 
 def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
-    """Deviations of all numbers for shares of shape (..., variables)."""
+    """Return the deviations of all numbers for probabilities of shape (..., variables)."""
     return np.stack([each.scattered(shares[..., k]) for k, each in enumerate(tolerances)], axis=-1)
 
 
 def scatter(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
 ) -> dict[str, Scatter]:
-    """Sample distributions of all figures under tolerances, with one evaluation."""
+    """Sample the distributions of all figures within tolerances, in a single evaluation."""
     tried = sample(tolerances, at, designs, seed)
     found = figures_of(tried.reshape(-1, tried.shape[-1]))
     return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
 
 
 def _scatter(values: np.ndarray) -> Scatter:
-    """Distribution of a figure, (repeats, points)."""
+    """Return the distribution of a figure from its values, (repeats, points)."""
     known = np.isfinite(values)
     if not known.any():
         nan = math.nan
@@ -159,25 +159,25 @@ def _scatter(values: np.ndarray) -> Scatter:
 
 
 def _moments(values: np.ndarray) -> tuple[float, ...]:
-    """Mean, standard deviation and quantiles."""
+    """Return mean, standard deviation and quantiles."""
     return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
 
 
 @dataclass(frozen=True)
 class KeptShare:
-    """Share of machines that meet all limits.
+    """Fraction of machines that meet all limits.
 
     Attributes
     ----------
     plain
-        Share by quasi-static figures, without errors.
+        Fraction by quasi-static figures, without errors.
     in_full
-        Share by full answers, with errors; nan if a limit cannot be judged.
+        Fraction by full answers, with errors; nan if a limit cannot be judged.
     low, high
-        95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surface.
+        95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surfaces.
     beyond
-        Share of machines with a total output error, due to geometry and deflection, above the limit on the output's
-        deflection; nan if there is no such limit.
+        Fraction of machines whose total output error (due to geometry and deflection) exceeds the limit on the output
+        error; nan if there is no such limit.
     """
 
     plain: float
@@ -190,14 +190,14 @@ class KeptShare:
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Estimate the share of machines that meet all limits; a machine with a yielding link meets none.
+    """Estimate the fraction of machines that meet all limits. A machine with a yielding link does not.
 
     Parameters
     ----------
     columns
         Quasi-static figures of the limits, by name, shape (machines,).
     judgements
-        Limits with the full answer of the nominal machine.
+        Limits, judged by the full answer of the nominal machine.
     full
         Figures of the machines, from full answers.
     output
@@ -213,7 +213,7 @@ def kept_share(
     if not known or any(each.outcome == UNKNOWN for each in judgements):
         return KeptShare(float(plain.mean()), math.nan, math.nan, math.nan, beyond)
     rows = [(limit.kept, limit.least, full[limit.figure]) for limit in limits]
-    few, kept, many = (kept_by(rows, side) for side in (1.0, 0.0, -1.0))
+    few, kept, many = (within_limits(rows, side) for side in (1.0, 0.0, -1.0))
     low, high = (binomtest(int(np.count_nonzero(each)), len(each)).proportion_ci(0.95, "exact") for each in (few, many))
     return KeptShare(float(plain.mean()), float(kept.mean()), float(low.low), float(high.high), beyond)
 
@@ -221,10 +221,10 @@ def kept_share(
 def variance_shares(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-    """Sobol indices: the share of each number in the variance, alone and including interactions.
+    """Return Sobol indices: the share of each number in the variance, alone and including interactions.
 
-    Unlike `first_order`, they are not limited to small tolerances. Shapes (variables,); nan for a figure that does not
-    scatter or is unknown for some design.
+    Unlike `first_order`, they also apply to large tolerances. The arrays have shape (variables,), with nan for a figure
+    that does not scatter or is unknown for some design.
     """
     names: list[str] = []
 
@@ -251,7 +251,7 @@ class ToleranceResult:
     nominal
         Sensitivities of the nominal design.
     first
-        First-order scatter, in the order of the sensitivities' figures.
+        First-order scatter, in the order of the figures of `nominal`.
     sampled
         Sampled distributions by figure.
     shares
@@ -263,7 +263,7 @@ class ToleranceResult:
     answer
         Full answer of the nominal scene.
     kept
-        Share of machines that meet all limits; None if there are no limits.
+        Fraction of machines that meet all limits; None if there are no limits.
     """
 
     variables: tuple[Variable, ...]
@@ -280,14 +280,14 @@ class ToleranceResult:
 
 GEOMETRIC, WHOLE = "geometric_error", "whole_error"
 FARTHEST, SQUARES = "path_error", "path_squares"
-PART = "path["  # prefix of the keys of the components that are summed in SQUARES
+PART = "path["  # prefix of the keys of the components whose squares are summed in SQUARES
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
-    """Largest output error over the cycle, relative to the nominal mechanism with rigid links.
+    """Return figures of the largest output error over the cycle, relative to the nominal mechanism with rigid links.
 
-    There are two figures: due to geometry alone, and due to geometry plus deflection. See `output_error` for deflection
-    alone.
+    One figure is the error due to geometry, the other due to geometry plus deflection. The figure `output_error` is the
+    error due to deflection.
 
     Parameters
     ----------
@@ -314,14 +314,14 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
             points = mechanism.links[mechanism.index[output.link]].points
             return [off(cycle) + angle_error(cycle.deflection, output.link, point) for point in points]
 
-    geometric = Figure(GEOMETRIC, "error of the output by geometry", output.unit, SCENE, whole(off))
-    return [geometric, Figure(WHOLE, "error of the output altogether", output.unit, SCENE, largest_of(bent))]
+    geometric = Figure(GEOMETRIC, "output error due to geometry", output.unit, SCENE, whole(off))
+    return [geometric, Figure(WHOLE, "total output error", output.unit, SCENE, largest_of(bent))]
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
-    """Distance of a point from given target points, one per position, with rigid links.
+    """Return figures of the distance of a point from target points, one per position, with rigid links.
 
-    Figures: largest distance, sum of squares, and the components whose squares are summed.
+    The figures are the largest distance, the sum of squares, and the components whose squares are summed.
     """
     targets = np.array(places)
 
@@ -335,11 +335,11 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     def squares(cycle: Cycle) -> Reals:
         return np.asarray((np.abs(off(cycle)) ** 2).sum(axis=-1))
 
-    words = "distance from a place of the path"
+    words = "distance from a point of the path"
     parts = [Figure(f"{PART}{number + 1}].{axis}", words, "m", SCENE, fixed(partial(part, number=number, axis=axis)),
                     FIXED) for number in range(len(places)) for axis in "xy"]  # fmt: skip
     return [
         Figure(FARTHEST, "largest distance from the path", "m", SCENE, whole(off)),
-        Figure(SQUARES, "squares of the distances from the path", "m^2", SCENE, fixed(squares), FIXED),
+        Figure(SQUARES, "sum of squared distances from the path", "m^2", SCENE, fixed(squares), FIXED),
         *parts,
     ]

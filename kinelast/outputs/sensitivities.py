@@ -162,7 +162,7 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
         "percent": float(result.logarithmic[row, column]),
         "change": float(shown.change[row, column]),
         "kink": kinked,
-        "stays_by": float(result.still[row, column]),
+        "stays_by": float(result.valid_range[row, column]),
         **({"below": float(result.below[row, column]), "above": float(result.above[row, column])} if kinked else {}),
     }
 
@@ -170,7 +170,15 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
 def sensitivity_table(shown: PrintedSensitivities) -> Table:
     """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes for the steps."""
     result = shown.result
-    sides = (result.slope, result.error, result.logarithmic, result.kink, result.below, result.above, result.still)
+    sides = (
+        result.slope,
+        result.error,
+        result.logarithmic,
+        result.kink,
+        result.below,
+        result.above,
+        result.valid_range,
+    )
     return Table.of_rows(
         HEAD,
         [
