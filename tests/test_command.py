@@ -289,14 +289,14 @@ def test_resuming_computes_only_missing_or_changed_scenes(arm, tmp_path, capsys)
     before = (out / "arm" / "report.html").stat().st_mtime_ns
     capsys.readouterr()
     assert main(call) == 0
-    assert capsys.readouterr().out.count("finished before") == 2
+    assert capsys.readouterr().out.count("already finished") == 2
     assert (out / "arm" / "report.html").stat().st_mtime_ns == before
     arm.write_text(edited(ARM, ("speed = 50.0", "speed = 60.0")))
     assert main(call) == 0
-    assert capsys.readouterr().out.count("finished before") == 1
+    assert capsys.readouterr().out.count("already finished") == 1
     assert (out / "arm" / "report.html").stat().st_mtime_ns > before
     assert main([*call, "--fields"]) == 0
-    assert "finished before" not in capsys.readouterr().out
+    assert "already finished" not in capsys.readouterr().out
 
 
 def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch, capsys):
@@ -323,7 +323,7 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
     notes.write_text("mine")
     for again in range(2):
         assert main([str(arm), "-o", str(tmp_path / "out"), "--positions", str(8 + again)]) == 0
-        assert "kept there: notes.txt" in capsys.readouterr().out
+        assert "other files left there: notes.txt" in capsys.readouterr().out
         assert notes.read_text() == "mine"
         assert len(rows_of(notes.parent / "positions.csv")) == 8 + again
     (notes.parent / "fields.npz").write_text("mine too")
@@ -344,7 +344,10 @@ def test_files_of_earlier_runs_are_kept_apart_and_those_of_the_user_stay(arm, tm
     meshes = {path.name: path.read_bytes() for path in (folder / "mesh").iterdir()}
     assert main(call) == 0
     output = capsys.readouterr().out
-    assert "kept there: fields.edited.npz, notes.txt; of an earlier run, now in earlier/: mesh, speeds.csv" in output
+    assert (
+        "other files left there: fields.edited.npz, notes.txt; of an earlier run, moved to earlier/: mesh, speeds.csv"
+        in output
+    )
     own = {"positions.csv", "report.html", "summary.json"}
     for again in (False, True):  # a further run leaves them there
         files = {entry.name for entry in folder.iterdir()}
@@ -368,7 +371,7 @@ def test_a_file_that_was_changed_by_hand_is_moved_aside(arm, tmp_path, capsys):
         assert main(call) == 0
         assert (folder / name).read_text() == name
         assert len(rows_of(folder / "positions.csv")) > 1
-        assert "kept there: positions.edited.csv" in capsys.readouterr().out
+        assert "other files left there: positions.edited.csv" in capsys.readouterr().out
 
 
 def test_a_program_error_is_reported_and_does_not_stop_other_scenes(arm, tmp_path, monkeypatch, capsys):
@@ -417,7 +420,7 @@ WRONG_CALLS = [
     ("", "no scene was given: name a .toml file or a shipped scene, see --list"),
     ("steel_fourbar", 'did you mean "steel_four_bar"?'),
     ("zzz", "--list shows the shipped scenes"),
-    ("deflection", '"--animate deflection" films this field'),
+    ("deflection", '"--animate deflection" makes a movie of this field'),
     ("missing.toml", "there is no such file"),
     ("mine.pmks", "of another program: --import 'mine.pmks' writes its scene"),
     ("https://pmks.example/?2P.Ay", "--import 'https://pmks.example/?2P.Ay' writes its scene"),

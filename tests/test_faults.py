@@ -397,7 +397,7 @@ def test_changed_results_are_reported_and_computed_again(name, tmp_path, capsys)
     assert f"steel_four_bar: computed again: {'its ' * (name == 'summary.json')}{name} changed" in said.err
     assert path.read_bytes() == before
     assert main([*call, "--resume"]) == 0
-    assert "finished before" in capsys.readouterr().out
+    assert "already finished" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("files", in_tiers(["[[1]]", "3", '{"a": {}}', '["summary.json", null]'], 2, 0))
@@ -444,7 +444,7 @@ def test_a_damaged_folder_is_computed_again(how, tmp_path, capsys):
     capsys.readouterr()
     for again in (False, True):
         assert main(call) == 0
-        assert ("finished before" in capsys.readouterr().out) == again
+        assert ("already finished" in capsys.readouterr().out) == again
         require_whole(tmp_path / "out" / "s0")
 
 
@@ -551,7 +551,7 @@ def test_endless_files_pipes_and_empty_folders_are_errors(tmp_path, capsys):
         assert main([str(tmp_path / f"{name}.toml"), "-o", str(tmp_path / "out")]) == 2
         assert message in capsys.readouterr().err
     assert main([str(tmp_path / "empty"), "-o", str(tmp_path / "out")]) == 2
-    assert "holds no .toml file" in capsys.readouterr().err
+    assert "contains no .toml file" in capsys.readouterr().err
 
 
 def test_a_deleted_working_folder_is_an_error(tmp_path):

@@ -63,10 +63,10 @@ def test_a_run_depends_on_its_library(scene, tmp_path, capsys):
     command = [str(scene), "-o", str(tmp_path / "out"), "--resume"]
     assert main(command) == 0
     assert main(command) == 0
-    assert "finished before" in capsys.readouterr().out
+    assert "already finished" in capsys.readouterr().out
     (scene.parent / "shop.toml").write_text(SHOP.replace("7800", "7801"))
     assert main(command) == 0
-    assert "finished before" not in capsys.readouterr().out
+    assert "already finished" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

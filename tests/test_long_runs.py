@@ -173,12 +173,12 @@ def test_a_large_request_is_announced_and_rejected_without_space(tmp_path, monke
     monkeypatch.setattr(compute, "HEAVY", 1e3)
     assert main([str(scene), "--fields", "-o", str(tmp_path / "out")]) == 0
     # 12 fields of 3 beams at 101 stations and 36 positions, doubled during writing: 2.09 MB, and a table.
-    assert "scene: 36 positions take about 2.1" in capsys.readouterr().err
+    assert "scene: 36 positions need about 2.1" in capsys.readouterr().err
     for what, options in (("_free_disk", ["--fields"]), ("_free_memory", ["--check"])):
         with monkeypatch.context() as patch:
             patch.setattr(compute, what, lambda *_: 1e3)
             assert main([str(scene), *options, "-o", str(tmp_path / "none")]) == 2
-        assert "where 0.001 MB are free: ask for fewer --positions" in capsys.readouterr().err
+        assert "but only 0.001 MB are free: use fewer --positions" in capsys.readouterr().err
     assert main([str(scene), "--mesh", "--positions", "20001", "-o", str(tmp_path / "none")]) == 2
     assert "a file for every position" in capsys.readouterr().err
     assert not (tmp_path / "none").exists()

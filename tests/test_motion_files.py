@@ -209,11 +209,11 @@ def test_a_run_depends_on_the_file(scene, tmp_path, capsys):
         return status, capsys.readouterr().out
 
     assert "->" in run()[1]
-    assert "finished before" in run("--resume")[1]
+    assert "already finished" in run("--resume")[1]
     made = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())["made_from"]
     assert [*made["beside"]] == ["lift.csv"]
     (scene.parent / "lift.csv").write_text(LIFT.replace("10,5", "12"))
-    assert "finished before" not in run("--resume")[1]
+    assert "already finished" not in run("--resume")[1]
     (scene.parent / "lift.csv").unlink()
     assert main([str(scene), "-o", str(tmp_path / "out"), "--resume"]) == 2
     assert 'arm.toml: [[drives]] no. 1 motion: there is no file "lift.csv"' in capsys.readouterr().err

@@ -93,7 +93,7 @@ class TestText:
     def test_a_mechanism_that_does_not_close_still_has_its_graph(self):
         long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         text = structure_text(long)
-        assert "m and h are not known: the mechanism does not close" in text
+        assert "m and h are unknown: the mechanism does not close" in text
         assert "Bars (4) and nodes (4)" in text
 
     def test_screw_and_nut(self):

@@ -146,7 +146,7 @@ def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, caps
     assert summary["acceptance"]["verdict"] == "acceptable"
     assert {each["design"]: each["passed"] for each in summary["answered"]}[int(best[0])] is True
     kept = sum(row[5] == "1.0" for row in rows)
-    assert f"bars: 12 designs; {kept} keep all limits, ignoring vibration and error; smallest deflection.rocker" in line
+    assert f"bars: 12 designs; {kept} meet all limits, ignoring vibration and error; smallest deflection.rocker" in line
     assert f"no. {best[0]} (sections.bar.depth" in line
     assert "6 without figures: ...% of the positions are out of reach" in line
     assert [bool(row[-1]) for row in rows] == [False, True] * 6
@@ -168,7 +168,7 @@ def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, caps
     results = computed(scene_from_dict(one), Request(theory="quasi-static"))
     assert abs(results.figures.of_field("w")[2].value) == pytest.approx(float(best[4]), rel=1e-11)
     assert swept(tmp_path, SWEEP, "--design", "12") == 2
-    assert "there is no design 12, the last one of the sweep is 11" in capsys.readouterr().err
+    assert "there is no design 12, the last design of the sweep is 11" in capsys.readouterr().err
 
 
 def answered_by(monkeypatch, limits, aim, change):

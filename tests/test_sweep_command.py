@@ -111,7 +111,7 @@ def test_the_command_reports_a_full_disk(scene, tmp_path, monkeypatch, capsys):
         patch.setattr("kinelast.outputs.outbox.sync", full_disk)
         assert swept(scene, tmp_path / "out") == 2
     errors = capsys.readouterr().err
-    assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in errors
+    assert "no space left on device; 0 of 90 designs are stored; continue with --resume" in errors
     assert swept(scene, tmp_path / "out", "--resume") == 0
 
 

@@ -189,7 +189,7 @@ def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("kinelast.outputs.outbox.sync", full)
         with pytest.raises(
-            RequestError, match=r"no space left on device; \d+ of 1050 designs are kept; --resume goes on"
+            RequestError, match=r"no space left on device; \d+ of 1050 designs are stored; continue with"
         ):
             sweep(place)
     assert not list(place.rglob(".*"))
@@ -229,10 +229,10 @@ def test_a_new_sweep_replaces_a_finished_one(tmp_path, whole):
 
 def test_foreign_files_are_not_overwritten(tmp_path):
     (tmp_path / "designs.csv").write_text("mine")
-    with pytest.raises(RequestError, match="is of no sweep of this program"):
+    with pytest.raises(RequestError, match="does not belong to a sweep"):
         sweep(tmp_path)
     (tmp_path / "manifest.json").write_text("{}")
-    with pytest.raises(RequestError, match="is no manifest of a sweep"):
+    with pytest.raises(RequestError, match="is not the manifest of a sweep"):
         sweep(tmp_path)
     assert (tmp_path / "designs.csv").read_text() == "mine"
 
@@ -297,7 +297,7 @@ def test_a_damaged_finished_store_is_reported_and_repaired(fault, tmp_path, whol
     message = Recorder()
     assert sweep(tmp_path / "whole", resume=True, progress=message).kept == COUNT
     assert tree(tmp_path / "whole") == whole
-    assert "is not as it was written" in message.sentences[0]
+    assert "has changed since it was written" in message.sentences[0]
 
 
 @pytest.mark.parametrize("fault", in_tiers(FAULTS, 4, 0))
@@ -310,7 +310,7 @@ def test_a_damaged_chunk_is_reported_and_computed_first(fault, tmp_path, whole, 
     assert sweep(tmp_path / "begun", compute, resume=True, progress=message).kept == COUNT
     again = [400, 500] if fault is swapped else [400]
     assert compute.asked == [*again, 1000]
-    assert "computed again, as not as they were kept: chunk" in message.sentences[0]
+    assert "damaged, computed again: chunk" in message.sentences[0]
     assert tree(tmp_path / "begun") == whole
 
 
@@ -341,7 +341,7 @@ def test_a_foreign_file_among_chunks_is_an_error(tmp_path, monkeypatch):
     sweep(tmp_path)
     chunk = tmp_path / "designs.parquet" / "0000000004.parquet"
     chunk.with_name("0000000077.parquet").write_bytes(chunk.read_bytes())
-    with pytest.raises(RequestError, match=r"0000000077.parquet is of no chunk of this sweep: move it"):
+    with pytest.raises(RequestError, match=r"0000000077.parquet does not belong to this sweep: move it"):
         sweep(tmp_path, resume=True)
 
 
@@ -349,7 +349,7 @@ def test_an_edited_manifest_is_an_error(tmp_path):
     sweep(tmp_path)
     path = tmp_path / "manifest.json"
     path.write_text(path.read_text().replace('"tip": "m"', '"tip": "mm"'))
-    with pytest.raises(RequestError, match="it is not as it was written"):
+    with pytest.raises(RequestError, match="it has changed since it was written"):
         sweep(tmp_path, resume=True)
 
 
@@ -420,7 +420,7 @@ def test_an_interrupt_reports_the_kept_designs_and_ends_all_processes(jobs, tmp_
     message, _ = run.communicate()
     there = kept(tmp_path / "out")  # the interrupt may come after the last chunk was kept and before it was counted
     assert any(
-        f"{10 * count} of 1050 designs are kept; --resume goes on from there" in message for count in (there, there - 1)
+        f"{10 * count} of 1050 designs are stored; continue with --resume" in message for count in (there, there - 1)
     )
     wait_for(lambda: not alive(run.pid))
     assert sweep(tmp_path / "out", chunk=10, resume=True).kept == COUNT
@@ -450,11 +450,11 @@ def test_a_sweep_waits_for_workers_and_says_so(tmp_path):
         timer.start()
         assert sweep(tmp_path, scheduler=cluster.scheduler_address, progress=message).kept == COUNT
         timer.join()
-    assert "has no worker yet, waiting for one: dask worker tcp://" in message.sentences[0]
+    assert "has no workers yet, start one: dask worker tcp://" in message.sentences[0]
 
 
 def test_a_missing_scheduler_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
     monkeypatch.setattr(running, "TIMEOUT", "0.2s")
-    with pytest.raises(RequestError, match=r'--scheduler: nobody answers at "tcp://127.0.0.1:9"'):
+    with pytest.raises(RequestError, match=r'--scheduler: there is no answer from "tcp://127.0.0.1:9"'):
         sweep(tmp_path, scheduler="tcp://127.0.0.1:9")

@@ -327,7 +327,9 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
         spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors vary between designs
-        problem = now.problem.held_to([judge.room(judged, value, other, spare) for judged, (value, _), other in rows])
+        problem = now.problem.held_to(
+            [judge.adjusted_bound(judged, value, other, spare) for judged, (value, _), other in rows]
+        )
         before = known
         now = _FullyJudged(problem, optimum_from(problem, now.best.shares, task.seed, progress))
     return kept or now

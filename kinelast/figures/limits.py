@@ -300,7 +300,9 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
-def room(judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE) -> float:
+def adjusted_bound(
+    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
+) -> float:
     """Return a bound for the quasi-static figure.
 
     With the full answer and its error, a design at this bound should just meet the limit.

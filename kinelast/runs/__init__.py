@@ -1,7 +1,7 @@
-"""Compute one scene: memory estimate, motion, deflection (whole or in chunks), and checks.
+"""Computation of a scene: memory estimate, motion, deflection (in chunks if the run is long), and checks.
 
-The figures of the chunks are merged; a short run is a single chunk. Curves, maps, films, frequencies and the check use
-`SHOWN` evenly spaced positions.
+The figures of the chunks are merged. Curves, maps, movies, frequencies and checks of a long run use `SHOWN` evenly
+spaced positions.
 """
 
 from __future__ import annotations
@@ -30,46 +30,46 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 
-HEAVY = 2e8  # [bytes] larger requests are announced
-NUMBER = 8  # bytes of a number
-DIGITS = 20  # approximate number of bytes of a number in a table
+HEAVY = 2e8  # [bytes] the user is informed about larger requests
+NUMBER = 8  # [bytes] size of a number
+DIGITS = 20  # [bytes] approximate size of a number in a table
 MOST_MESHES = 20_000
-SHARE = 0.8  # largest share of free memory
-COPIES = 5  # copies of its arrays during the check
+SHARE = 0.8  # largest usable fraction of the free memory or disk space
+COPIES = 5  # number of copies of its arrays that the check needs
 
 
-def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
-    """Return a message on a large request, otherwise an empty string.
+def require_resources(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
+    """Return a message about a large request, otherwise an empty string.
 
     Parameters
     ----------
     positions, checked
-        Number of positions of the run, and number of those that are checked.
+        Number of positions of the run, and number of positions that are checked.
 
     Raises
     ------
     RequestError
-        There is not enough disk space or memory, or the request would produce too many files.
+        There is not enough memory or disk space, or the request would write too many files.
     """
     beams = len(scene.mechanism.beams)
     if request.mesh and positions > MOST_MESHES:
-        raise RequestError(f"--mesh writes a file for every position: ask for {MOST_MESHES} --positions at most")
+        raise RequestError(f"--mesh writes a file for every position: use at most {MOST_MESHES} --positions")
     disk = positions * DIGITS * _columns(scene)
     if request.fields:
         disk += 2 * positions * request.stations * sum(field.main for field in FIELDS.values()) * beams * NUMBER
     elements = request.elements or 0
     memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
     for need, free, where, less in (
-        (disk, _free_disk(out), "on the disk", "--positions or --stations"),
+        (disk, _free_disk(out), "of disk space", "--positions or --stations"),
         (memory, _free_memory(), "of memory", "--positions or elements to --check"),
     ):
         if need > SHARE * free:
-            sentence = f"takes about {_words(need)} {where}, where {_words(free)} are free"
-            raise RequestError(f"what is asked for {sentence}: ask for fewer {less}")
+            sentence = f"needs about {_words(need)} {where}, but only {_words(free)} are free"
+            raise RequestError(f"the request {sentence}: use fewer {less}")
     sentences = [many] if (many := too_many_beams(scene.mechanism)) else []
     if max(disk, memory) >= HEAVY:
         of_memory = f" and {_words(memory)} of memory" if memory else ""
-        sentences.append(f"{positions} positions take about {_words(disk)} on the disk{of_memory}")
+        sentences.append(f"{positions} positions need about {_words(disk)} of disk space{of_memory}")
     return f"{scene.name}: {'; '.join(sentences)}" if sentences else ""
 
 
@@ -87,7 +87,7 @@ def _free_disk(out: Path) -> float:
 
 
 def _free_memory() -> float:
-    """Return the free memory [bytes], infinite if unknown."""
+    """Return the free memory [bytes], or inf if unknown."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
@@ -99,13 +99,13 @@ def _words(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-LONG = 100_000  # positions x (beams + 1 + share of links); above this (about 200 MB) a run is split into chunks
-PER_LINK = 0.25  # memory of a link relative to a beam
+LONG = 100_000  # positions x (beams + 1 + PER_LINK x links); above this (about 200 MB), a run is split into chunks
+PER_LINK = 0.25  # memory of a link / memory of a beam
 SHOWN = 3600
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Return True if a run is long enough to be split into chunks."""
+    """Return True if a run is so long that it is split into chunks."""
     mechanism = scene.mechanism
     return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
@@ -117,19 +117,19 @@ def long_results(
     require: Callable[[Scene, Deflection], None],
     theory: Callable[[Results], Results] | None = None,
 ) -> Results:
-    """Return the figures of a long run, and its deflection at `SHOWN` evenly spaced positions.
+    """Compute a long run: figures of all positions, and the deflection at `SHOWN` evenly spaced positions.
 
     Parameters
     ----------
     time
-        Instants of the run [s], shape (positions,).
+        Times of the run [s], shape (positions,).
     on_chunk
-        Called with the results of each chunk and the number of its first position.
+        Called with the results of each chunk and the index of its first position.
     require
-        Raises an error if a chunk is not feasible.
+        Function that raises an error if a chunk is not feasible.
     theory
-        Function from the quasi-static results at the shown positions to the results of the chosen theory, which then
-        solves all positions.
+        Function of the quasi-static results at the shown positions, which returns the results of the requested theory.
+        The chunks use the same theory.
     """
     shown = Results(scene, scene_deflection(scene, _shown(scene, time, require)))
     shown = theory(shown) if theory else shown
@@ -147,9 +147,11 @@ def long_results(
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
-    """Return the motion at evenly spaced positions of a long run, on the branch of nearby positions."""
+    """Return the motion at evenly spaced positions of a long run, on the branch of its positions."""
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
-    if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # positions were left out
+    if len(time) < SHOWN or not np.isclose(
+        time[-1] - time[0], shown[-1], rtol=2 / SHOWN
+    ):  # some positions are left out
         shown = time[:: -(-len(time) // SHOWN)]
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
     near, first = [], 0
@@ -164,12 +166,12 @@ def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], Non
 
 
 def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
-    """Return motion, deflection and, if requested, the check of a scene.
+    """Return the results of a scene: motion, deflection and requested checks.
 
     Raises
     ------
     SceneError, RequestError
-        A position is out of reach, or no position remains if unreachable ones are left out.
+        A position is unreachable, or no position is reachable.
     """
     moved, left_out = _moved(scene, request)
     bent = scene_deflection(scene, moved)
@@ -179,7 +181,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """Return the results by the requested theory of motion, see `kinelast.figures.results.answered`."""
+    """Return the results by the requested theory, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):
@@ -188,7 +190,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
 
 
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:
-    """Return the results with the requested checks of the whole answer."""
+    """Return the results with the requested checks of the final answer."""
     if request.elements is not None:
         from kinelast.figures.checks import momentum_balances
 
@@ -209,7 +211,7 @@ def further_checked(results: Results, request: Request, progress: Progress) -> R
 
 
 def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
-    """Return the comparison with finite elements, if requested."""
+    """Return the comparison of the quasi-static deflection with finite elements, if requested."""
     if request.elements is None:
         return None
     from fem_check import compare, solve
@@ -219,16 +221,19 @@ def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress
 
 
 def _require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise if the mechanism does not reach a position."""
+    """Raise if the mechanism cannot reach a position."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
-        advice = "; --reachable leaves out what cannot be reached" if reachable(moved).any() else ""
+        advice = "; --reachable leaves out unreachable positions" if reachable(moved).any() else ""
         raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
 
 
 def require_chunk(scene: Scene, bent: Deflection) -> None:
-    """Raise if a chunk of a long run is unreachable (described for the whole run) or a block leaves its beam."""
+    """Raise if a position in a chunk of a long run is unreachable, or a block leaves its beam.
+
+    The message about unreachable positions describes the whole run.
+    """
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
         _require_reached(scene, bent.motion)
@@ -250,7 +255,7 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 
 def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
-    """Return the motion and the number of omitted positions."""
+    """Return the motion, and the number of positions that are left out."""
     times = scene.course.times(request.positions)
     kept = scene.course.reached(times) if request.reachable else times
     if not len(kept):

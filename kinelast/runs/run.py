@@ -1,4 +1,4 @@
-"""Compute one scene, and write its folder either completely or not at all."""
+"""Computation of a scene, and its folder, which is written completely or not at all."""
 
 import re
 import time
@@ -34,21 +34,21 @@ from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 
-STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # sections of a report in addition to the optimum
+STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # studies with separate sections in the report
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute a scene, write its folder, and return the outcome, including errors.
+    """Compute a scene and write its folder. Errors are returned in the outcome.
 
     Parameters
     ----------
     resume
-        Keep a folder that was written from the same file and request.
+        Whether to keep a folder that was written for the same file and request.
     progress
-        Progress listener; also receives a message before a large request starts.
+        Progress callback. It also receives a message before a large request starts.
     """
     start = time.perf_counter()
-    with np.errstate(all="ignore"):  # values that are not numbers are reported as missing
+    with np.errstate(all="ignore"):  # nan is a missing value
         work = partial(_scene, task, request, resume, progress)
         outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
     return replace(outcome, seconds=time.perf_counter() - start)
@@ -64,20 +64,20 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         if before:
             report = report_from(before)
             status = FINE if _agrees(report) else CHECK_FAILED
-            return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, report=report)
+            return Outcome(status, f"{task.name}: already finished -> {folder}", SKIPPED, report=report)
         if why:
             progress.tell(f"{task.name}: computed again: {why}")
     document = document.with_positions(request.positions)
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
-    limits_of(scene)  # raises for an unknown figure before any computation
+    limits_of(scene)  # raise the error for an unknown figure before the computation
     positions = scene.run.positions
     long = is_long(scene, positions)
     if long and (request.nonlinear or request.solid):
-        raise RequestError(f"--check nonlinear and solid take no more than {SHOWN} positions: ask for fewer")
+        raise RequestError(f"--check nonlinear and solid allow at most {SHOWN} positions: use fewer")
     if long and request.tables:
-        raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
+        raise RequestError("--tables: the tables of such a long run are only written as CSV")
     optimum: OptimumReport | UnsetType = UNSET
     if request.optimize:
         from kinelast.outputs.studies import best_design
@@ -88,8 +88,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = replace(scene, course=scene.course.reporting(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
         request = replace(request, reachable=True)
-        made = changed(made, interrupted=scene.course.interrupted)  # so that a later run does not treat it as complete
-    if heavy := runs.require_room(scene, request, positions, SHOWN if long else positions, folder):
+        made = changed(made, interrupted=scene.course.interrupted)  # --resume must not treat it as complete
+    if heavy := runs.require_resources(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
         with complete(folder) as part:
@@ -104,7 +104,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
 
 def _in_requested_units(scene: Scene, request: Request) -> Scene:
-    """Return the scene with the report's units as requested by --units, and with the unit of --speeds."""
+    """Return the scene with the display units of --units and --speeds."""
     units, written = request.units or scene.report_units, dict(scene.written)
     if request.speeds and (name := request.speeds[3]):
         one = Speed.read(f"1 {name}")
@@ -113,7 +113,7 @@ def _in_requested_units(scene: Scene, request: Request) -> Scene:
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
-    """Return a listener for the steps of an integrated motion."""
+    """Return a function that reports the progress of an integration, and warns once if it needs too many steps."""
     stage, end = f"{scene.name}: integrating {scene.run.duration:g} s of motion", scene.run.duration
     times, began, judged = [0.0], time.perf_counter(), False
 
@@ -141,7 +141,7 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
 
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
-    """Return the results of a long run, and write its tables chunk by chunk."""
+    """Compute a long run, and write its tables chunk by chunk."""
     instants = scene.course.times()
     count = len(instants)
     if request.reachable:
@@ -167,7 +167,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
-    """Write the tables of every position."""
+    """Write the tables with values at every position."""
     for name, table in tables.tables_of_positions(results, request.motion, request.columns).items():
         write_table(part / f"{name}.csv", table, request.tables)
     if request.fields:
@@ -183,7 +183,7 @@ def _finish(
     request: Request,
     progress: Progress,
 ) -> tuple[Report, dict[str, Any]]:
-    """Write the tables and all other files of a scene, or of its best design, to a folder.
+    """Write all files of a scene, or of its best design, to a folder, except the tables with values at every position.
 
     Returns
     -------
@@ -204,9 +204,9 @@ def _finish(
         write_json(part / "check.json", {**(to_builtins(report.check) or {}), **checks})
     report = _with_studies(part, document, results, report, request, progress)
     failed: dict[str, str] = {}
-    report = changed(report, more={**report.more, **task.beside, "failed": failed})
+    report = changed(report, more={**report.more, **task.extra, "failed": failed})
     for name, draw in _drawings(part, results, report, request, progress):
-        with _kept_apart(name, failed):
+        with _isolated(name, failed):
             draw()
     return report, seal(part, data_of(report))
 
@@ -214,7 +214,7 @@ def _finish(
 def _with_studies(
     part: Path, document: Document, results: Results, report: Report, request: Request, progress: Progress
 ) -> Report:
-    """Write the files of the requested studies, and return the report with them."""
+    """Write the files of the requested studies, and add the studies to the report."""
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
         more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
@@ -238,7 +238,7 @@ def _with_studies(
 def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """Write the answer as a function of drive speed, and return it as figures."""
+    """Write the answer as a function of the drive speed, and return it for the report."""
     from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
@@ -250,14 +250,14 @@ def _speeds(
 
 
 def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Iterable[str]) -> Outcome:
-    """Return the outcome of a finished scene: sentences and status. `earlier`: files of the previous run."""
+    """Return the outcome of a finished scene. `earlier` contains the files of the previous run."""
     of = "best design: " if report.optimum else ""
     line = f"{task.name}: {of}{headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
-        line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+        line += f"; other files left there: {plain(', '.join(others[:3]), MESSAGE)}"
     kept = {*sealed["files"], *(re.sub(r"\.edited\d*", "", name) for name in others)}
     if older := sorted({*earlier} - kept):
-        line += f"; of an earlier run, now in {EARLIER}/: {plain(', '.join(older[:3]), MESSAGE)}"
+        line += f"; of an earlier run, moved to {EARLIER}/: {plain(', '.join(older[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
     for each in (*words, *(report.optimum.words if report.optimum else ())):
         line += f"\n{task.name}: {each}"
@@ -270,8 +270,8 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
 
 
 @contextmanager
-def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Store the exception of a drawing instead of raising it, so that the figures are kept."""
+def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
+    """Store the exception of a drawing in `failed` instead of raising it, so that the figures are not lost."""
     try:
         with stops_kept():
             yield
@@ -286,7 +286,7 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path, results: Results, report: Report, request: Request, progress: Progress
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield names of drawings, and functions that create them."""
+    """Yield the names of drawings, and functions that draw them."""
     from kinelast.outputs.page import report_page
 
     scene = results.scene
@@ -311,14 +311,14 @@ def _drawings(
         yield "mesh", partial(write_vtu_series, results.deflection, part / "mesh")
     films = request.animate
     if films and (results.buckles or not scene.labels):
-        films = ("motion",)  # there are no diagrams for links that buckle or have no beams
+        films = ("motion",)  # there are no diagrams if links buckle or have no beams
     for diagram in films:
         on_frame = partial(progress, f"{scene.name}: {diagram}")
         yield f"{diagram}.{request.picture}", partial(pictures.draw_film, part, results, diagram, request, on_frame)
 
 
 def _agrees(report: Report) -> bool:
-    """Return True if every check was made and passed, the limits are met, and the optimum and accuracy are reached."""
+    """Return True if all checks pass, the limits are met, and the optimum and the accuracy are reached."""
     best, verdict = report.optimum, report.acceptance
     failures = [
         report.check and report.check.passed is False,

@@ -1,4 +1,4 @@
-"""Structure of a planar mechanism or of a spatial chain of joints, as data and as text."""
+"""Description of the structure of a planar mechanism or of a spatial chain of joints as text."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 
-LINE_WIDTH = 110  # characters
-NEARLY_SINGULAR = 1e-3  # ratio of smallest non-zero to largest singular value
+LINE_WIDTH = 110  # [characters]
+NEARLY_SINGULAR = 1e-3  # smallest nonzero / largest singular value
 
 
 def section(name: str, lines: Iterable[str]) -> str:
-    """Format a heading, indented lines, and an empty line."""
+    """Return a heading, indented lines, and an empty line."""
     return "\n".join([name, *(f"  {line}".rstrip() for line in lines), ""])
 
 
 def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Align the columns of rows."""
+    """Return the rows of a table as lines with aligned columns."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))] if rows else []
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
@@ -36,7 +36,7 @@ def wrapped_lines(text: str) -> list[str]:
 
 
 def loop_lines(graph: Graph) -> list[str]:
-    """Describe each loop as a walk over nodes and branches."""
+    """Return a description of each loop, as a walk along nodes and branches."""
     lines = []
     for number, loop in enumerate(topology.fundamental_loops(graph), 1):
         steps = []
@@ -52,7 +52,7 @@ def loop_lines(graph: Graph) -> list[str]:
 
 
 def rank_lines(ranks: Mobility) -> list[str]:
-    """Describe the ranks of the kinematic and static matrices, and how clearly they are determined."""
+    """Return a description of the ranks of the kinematic and static matrices, with a warning if they are uncertain."""
     m, h = int(ranks.mobility), int(ranks.hyperstaticity)
     kinematic = (ranks.kinematic_unknowns, ranks.kinematic_equations, int(ranks.kinematic_rank))
     static = (ranks.static_unknowns, ranks.static_equations, int(ranks.static_rank))
@@ -62,17 +62,17 @@ def rank_lines(ranks: Mobility) -> list[str]:
         f"mobility m = {m}, hyperstaticity h = {h}, mobility index m - h = {ranks.index}",
     ]
     if not ranks.sides_agree:
-        lines.append("the two sides disagree: the position is too close to a singularity")
+        lines.append("the two sides differ: the position is too close to a singularity")
     if float(ranks.kept) < NEARLY_SINGULAR:
         lines += wrapped_lines(
-            f"nearly singular: the smallest singular value that counts is {float(ranks.kept):.1e} of the greatest. "
+            f"nearly singular: the smallest nonzero singular value is {float(ranks.kept):.1e} times the largest. "
             "Slightly different dimensions may increase both m and h; give more digits if the dimensions are rounded"
         )
     return lines
 
 
 def redundancy_lines(names: Sequence[str]) -> list[str]:
-    """Joints with statically indeterminate forces."""
+    """Return a description of the joints with statically indeterminate forces."""
     if not names:
         return ["every joint force follows from statics"]
     return wrapped_lines("redundant: statics does not determine the forces in " + ", ".join(names))
@@ -82,12 +82,12 @@ MAX_NAMED = 3  # maximum number of contacts named in a message
 
 
 def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = (), title: str = "") -> str:
-    """Describe the structure of a mechanism or scene; `contacts` are cams and slipping gears as drawn.
+    """Return a description of the structure of a mechanism or scene. `contacts` are cams and slipping gears as drawn.
 
     Raises
     ------
     MechanismError
-        If the wheels of a gear do not touch.
+        The wheels of a gear do not touch.
     """
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     title = title if isinstance(subject, Mechanism) else subject.title or subject.name
@@ -107,18 +107,18 @@ def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Conta
 
 
 def titled(title: str, sections: Iterable[tuple[str, Iterable[str]]]) -> str:
-    """Format sections under their title, which may be empty."""
+    """Return sections under a title, which may be empty."""
     head = [title, "=" * len(title), ""] if title else []
     return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
 
 
 def _no_groups_reason(contacts: Sequence[topology.Contact]) -> str:
-    """Explain why a mechanism with contacts has no groups, which consist of lower pairs."""
+    """Return the reason why a mechanism with contacts has no groups: groups consist of lower pairs."""
     names = ", ".join(f'"{contact.name}"' for contact in contacts[:MAX_NAMED])
     names += ", ..." if len(contacts) > MAX_NAMED else ""
     one = len(contacts) == 1
     who = f"the contact {names} is" if one else f"the contacts {names} are"
-    return f"groups are made of pins, sliders, welds and gears, and {who} none of them"
+    return f"groups only consist of pins, sliders, welds and gears, but {who} none of these"
 
 
 def _joints(joints: Iterable[topology.Pair]) -> list[str]:
@@ -142,7 +142,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
         redundant = [joints[number] for number in topology.stressed_joints(chain)]
         triangles = topology.flat_triangles(here)
     except MechanismError as error:
-        return [*lines, *wrapped_lines(f"m and h are not known: {error}")]
+        return [*lines, *wrapped_lines(f"m and h are unknown: {error}")]
     drives, m = len(mechanism.drives), int(ranks.mobility)
     lines += rank_lines(ranks)
     lines.append(f"drives: {drives}" + (", as many as m" if drives == m else f", but m = {m}"))
@@ -156,7 +156,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
 
 
 def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[str]:
-    """Groups in order of solution, or the reason why there are none (a contact is not a lower pair)."""
+    """Return the groups in the order of their solution, or the reason why there are none."""
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
@@ -169,7 +169,7 @@ def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[
 
 
 def _bars(graph: Graph) -> list[str]:
-    """Bars with their nodes, and the incidence and loop matrices if they fit the width."""
+    """Return the bars with their nodes, and the incidence and loop matrices if they are not too wide."""
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
@@ -191,12 +191,12 @@ def _signs(matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]], labels: Sequ
 
 
 def spatial_text(joints: Sequence[topology.SpatialJoint], title: str = "", fixed: str | None = None) -> str:
-    """Structure of a spatial chain of joints as text for a terminal.
+    """Return a description of the structure of a spatial chain of joints.
 
     Raises
     ------
     MechanismError
-        If the joints do not form a chain.
+        The joints do not form a chain.
     """
     chain = topology.spatial_chain(joints, fixed)
     ranks = topology.mobility(chain)
@@ -228,7 +228,7 @@ def _transmitted_text(joint: topology.SpatialJoint) -> str:
 def _input_output_laws(
     freedoms: Sequence[Sequence[str]], graph: Graph, rates: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 ) -> list[str]:
-    """For one degree of freedom: all rates relative to the first that is not zero."""
+    """For one degree of freedom, return all rates relative to the first nonzero rate."""
     if rates.shape[1] == 0:
         return ["no motion"]
     if rates.shape[1] != 1:

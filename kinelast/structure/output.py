@@ -1,4 +1,4 @@
-"""Structure of a scene, even if it cannot move: terminal text and folder with diagram."""
+"""Structure of a scene, which need not be able to move: text and diagram."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class StructureScene:
-    """A scene without motion: a mechanism, or joints in space.
+    """A scene for a structural analysis: a planar mechanism, or joints in space.
 
     Attributes
     ----------
     name, title, source, path
         See `Scene`.
     mechanism, contacts
-        Planar mechanism and its contacts (gears, cams); None for a spatial chain.
+        Planar mechanism, or None for a spatial chain, and the contacts of the mechanism (gears, cams).
     joints, fixed
-        Joints of a spatial chain, and its fixed link or None.
+        Joints of a spatial chain, and its fixed link, if given.
     """
 
     name: str
@@ -55,12 +55,12 @@ class StructureScene:
 
 
 def read_structure(path: str | Path) -> StructureScene:
-    """Read the structure of a scene's TOML file.
+    """Read the structure of a scene from a TOML file.
 
     Raises
     ------
     SceneError
-        If the file is invalid; a mechanism that cannot move is valid.
+        The file is invalid. A mechanism that cannot move is valid.
     """
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene file, got {shown(path)}")
@@ -69,14 +69,14 @@ def read_structure(path: str | Path) -> StructureScene:
 
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
-    """Read the structure from a TOML text; `path` names the file in messages."""
+    """Read the structure from a TOML text. `path` is the path of the file for messages."""
     with of_file(path):
         raw = parsing.parse_toml(text)
     return structure_from_dict(raw, name, path)
 
 
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
-    """Read the structure from the tables of a TOML file; `path` names the file in messages."""
+    """Read the structure from the tables of a TOML file. `path` is the path of the file for messages."""
     with of_file(path):
         if parsing.is_chain(raw):
             return _chain(parsing.parsed(raw, ChainTable), name, path)
@@ -133,7 +133,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
 
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the structure files of a scene to its folder; return the outcome with its text."""
+    """Write the structure files of a scene to its folder; return an outcome that contains the text."""
     return guarded(task.name, partial(_structure, task))
 
 
@@ -146,7 +146,7 @@ def _structure(task: Task) -> Outcome:
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
-    """Files of a structure, and a phrase that describes its diagram."""
+    """Return the files of a structure by name, and words about its diagram."""
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""
@@ -159,7 +159,7 @@ def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
 
 
 def scene_text(scene: StructureScene) -> str:
-    """Structure of a scene as text for a terminal."""
+    """Return the description of the structure of a scene."""
     if scene.mechanism is None:
         from kinelast.structure import spatial_text
 
@@ -170,12 +170,12 @@ def scene_text(scene: StructureScene) -> str:
 
 
 def skeleton_svg(subject: Mechanism | Scene) -> str:
-    """Skeleton diagram as SVG text.
+    """Return the skeleton diagram as SVG text.
 
     Raises
     ------
     MechanismError
-        If the mechanism does not close near its drawing.
+        The mechanism does not close near its drawing.
     """
     from matplotlib import rc_context
 
@@ -187,7 +187,7 @@ def skeleton_svg(subject: Mechanism | Scene) -> str:
 
 
 def skeleton(subject: Mechanism | Scene) -> Figure:
-    """Skeleton diagram as a matplotlib figure."""
+    """Return the skeleton diagram as a matplotlib figure."""
     from matplotlib.figure import Figure
 
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism

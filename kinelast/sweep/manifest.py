@@ -1,4 +1,4 @@
-"""Manifest of a sweep's folder: its inputs, its chunks, and failed chunks."""
+"""Manifest in the folder of a sweep: inputs, chunks, and failed chunks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_VALUE_CHARACTERS = 60  # maximum number of characters of a value in a messag
 
 @dataclass(frozen=True)
 class ChunkChecksum:
-    """Checksum of a chunk: number of designs, bytes, SHA-256."""
+    """Number of designs, number of bytes, and SHA-256 of a chunk."""
 
     rows: int
     size: int
@@ -31,11 +31,11 @@ class ChunkChecksum:
 
     @classmethod
     def of(cls, rows: int, content: bytes) -> ChunkChecksum:
-        """Return the checksum of a chunk's content."""
+        """Return the checksum of the content of a chunk."""
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
-        """True if the content matches the checksum."""
+        """Return True if the content matches the checksum."""
         return len(content) == self.size and hashlib.sha256(content).hexdigest() == self.sha256
 
 
@@ -43,20 +43,20 @@ class ChunkChecksum:
 class Manifest:
     """State of a sweep.
 
-    A chunk is complete if its content matches its checksum (`store`), or failed if listed here.
+    A chunk is complete if its content matches the checksum in the store.
 
     Attributes
     ----------
     identity
         Inputs that determine the figures, including the versions of the software.
     designs, chunk
-        Number of designs, and number per chunk except for the last one.
+        Number of designs, and number of designs per chunk (the last chunk may be smaller).
     store
-        Name of the file or folder with the designs.
+        Name of the file or folder that contains the designs.
     columns
-        Units by column name, in the order of the store; empty until a chunk is complete.
+        Units by column name, in the order of the store; empty until the first chunk is complete.
     failed
-        Reasons why chunks failed, by index.
+        Reasons why chunks failed, by index of the chunk.
     kept
         Checksums of the chunks in a complete store.
     complete
@@ -78,18 +78,18 @@ class Manifest:
         return -(-self.designs // self.chunk)
 
     def span(self, number: int) -> tuple[int, int]:
-        """First design of a chunk, and one past its last."""
+        """Return the index of the first design of a chunk, and the index after its last design."""
         return number * self.chunk, min((number + 1) * self.chunk, self.designs)
 
     def count(self, numbers: Collection[int]) -> int:
-        """Number of designs in some chunks."""
+        """Return the number of designs in some chunks."""
         last = self.chunks - 1
         return len(numbers) * self.chunk - (self.chunks * self.chunk - self.designs if last in numbers else 0)
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions of the software that affects the last digits of figures and the bytes of files."""
+    """Return the versions of the software that affects the last digits of figures and the bytes of files."""
     found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -97,7 +97,7 @@ def versions() -> dict[str, str]:
 
 
 def manifest_bytes(manifest: Manifest) -> bytes:
-    """Serialise a manifest as JSON; equal contents give equal bytes."""
+    """Return a manifest as JSON. Equal manifests give equal bytes."""
     data = asdict(manifest)
     data["identity"] = dict(manifest.identity)
     data["failed"] = {str(number): why for number, why in sorted(manifest.failed.items())}
@@ -105,17 +105,17 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _digest(data: Mapping[str, Any]) -> str:
-    """Checksum of a manifest."""
+    """Return the checksum of a manifest."""
     return hashlib.sha256(json.dumps(json.loads(json_bytes(data)), sort_keys=True).encode()).hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Read the manifest of a folder; None if it has none.
+    """Read the manifest of a folder; return None if there is no manifest.
 
     Raises
     ------
     RequestError
-        If it cannot be read.
+        The manifest cannot be read.
     """
     path = folder / NAME
     if not path.exists():
@@ -123,17 +123,19 @@ def read_manifest(folder: Path) -> Manifest | None:
     try:
         data = json.loads(path.read_bytes())
         if data.pop("sha256") != _digest(data):
-            raise ValueError("it is not as it was written")
+            raise ValueError("it has changed since it was written")
         data["failed"] = {int(number): str(why) for number, why in data["failed"].items()}
         data["kept"] = [ChunkChecksum(**each) for each in data["kept"]]
         return Manifest(**data)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         message = plain(str(error), 200)
-        raise RequestError(f"{path} is no manifest of a sweep ({message}): choose another -o, or remove it") from None
+        raise RequestError(
+            f"{path} is not the manifest of a sweep ({message}): choose another -o, or remove it"
+        ) from None
 
 
 def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
-    """Raise RequestError if a folder contains a sweep with other inputs; the message lists the differences."""
+    """Raise RequestError if a folder contains a sweep with other inputs. The message lists the differences."""
     there, here = _flat(kept), _flat(requested)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:
@@ -141,13 +143,11 @@ def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
             f"{name}: {_shown(there.get(name))} there, {_shown(here.get(name))} here" for name in names[:4]
         )
         more = f" and {len(names) - 4} more" if len(names) > 4 else ""
-        raise RequestError(
-            f"{folder} holds another sweep ({shown}{more}), and two are not mixed: choose another -o, or remove it"
-        )
+        raise RequestError(f"{folder} contains another sweep ({shown}{more}): choose another -o, or remove it")
 
 
 def _flat(manifest: Manifest) -> dict[str, Any]:
-    """Entries that must be equal, by dotted names."""
+    """Return the entries that must be equal for the same sweep, by dotted names."""
     flat: dict[str, Any] = {"designs": manifest.designs, "chunk": manifest.chunk, "store": manifest.store}
     waiting: list[tuple[str, Any]] = list(json.loads(json_bytes(dict(manifest.identity))).items())
     while waiting:

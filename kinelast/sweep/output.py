@@ -1,4 +1,4 @@
-"""Sweep of a scene: compute and store all designs, find the best, summarise."""
+"""Sweep of a scene: compute and store all designs, find the best one, and write a summary."""
 
 import hashlib
 import time
@@ -34,20 +34,20 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from rigid import counted
 
-MIN_ANNOUNCED = 10.0  # [s] shortest duration of a sweep that is announced
-TRIAL_DESIGNS = 200  # number of designs used to estimate the duration
+MIN_ANNOUNCED = 10.0  # [s] a longer sweep is announced
+TRIAL_DESIGNS = 200  # number of designs that are timed to estimate the duration
 MAX_PAGED = 1_000_000  # maximum number of designs on one page
 MIN_DESIGN_TIME = 1e-7  # [s]
-CHUNK_TIME = 1.0  # [s] time per chunk on one core, which is lost if a run is stopped
-MAX_TRIAL = 0.3  # [s] duration of a trial; a longer one is the last
+CHUNK_TIME = 1.0  # [s] time per chunk on one core, i.e. the time that is lost if a run is stopped
+MAX_TRIAL = 0.3  # [s] no further trial after a trial of this duration
 ADVICE = "positions or --jobs"
-MAX_REASONS = 20  # number of most frequent reasons in the summary
-ERROR_UNKNOWN = "designs are computed without vibration; only a full answer has an error"
+MAX_REASONS = 20  # maximum number of reasons in the summary, the most frequent ones
+ERROR_UNKNOWN = "designs are computed without vibration; only full answers have an error"
 MAX_SHOWN = 3  # maximum number of values of the best design in the closing line
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute the designs of a scene and write its folder; any error becomes the outcome.
+    """Compute the designs of a scene and write its folder. Errors are returned in the outcome.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = S
 
 
 def try_design(number: int, task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the scene of one design next to the scene's folder, as SCENE_design_NUMBER.toml."""
+    """Write the scene of one design as SCENE_design_NUMBER.toml, next to the folder of the results."""
     return guarded(task.name, partial(_design, task, number), ADVICE, str(task.folder))
 
 
@@ -67,12 +67,14 @@ def _design(task: Task, number: int) -> Outcome:
     with of_file(document.path):
         plan = plan_of(document, task.path.parent)
         if number >= plan.count:
-            raise RequestError(f"--design: there is no design {number}, the last one of the sweep is {plan.count - 1}")
+            raise RequestError(
+                f"--design: there is no design {number}, the last design of the sweep is {plan.count - 1}"
+            )
         values = dict(zip(plan.paths, plan.values(number, number + 1)[0].tolist(), strict=True))
         new = design_text(document, number, values, task.path.name).encode()
     target = task.folder.with_name(f"{task.folder.name}_design_{number}.toml")
     if target.exists() and target.read_bytes() != new:
-        raise RequestError(f"{target} is there already: move it, or choose another -o")
+        raise RequestError(f"{target} already exists: move it, or choose another -o")
     target.parent.mkdir(parents=True, exist_ok=True)
     put(target, new)
     return Outcome(FINE, f"{task.name}: design {number} -> {target}", DONE)
@@ -88,14 +90,12 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
     each = _duration(evaluation)
     takes = each * plan.count / (batch.jobs or cores())
     if plan.count > batch.most:
-        advice = "reduce the number, or allow it by --most"
+        advice = "reduce the number, or increase --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {lasting(takes)}: {advice}")
     if takes > MIN_ANNOUNCED:
         progress.tell(f"{task.name}: {plan.count} designs, about {lasting(takes)}")
     if document.scene.theory.demanded:
-        progress.tell(
-            f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy"
-        )
+        progress.tell(f"{task.name}: the designs are computed without vibration, regardless of theory and accuracy")
     identity = _identity(content, plan, evaluation, request.positions)
     rows = Rows(evaluation)
     outcome = run_plan(
@@ -129,10 +129,10 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
 
 
 def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
-    """Names of the figures, and the aim of the sweep."""
+    """Return the names of the figures, and the aim of the sweep."""
     sweep = document.table.sweep
     if sweep.smallest is not None and sweep.largest is not None:
-        raise fault("sweep", "largest", "the best design is either the smallest or the largest of one figure")
+        raise fault("sweep", "largest", "give either smallest or largest")
     try:
         base = base_of(document, plan.paths, None)
         known = [measure.name for measure in base.measures]
@@ -147,7 +147,7 @@ def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], A
 
 
 def _duration(evaluation: Evaluation) -> float:
-    """Time per design on one core [s], measured for the first designs."""
+    """Return the time per design on one core [s], measured with the first designs."""
     evaluation(0, 1)  # warm-up
     count, took = 0, 0.0
     for count in (1, min(TRIAL_DESIGNS, evaluation.plan.count)):
@@ -160,15 +160,15 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """Designs per chunk, rounded, to take about `CHUNK_TIME`; the same as before if a sweep is resumed."""
-    with suppress(RequestError):  # this error is raised again at the start of the sweep
+    """Return the number of designs per chunk, rounded, for about `CHUNK_TIME`. A resumed sweep keeps its number."""
+    with suppress(RequestError):  # the error is raised again at the start of the sweep
         if folder and (kept := read_manifest(folder)):
             return kept.chunk
     return min(count, max(1, int(round_down(CHUNK_TIME / max(each, MIN_DESIGN_TIME)))))
 
 
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
-    """Inputs that determine the figures of a sweep: file, table of designs, figures and positions."""
+    """Return the inputs that determine the figures of a sweep: file, table of designs, figures and positions."""
     drawn = hashlib.sha256()
     for factor in plan.factors:
         if isinstance(factor, ListedValues):
@@ -183,7 +183,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int
 
 
 def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifest) -> dict[str, Any]:
-    """Summary of a sweep as plain data."""
+    """Return the summary of a sweep as plain data."""
     units = {NUMBER: "1", **evaluation.units}
 
     def figure(name: str, value: float) -> dict[str, Any]:
@@ -215,7 +215,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
 
 def _verdict(tally: Tally) -> str:
-    """Describe the verdict on the best design."""
+    """Return the verdict on the best design in words."""
     accepted = tally.accepted
     if accepted is None:
         return ""
@@ -226,17 +226,17 @@ def _verdict(tally: Tally) -> str:
         best = sign * tally.best[aim]
         refused = [number for number, found in tally.answered.items()
                    if rows.get(number, np.inf) < best and not verdict_on(found.judgements).passed]  # fmt: skip
-        passed_over = f"; {counted(len(refused), 'better design')} answered in full before it: not acceptable"
+        passed_over = f"; full answers refused {counted(len(refused), 'better design')}"
         return f", {accepted.verdict}{passed_over if refused else ''}"
     why = f": {accepted.problem}" if accepted.problem else ""
     return f", {accepted.verdict.upper()}{why}; {len(tally.answered)} full answers, none acceptable"
 
 
 def _closing(evaluation: Evaluation, tally: Tally) -> str:
-    """Summarise a sweep in one line."""
+    """Return a one-line summary of a sweep."""
     units, words, shown_in = evaluation.units, [f"{tally.designs} designs"], evaluation.base.scene.shown_in
     if tally.limits_kept is not None:
-        words.append(f"{tally.limits_kept} keep all limits, ignoring vibration and error")
+        words.append(f"{tally.limits_kept} meet all limits, ignoring vibration and error")
     aim = tally.aim
     if tally.best is None:
         words.append("none acceptable" if tally.limits_kept == 0 else f"no design has the figure {aim.figure}")

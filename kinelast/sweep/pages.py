@@ -1,4 +1,4 @@
-"""Tally of a sweep, full answers of the best designs, pages of the sweep and of single designs."""
+"""Pages of a sweep and of single designs."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -22,20 +22,20 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-MAX_GRID = 1000  # maximum number of designs for a slider in a report
-FOLDER = "designs"  # subfolder of the scene's folder
-"""It contains a folder for each selected design, named by its index."""
+MAX_GRID = 1000  # maximum number of designs for which a report has a slider
+FOLDER = "designs"  # subfolder of the results
+"""Subfolder with a folder for each selected design, named by the index of the design."""
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
-    """Select the designs with a page: the best, then the Pareto front, thinned evenly.
+    """Select the designs that get a page: the best design, and designs that are evenly distributed on the Pareto front.
 
     Parameters
     ----------
     columns
         Values of all designs by name, shape (designs,); nan if unknown.
     pair
-        Names of the two columns of the front.
+        Names of the two columns for the Pareto front.
     most
         Maximum number of designs.
 
@@ -48,40 +48,40 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
     values = [np.asarray(columns[name], float) * (-1 if is_greater(name) else 1) for name in pair]
     first = [] if best is None else [best]
     others = [number for number in front(*values).tolist() if number != best]
-    room = max(0, most - len(first))
-    if len(others) > room:
-        others = [others[at] for at in np.linspace(0, len(others) - 1, room).round().astype(int)]
+    remaining = max(0, most - len(first))
+    if len(others) > remaining:
+        others = [others[at] for at in np.linspace(0, len(others) - 1, remaining).round().astype(int)]
     return [*first, *others][:most]
 
 
 def design_text(document: Document, number: int, values: Mapping[str, float], file: str) -> str:
-    """Text of the scene for one design, from the swept scene and its file name."""
+    """Return the text of the scene for one design. `file` is the name of the file of the sweep."""
     return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
 def write_pages(
     task: Task, evaluation: Evaluation, tally: Tally, positions: int | None, batch: Batch, progress: Progress
 ) -> tuple[int, str]:
-    """Write the page of all designs, and the folders of selected ones.
+    """Write the page of all designs, and the folders of selected designs.
 
-    The page is written first, so that it exists even if a folder fails.
+    The page is written first, so that it exists even if a folder cannot be written.
 
     Parameters
     ----------
     task
-        Swept scene, and the folder of its sweep.
+        Scene and folder of the sweep.
     evaluation
         Evaluates the designs.
     tally
-        Tally with all designs stored.
+        Tally that contains all designs.
     positions
-        Number of positions for a single design; by default that of the scene.
+        Number of positions for a single design (default: that of the scene).
     batch
-        Number of designs with pages, and whether existing pages are reused.
+        Options: number of designs with pages, and whether existing pages are reused.
 
     Returns
     -------
-    Exit status, and error lines for failed pages; the sweep itself is complete.
+    Exit status, and error messages for pages that failed. The sweep itself is complete.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
     columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
@@ -110,17 +110,17 @@ def write_pages(
     for number in paged_designs(columns, first_axes(paths, figures), best, batch.pages):
         values = {path: float(columns[path][number]) for path in paths}
         texts[number] = design_text(document, number, values, task.path.name)
-    beside = {number: what_if(evaluation, columns, reasons, number) for number in texts}
-    numbers, status, why = _folders(task, texts, beside, positions, batch.resume, progress)
+    extra = {number: what_if(evaluation, columns, reasons, number) for number in texts}
+    numbers, status, why = _folders(task, texts, extra, positions, batch.resume, progress)
     pages = {number: f"{FOLDER}/{number}/report.html" for number in numbers}
     put(task.folder / "designs.html", page(pages=pages, scene=scene, options=options))
     return status, why
 
 
 def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
-    """Data under `what_if` for a slider over the only varied number; empty if several numbers vary.
+    """Return the data under `what_if` for a slider over the number that varies; empty if several numbers vary.
 
-    `here` is the index of the design in the ascending values.
+    `here` is the index of the design in the sorted values.
     """
     path, *others = evaluation.plan.paths
     if others or len(reasons) > MAX_GRID:
@@ -140,14 +140,16 @@ def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequenc
 def _folders(
     task: Task,
     texts: Mapping[int, str],
-    beside: Mapping[int, Mapping[str, Any]],
+    extra: Mapping[int, Mapping[str, Any]],
     positions: int | None,
     resume: bool,
     progress: Progress,
 ) -> tuple[list[int], int, str]:
-    """Write the folders of all selected designs or of none.
+    """Write the folders of the selected designs, either all or none of them.
 
-    Returns the designs with a page, the status, and the errors. Pages show full answers by the scene's own theory.
+    Returns the designs with a page, the exit status, and error messages. The pages show full answers by the theory of
+    the
+    scene.
     """
     request, target = Request(positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
@@ -163,10 +165,10 @@ def _folders(
                 progress(f"{task.name}: pages of designs", done, len(texts))
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
-                outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", beside[number]))
-                if outcome.interrupted:  # an interrupted integration only keeps a part
+                outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", extra[number]))
+                if outcome.interrupted:  # the results of an interrupted integration are incomplete
                     raise KeyboardInterrupt
-                if outcome.unwritten:  # discard all, so that --resume writes all
+                if outcome.unwritten:  # discard all pages, so that --resume writes them again
                     raise RequestError(outcome.line.replace(str(part), str(target)))
                 if (folder / "report.html").is_file():
                     pages.append(number)

@@ -1,8 +1,8 @@
 """Execution of a sweep of any size: chunks in parallel, each stored when complete.
 
-Chunks are computed in processes, or on the workers of a dask scheduler. A worker receives the sweep once, when it
-joins, and after that only indices of chunks. dask reassigns the chunks of a lost worker. The scheduler only queues
-enough chunks to keep the workers busy, so its memory does not grow with the sweep.
+Chunks are computed by processes, or by the workers of a dask scheduler. A worker receives the sweep once, when it
+connects, and then only the indices of chunks. If a worker is lost, dask reassigns its chunks. Only as many chunks are
+queued as are needed to keep the workers busy, so that the memory does not grow with the sweep.
 """
 
 import secrets
@@ -25,25 +25,25 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-MAX_TRIES = 3  # attempts at a chunk if its process dies
+MAX_TRIES = 3  # maximum number of attempts at a chunk if its process dies
 MAX_NAMED = 5  # maximum number of chunks named in a message
-MAX_FAILED = 10  # number of failed chunks that stops a run
+MAX_FAILED = 10  # number of failed chunks after which a run stops
 
 
 class Compute(Protocol):
-    """Computation of designs; must be picklable, and callable anywhere in any order."""
+    """Computation of designs. It must be picklable, and independent of the process and the order of calls."""
 
     @property
     def units(self) -> Mapping[str, str]:
         """Units by column name."""
 
     def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
-        """Columns of designs first to last - 1, each of shape (last - first,), and reasons for nan."""
+        """Return columns of shape (last - first,) for designs `first` to `last` - 1, and the reasons for nan."""
 
 
 @dataclass(frozen=True)
 class SweepState:
-    """State of a sweep: stored designs and failed chunks."""
+    """State of a sweep: folder, manifest, and number of stored designs."""
 
     folder: Path
     manifest: Manifest
@@ -52,7 +52,7 @@ class SweepState:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Computed chunk: file content and columns."""
+    """A computed chunk: content of its file, names of the columns, and number of designs."""
 
     content: bytes
     columns: tuple[str, ...]
@@ -61,7 +61,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class ChunkWork:
-    """Computes a chunk and encodes its file, in any process."""
+    """Function that computes and encodes a chunk in any process."""
 
     compute: Compute
     manifest: Manifest
@@ -70,12 +70,12 @@ class ChunkWork:
         """Return the chunk, or the reason why it failed."""
         first, last = self.manifest.span(number)
         try:
-            with stops_kept(), np.errstate(all="ignore"):  # nan is reported as missing
+            with stops_kept(), np.errstate(all="ignore"):  # nan is a missing value
                 columns, reasons = self.compute(first, last)
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:
             return "out of memory: use smaller chunks"
-        except Exception:  # a failing chunk must not stop the others
+        except Exception:  # a chunk that fails must not stop the others
             return traceback.format_exc()
         return Chunk(content, tuple(columns), len(reasons))
 
@@ -93,32 +93,34 @@ def run_plan(
 ) -> SweepState:
     """Compute all designs of a sweep and store them in a folder.
 
-    Complete chunks survive an interruption; `resume` continues with the rest. The final bytes are the same in any case.
+    Complete chunks are kept if the run is interrupted, and `resume` continues with the others. The final files have the
+    same bytes in all cases.
 
     Parameters
     ----------
     count
         Number of designs.
     compute
-        Computes designs first to last - 1, see `Compute`. A row must depend only on the index of its design.
+        Function that computes designs, see `Compute`. A row must only depend on the index of its design.
     identity
-        Inputs that determine the figures, as JSON data; versions are added.
+        Inputs that determine the figures, as JSON data. The versions of the software are added.
     chunk
-        Designs per chunk, about one second of work.
+        Number of designs per chunk, for about one second of work.
     jobs
-        Number of parallel processes; 1 means this process only.
+        Number of parallel processes. With 1, this process computes the chunks.
     scheduler
         Address of a dask scheduler, such as "tcp://host:8786", whose workers compute the chunks.
     progress
-        Progress callback; after an interruption it also reports how much is stored.
+        Progress callback. If the run is interrupted, it also reports the number of stored designs.
     resume
-        True to continue with stored chunks.
+        Whether to continue with stored chunks.
 
     Raises
     ------
     RequestError
-        If the folder contains another sweep, or this one and `resume` is False; if it is locked by another run or
-        cannot be written; or if too many chunks fail.
+        The folder contains another sweep, or this sweep and `resume` is False; another run has locked the folder; it
+        cannot
+        be written; or too many chunks fail.
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
@@ -131,7 +133,7 @@ def run_plan(
         except RequestError:
             raise
         except BaseException as stop:
-            kept = f"{manifest.count(store.kept)} of {count} designs are kept; --resume goes on from there"
+            kept = f"{manifest.count(store.kept)} of {count} designs are stored; continue with --resume"
             if isinstance(stop, ConnectionError):
                 raise RequestError(f"{stop}; {kept}") from stop
             if isinstance(stop, OSError):
@@ -141,7 +143,7 @@ def run_plan(
 
 
 def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
-    """Prepare a folder for a sweep; return its manifest or a new one."""
+    """Prepare a folder for a sweep, and return the manifest to continue with."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
@@ -152,24 +154,24 @@ def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
     else:
         old = Store(folder, kept.store)
         if not kept.complete and (done := old.checked(kept)[0]):
-            part = f"{kept.count(done)} of {kept.designs} designs of a sweep that was not finished"
-            raise RequestError(f"{folder} holds {part}: --resume goes on with it, or remove it")
+            part = f"{kept.count(done)} of {kept.designs} designs of an incomplete sweep"
+            raise RequestError(f"{folder} contains {part}: continue with --resume, or remove it")
         old.clear()
     store.note(requested)
     return requested
 
 
 def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
-    """Verify stored chunks; return the manifest, and the indices of damaged chunks."""
+    """Verify the stored chunks; return the manifest, and the indices of damaged chunks."""
     done, wrong = store.checked(manifest)
     if not manifest.complete:
         if wrong:
-            progress.tell(f"{store.folder}: computed again, as not as they were kept: {_chunks(wrong)}")
+            progress.tell(f"{store.folder}: damaged, computed again: {_chunks(wrong)}")
         return manifest, wrong
     if len(done) == manifest.chunks and store.is_whole(manifest):
         return manifest, []
     action = f"computed again: {_chunks(wrong)}" if wrong else "joined again"
-    progress.tell(f"{store.folder / store.name} is not as it was written; {action}")
+    progress.tell(f"{store.folder / store.name} has changed since it was written; {action}")
     if store.name == CSV:
         store.part(manifest)
     else:
@@ -180,7 +182,7 @@ def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Man
 
 
 def _chunks(numbers: Sequence[int]) -> str:
-    """Name chunks by index, at most `MAX_NAMED`."""
+    """Return the indices of chunks in words, at most `MAX_NAMED` of them."""
     more = f" and {len(numbers) - MAX_NAMED} more" if len(numbers) > MAX_NAMED else ""
     return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MAX_NAMED]))}{more}"
 
@@ -194,7 +196,7 @@ def _computed(
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute and store missing chunks, damaged ones first; return the manifest."""
+    """Compute and store the missing chunks, starting with damaged ones; return the manifest."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(
@@ -221,7 +223,7 @@ def _computed(
 def _chunk_results(
     work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
-    """Yield the chunks that a scheduler, worker processes, or this process compute."""
+    """Yield chunks with their indices, as computed by a scheduler, by worker processes, or by this process."""
     if scheduler is not None:
         return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:
@@ -230,7 +232,7 @@ def _chunk_results(
 
 
 def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
-    """Return a chunk if it has the same columns as the others, or else an error message."""
+    """Return a chunk if its columns agree with the other chunks, otherwise an error message."""
     if isinstance(answer, Lost):
         return f"its process ended {MAX_TRIES} times ({answer.how}); if memory ran out, use smaller chunks"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
@@ -239,7 +241,7 @@ def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | 
 
 
 def _finished(store: Store, manifest: Manifest) -> Manifest:
-    """Complete the store if all chunks are present; return the final manifest."""
+    """Complete the store if it contains all chunks; return the final manifest."""
     if len(store.kept) < manifest.chunks:
         whole = replace(manifest, complete=False, kept=())
         store.note(whole)
@@ -258,7 +260,7 @@ def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepSt
     Raises
     ------
     RequestError
-        If another run locks the folder, or it cannot be written.
+        Another run has locked the folder, or the folder cannot be written.
     """
     store = Store(state.folder, state.manifest.store)
     with locked(state.folder, patience=0.0):
@@ -269,27 +271,27 @@ def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepSt
 
 
 def _not_written(error: OSError, folder: Path) -> str:
-    """Reason why a file in a folder cannot be written."""
+    """Return the reason why a file in a folder cannot be written."""
     return "not written: " + plain(f"{error.filename or folder}: {(error.strerror or str(error)).lower()}", 300)
 
 
-CHUNKS_PER_THREAD = 3  # chunks per thread, running or queued
-COUNT_INTERVAL = 5.0  # [s] between counts of the workers
-TIMEOUT = "10s"  # of the connection to a scheduler
+CHUNKS_PER_THREAD = 3  # number of chunks per thread that are running or queued
+COUNT_INTERVAL = 5.0  # [s] time between two counts of the workers
+TIMEOUT = "10s"  # for the connection to a scheduler
 A = TypeVar("A")
 
 
 def cluster_answers(
     work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
-    """Yield indices of chunks with their results, as they arrive from the workers; see `map_surviving`.
+    """Yield the indices of chunks with their results, in the order of arrival from the workers, see `map_surviving`.
 
     Raises
     ------
     RequestError
-        If there is no scheduler at the address, or its workers have other versions.
+        There is no scheduler at the address, or its workers use other versions.
     ConnectionError
-        If the connection is lost.
+        The connection is lost.
     """
     try:
         from distributed import Client
@@ -298,13 +300,14 @@ def cluster_answers(
     try:
         client = Client(address, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise RequestError(f'--scheduler: nobody answers at "{plain(address, 200)}" ({_error_text(error)})') from None
+        problem = f'there is no answer from "{plain(address, 200)}" ({_error_text(error)})'
+        raise RequestError(f"--scheduler: {problem}") from None
     name = f"kinelast-{secrets.token_hex(8)}"
     try:
         _send(client, name, work)
         if not client.nthreads():
             shown = plain(address, 200)
-            progress.tell(f'--scheduler: "{shown}" has no worker yet, waiting for one: dask worker {shown}')
+            progress.tell(f'--scheduler: "{shown}" has no workers yet, start one: dask worker {shown}')
         yield from _results(client, name, numbers)
     finally:
         with suppress(Exception):  # the scheduler may be gone
@@ -313,11 +316,11 @@ def cluster_answers(
 
 
 def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
-    """Send the work to all present and future workers."""
+    """Send the work to all workers, including those that connect later."""
     from distributed import WorkerPlugin
 
-    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # pickled by value: dask is loaded nowhere else
-        """Work stored on a worker."""
+    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # local, and so pickled by value
+        """Stores the work on a worker."""
 
         def __init__(self, work: Callable[[int], Any]) -> None:
             self.work = work
@@ -325,12 +328,12 @@ def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
     try:
         client.register_plugin(StoredWork(work), name=name)
     except Exception as error:
-        problem = f"its workers do not take the work ({_error_text(error)}): is kinelast installed there?"
+        problem = f"the workers cannot load the task ({_error_text(error)}): is kinelast installed there?"
         raise RequestError(f"--scheduler: {problem}") from None
 
 
 def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
-    """Result of a worker, and the versions that it uses."""
+    """Compute a chunk on a worker; return the versions that the worker uses, and the result."""
     from distributed import get_worker
 
     return versions(), get_worker().plugins[name].work(number)
@@ -360,10 +363,10 @@ def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[
             yield number, Lost(_error_text(error))
             continue
         except Exception as error:
-            raise ConnectionError(f"--scheduler: it can no longer be reached ({_error_text(error)})") from None
+            raise ConnectionError(f"--scheduler: the connection is lost ({_error_text(error)})") from None
         future.release()
         if there != here:
-            raise RequestError(f"--scheduler: a worker has {there}, and here is {here}: results would differ")
+            raise RequestError(f"--scheduler: a worker has {there}, but this computer has {here}: results would differ")
         yield number, answer
 
 

@@ -1,8 +1,8 @@
-"""Storage of a sweep's designs: one file per chunk, written completely or not at all.
+"""Storage of the designs of a sweep: one file per chunk, written completely or not at all.
 
-For up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined into one CSV file. A larger sweep is a
-Parquet data set, i.e. a folder with the chunks' files, which any Parquet reader opens as one table. The bytes do not
-depend on the processes that computed the chunks, nor on their order.
+For up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined to a single CSV file. A larger sweep is
+a Parquet data set, i.e. a folder with the files of the chunks, which any Parquet reader opens as one table. The bytes
+depend neither on the processes that computed the chunks nor on their order.
 """
 
 import os
@@ -23,16 +23,16 @@ from kinelast.tasks.request import RequestError
 
 MAX_CSV = 100_000  # maximum number of designs in a CSV store
 CSV, PARQUET = "designs.csv", "designs.parquet"
-JOURNAL = "kept.txt"  # file with the checksums of chunks until all are complete
+JOURNAL = "kept.txt"  # file with the checksums of chunks, until all chunks are complete
 NUMBER, REASON = "design", "reason"  # columns of every store
 THEORY, VERDICT = "theory", "verdict"
-TEXTS = THEORY, VERDICT  # other text columns of a scene's sweep
+TEXTS = THEORY, VERDICT  # the other columns with text
 
 Columns = Mapping[str, Any]
 
 
 def store_name(designs: int) -> str:
-    """Name of the store for a number of designs."""
+    """Return the name of the store for a number of designs."""
     return PARQUET if designs > MAX_CSV and find_spec("pyarrow") else CSV
 
 
@@ -48,9 +48,9 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     columns
         Values by column name, each of shape (designs,).
     units
-        Units, which become part of the column headings.
+        Units by column name, for the headings.
     reasons
-        Reason why a design has no figures, or empty.
+        Reasons why designs have no figures, empty for designs with figures.
     """
     table = Table(
         (
@@ -66,7 +66,7 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
 
 
 def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Decode the file of a chunk, see `encoded`: return the columns of these names, and the reasons."""
+    """Decode the file of a chunk; return its columns by name, and the reasons, see `encoded`."""
     if store == PARQUET:
         import pyarrow.parquet
 
@@ -83,7 +83,7 @@ def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str,
 
 
 class Store:
-    """Files of a sweep's folder, written by one process."""
+    """Files in the folder of a sweep. Only one process writes them."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
@@ -92,12 +92,12 @@ class Store:
         self.kept: dict[int, ChunkChecksum] = {}
 
     def checked(self, manifest: Manifest) -> tuple[set[int], list[int]]:
-        """Verify the chunks; return indices of valid chunks, and of damaged ones.
+        """Verify the chunks; return the indices of valid chunks, and those of damaged chunks.
 
         Raises
         ------
         RequestError
-            If the folder contains a file that does not belong to a chunk.
+            The folder contains a file that does not belong to a chunk.
         """
         if not manifest.complete or self.name == PARQUET:
             self._require_own(manifest)
@@ -115,15 +115,15 @@ class Store:
         return self.parts / f"{number:010}{self._end}"
 
     def _require_own(self, manifest: Manifest) -> None:
-        """Raise RequestError if the data set contains a file that is not a chunk: readers would include it."""
+        """Raise RequestError if the data set contains another file than chunks, because readers would include it."""
         with suppress(OSError):
             for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
                 name = entry.name.removesuffix(self._end)
                 if not entry.name.startswith(".") and not (name.isdecimal() and int(name) < manifest.chunks):
-                    raise RequestError(f"{entry.path} is of no chunk of this sweep: move it")
+                    raise RequestError(f"{entry.path} does not belong to this sweep: move it")
 
     def _journal_entries(self) -> dict[int, ChunkChecksum]:
-        """Read the journal of checksums; incomplete lines are ignored."""
+        """Read the checksums in the journal. Incomplete lines are ignored."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
             with suppress(ValueError):
@@ -132,7 +132,7 @@ class Store:
         return noted
 
     def contents(self, manifest: Manifest) -> Iterator[bytes]:
-        """Yield the content of every chunk, empty if its file is missing; a complete CSV file is split into chunks."""
+        """Yield the content of every chunk, which is empty if the chunk is missing."""
         if not manifest.complete or self.name == PARQUET:
             yield from map(_content, map(self._place, range(manifest.chunks)))
             return
@@ -143,13 +143,13 @@ class Store:
             at += entry.size
 
     def part(self, manifest: Manifest) -> None:
-        """Split the CSV file into files of its valid chunks."""
+        """Split the CSV file into one file per valid chunk."""
         for number, content in enumerate(self.contents(manifest)):
             if number in self.kept:
                 self.keep(number, self.kept[number].rows, content)
 
     def is_whole(self, manifest: Manifest) -> bool:
-        """True if the store contains nothing but its header and chunks."""
+        """Return True if the store contains only its header and chunks."""
         if self.name == PARQUET:
             return True
         head = _csv_header(manifest)
@@ -157,12 +157,10 @@ class Store:
         return content.startswith(head) and len(content) == len(head) + sum(entry.size for entry in manifest.kept)
 
     def require_free(self) -> None:
-        """Raise RequestError if foreign files have the names of the store."""
+        """Raise RequestError if files of another origin have the names of the store."""
         for name in (CSV, PARQUET):
             if (self.folder / name).exists():
-                raise RequestError(
-                    f"{self.folder / name} is of no sweep of this program: move it, or choose another -o"
-                )
+                raise RequestError(f"{self.folder / name} does not belong to a sweep: move it, or choose another -o")
 
     def clear(self) -> None:
         """Remove all files of a sweep, the manifest last."""
@@ -181,7 +179,7 @@ class Store:
                     path.unlink()
 
     def keep(self, number: int, rows: int, content: bytes) -> None:
-        """Write the file of a chunk, and its checksum to the journal."""
+        """Write the file of a chunk, and add its checksum to the journal."""
         self.parts.mkdir(parents=True, exist_ok=True)
         entry = ChunkChecksum.of(rows, content)
         put(self._place(number), content)
@@ -200,12 +198,12 @@ class Store:
         put(self.folder / NAME, manifest_bytes(manifest))
 
     def join(self, manifest: Manifest) -> None:
-        """Join the chunks into one CSV file; a Parquet data set needs no joining."""
+        """Join the chunks to a single CSV file. For a Parquet data set, there is nothing to do."""
         if self.name == CSV:
             put(self.folder / CSV, _csv_header(manifest), *map(self._place, range(manifest.chunks)))
 
     def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
-        """Change cells of a complete store, by index of the design and column name; return the new manifest.
+        """Change cells of a complete store, given by index of the design and column name; return the new manifest.
 
         Unchanged files are not written.
         """
@@ -234,14 +232,14 @@ class Store:
         return filled
 
     def drop_parts(self) -> None:
-        """Remove the files of joined chunks, and the journal."""
+        """Remove the files of the chunks that are joined, and the journal."""
         if self.name == CSV:
             shutil.rmtree(self.parts, ignore_errors=True)
         (self.folder / JOURNAL).unlink(missing_ok=True)
 
 
 def _content(path: Path) -> bytes:
-    """Content of a file; empty if it does not exist."""
+    """Return the content of a file; empty if the file does not exist."""
     try:
         return path.read_bytes()
     except OSError:
@@ -255,12 +253,12 @@ def _csv_header(manifest: Manifest) -> bytes:
 
 
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Yield stored designs chunk by chunk, in order, as columns by name and reasons.
+    """Yield the columns, by name, and the reasons of each stored chunk, in order.
 
-    The column `NUMBER` contains their indices.
+    The column `NUMBER` contains the indices of the designs.
     """
     if manifest.store == CSV and not manifest.complete:
-        raise RequestError(f"{folder}: the sweep is not complete: --resume goes on with it")
+        raise RequestError(f"{folder}: the sweep is not complete: continue with --resume")
     for number, content in enumerate(Store(folder, manifest.store).contents(manifest)):
         if content:
             columns, reasons = decoded(manifest.store, content, manifest.columns)

@@ -1,4 +1,4 @@
-"""Tally of the designs of a sweep, and full answers for the best ones."""
+"""Tally of the designs of a sweep, and full answers for the best designs."""
 
 from __future__ import annotations
 
@@ -16,47 +16,48 @@ from msgspec import to_builtins
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
 from kinelast.figures import limits as judge
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, FullAnswer, room
+from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, FullAnswer, adjusted_bound
 from kinelast.figures.report import Verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 
-MAX_LEADING = 1000  # number of best designs kept as candidates for a full answer
-SHORTLIST = 8  # number of best designs with a full answer
-MAX_NEAR = 4  # number of other designs with a full answer, because it may change their outcome
-MIN_MARGIN = -0.5  # designs with a smaller margin cannot be saved by the full answer
+MAX_LEADING = 1000  # number of best designs that are candidates for a full answer
+SHORTLIST = 8  # maximum number of best designs with a full answer
+MAX_NEAR = 4  # maximum number of other designs with a full answer, which may change their outcome
+MIN_MARGIN = -0.5  # a full answer cannot make designs with a smaller margin acceptable
 IN_FULL, ERROR = " in full", " error"  # suffixes of column names
-NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # these differ between designs
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # numbers in reasons
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Figure to be minimised, or maximised."""
+    """A figure to be minimised, or maximised if `largest`."""
 
     figure: str
     largest: bool
 
     @property
     def sign(self) -> float:
-        """Sign that turns the aim into a minimum."""
+        """Factor that turns the aim into a minimisation."""
         return -1.0 if self.largest else 1.0
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a sweep, see `kinelast.sweep.running.Compute`: quasi-static figures, and cells for full answers.
+    """Function that computes the rows of a sweep, see `kinelast.sweep.running.Compute`.
 
-    Units are those of the scene. The cells (theory, figures with errors, verdict) are filled in later, for selected
-    designs.
+    A row contains quasi-static figures in the display units of the scene, and cells for the full answer (theory,
+    figures
+    with errors, verdict), which are filled later for selected designs.
     """
 
     evaluation: Evaluation
 
     @cached_property
-    def bent(self) -> tuple[str, ...]:
-        """Figures that depend on the theory of the links."""
+    def elastic_figures(self) -> tuple[str, ...]:
+        """Names of the figures that depend on the theory of the deflection."""
         base = self.evaluation.base
         known = (each for each in base.measures if not each.figure.rigid and base.scene.labels)
         return tuple(each.name for each in known if each.name not in (LIMITS_KEPT, LIMITS_MARGIN))
@@ -69,27 +70,27 @@ class Rows:
     @cached_property
     def _si(self) -> dict[str, str]:
         units = self.evaluation.units
-        return {**units, **{name + end: units[name] for name in self.bent for end in (IN_FULL, ERROR)}}
+        return {**units, **{name + end: units[name] for name in self.elastic_figures for end in (IN_FULL, ERROR)}}
 
     def _unit_of(self, unit: str) -> tuple[float, str]:
         return self.evaluation.base.scene.shown_in.get(unit, (1.0, unit))
 
     def factor(self, name: str) -> float:
-        """Factor from the SI unit of a column to its unit."""
+        """Return the conversion factor from the SI unit of a column to its unit."""
         return self._unit_of(self._si.get(name, ""))[0]
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Columns for designs first to last - 1, and the reasons why some have no figures."""
+        """Return the columns for designs `first` to `last` - 1, and the reasons why some have no figures."""
         columns, reasons = self.evaluation(first, last)
         shown = {name: values * self.factor(name) for name, values in columns.items()}
-        later = {name + end: np.full(last - first, np.nan) for name in self.bent for end in (IN_FULL, ERROR)}
+        later = {name + end: np.full(last - first, np.nan) for name in self.elastic_figures for end in (IN_FULL, ERROR)}
         theory = ["" if reason else QUASI_STATIC for reason in reasons]
         return {**shown, **later, THEORY: theory, VERDICT: [""] * (last - first)}, reasons
 
     def stored(
         self, chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]]
     ) -> Iterator[tuple[dict[str, Any], Sequence[str]]]:
-        """Convert stored designs to quasi-static columns in SI units, with reasons."""
+        """Yield the quasi-static columns, in SI units, and the reasons of stored chunks."""
         plan = self.evaluation.plan
         for columns, reasons in chunks:
             first = int(columns[NUMBER][0])
@@ -98,7 +99,7 @@ class Rows:
             yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
 
     def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
-        """Cells with the full answers, by index of the design and column name."""
+        """Return the cells with full answers, by index of the design and column name."""
         return {
             number: {
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
@@ -112,22 +113,22 @@ class Rows:
 
 @dataclass
 class Tally:
-    """Summary of a sweep: counts, reasons for missing figures, ranges, and the best designs; optionally all designs.
+    """Summary of a sweep: counts, reasons for missing figures, ranges, the best designs, and optionally all designs.
 
     Attributes
     ----------
     limits_kept
-        Number of designs that meet all limits by quasi-static figures; None if there are no limits.
+        Number of designs with quasi-static figures that meet all limits; None if there are no limits.
     leading
-        Best designs that meet all limits, best first.
+        The best designs that meet all limits, best first.
     short
-        Designs that violate a limit, those closest to the limit first.
+        Designs that violate a limit, starting with those closest to their limits.
     best
-        Best design; if there are limits, the best one that is acceptable by its full answer.
+        Best design. If there are limits, the full answer must meet them.
     answered
-        Full answers by index of the design, in order of computation.
+        Full answers by index of the design, in the order of computation.
     near
-        Number of examined designs that have no full answer although vibration and errors may change their outcome.
+        Number of designs without a full answer whose outcome vibration and errors may change.
     """
 
     aim: Aim
@@ -143,7 +144,7 @@ class Tally:
     kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
 
     def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
-        """Add designs."""
+        """Add designs to the tally."""
         self.designs += len(reasons)
         self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
         for name, values in columns.items():
@@ -165,7 +166,7 @@ class Tally:
 
     @property
     def accepted(self) -> Verdict | None:
-        """Verdict on the best design; None if there are no limits, or if no design meets them."""
+        """Verdict on the best design; None if there are no limits or no design meets them."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
         return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
@@ -173,14 +174,14 @@ class Tally:
 def _merged_rows(
     rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
 ) -> list[dict[str, float]]:
-    """Merge rows with new ones and keep the first `MAX_LEADING` by a column; skip rows with infinite `order`."""
+    """Add designs with finite `order` to rows, and return the first `MAX_LEADING`, sorted by column `key`."""
     some = np.argsort(order, kind="stable")[: min(MAX_LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
     more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
     return sorted([*rows, *more], key=lambda row: sign * row[key])[:MAX_LEADING]
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
-    """Tally all designs, and store them if `keep`."""
+    """Tally all designs. If `keep`, the tally also stores them."""
     tally = Tally(aim)
     for columns, reasons in chunks:
         tally.add(columns, reasons)
@@ -191,11 +192,12 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 @dataclass(eq=False)
 class FullAnswers:
-    """Computes full answers for selected designs: the best ones, and those with an outcome that may still change.
+    """Computes full answers for selected designs: the best ones, and those whose outcome may still change.
 
     The ratio of the full to the quasi-static figure in the last answer predicts whether other designs meet their limits
-    (`room`). First, the best predicted design is solved, until no better one is left. Next come designs with a
-    prediction that differs from their quasi-static outcome, or that might still be the best.
+    (see `adjusted_bound`). First, the best design by this prediction is computed, until no better one is left. Then
+    follow
+    designs whose predicted outcome differs from the quasi-static one, and designs that may still be the best.
     """
 
     rows: Rows
@@ -207,7 +209,7 @@ class FullAnswers:
         self.document, self.paths = self.rows.evaluation.document, plan.paths
         self.designs = [*tally.leading, *tally.short]
         self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
-        self.in_full = np.full(len(self.designs), np.nan)  # aims by full answers
+        self.in_full = np.full(len(self.designs), np.nan)  # values of the aim from full answers
         limits = list(dict.fromkeys(limit.figure for limit in judge.limits_of_items(self.document.scene)))
         self.known: Mapping[str, Any] = {}
         if limits and self.designs:
@@ -221,40 +223,40 @@ class FullAnswers:
     def __call__(self) -> None:
         """Compute the full answers."""
         tally = self.tally
-        if not self.rows.bent and not self.known:  # figures do not depend on the theory
+        if not self.rows.elastic_figures and not self.known:  # no figure depends on the theory
             return
         if not tally.leading and tally.short:
-            self._answer(0, "the design nearest to its limits, answered in full", 0, 1)
+            self._answer(0, "full answer of the design closest to its limits", 0, 1)
         for done in range(SHORTLIST):
             at = self._best(self.left & self.expected)
             if at is None or (self.passed.any() and self.aims[at] >= self.aims[self.passed].min()):
                 break
-            self._answer(at, "the best designs, answered in full", done, SHORTLIST)
+            self._answer(at, "full answers of the best designs", done, SHORTLIST)
         for done in range(MAX_NEAR):
             at = self._best(self._near)
             if at is None:
                 break
-            self._answer(at, "designs near a limit or the best, answered in full", done, MAX_NEAR)
+            self._answer(at, "full answers of designs close to a limit or to the best", done, MAX_NEAR)
         tally.near = int(np.count_nonzero(self._near))
         if self.passed.any():
             tally.best = self.designs[int(np.where(self.passed, self.in_full, np.inf).argmin())]
 
     @property
     def _near(self) -> Any:
-        """True for each design without a full answer and with an outcome that may change with it, shape (designs,)."""
+        """Whether a full answer may change the outcome of a design and is missing, shape (designs,)."""
         best = self.aims[self.passed].min(initial=np.inf)
         better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
         return self.left & ((self.expected != self.before) | better)
 
     def _best(self, among: Any) -> int | None:
-        """Index of the best of the selected designs, or None."""
+        """Return the index of the best of the selected designs, or None."""
         return int(np.where(among, self.aims, np.inf).argmin()) if among.any() else None
 
     def _answer(self, at: int, stage: str, done: int, most: int) -> None:
         self.progress(stage, done, most)
         row, aim = self.designs[at], self.tally.aim
         scene = self.document.with_values({path: row[path] for path in self.paths}).scene
-        answer = judge.full_answer(scene, judge.limits_of_items(scene), self.rows.bent)
+        answer = judge.full_answer(scene, judge.limits_of_items(scene), self.rows.elastic_figures)
         self.tally.answered[int(row[NUMBER])] = answer
         value, error = answer.figures.get(aim.figure, (row[aim.figure], 0.0))
         known = bool(answer.theory) and math.isfinite(value)
@@ -266,11 +268,11 @@ class FullAnswers:
             self.expected = np.ones(len(self.designs), bool)
             for judged in answer.judgements:
                 figures = self.known[judged.limit.figure]
-                self.expected &= replace(judged.limit, bound=room(judged, float(figures[at]))).kept(figures)
+                self.expected &= replace(judged.limit, bound=adjusted_bound(judged, float(figures[at]))).kept(figures)
 
 
 def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
-    """Full answers by index of the design as plain data; None if unknown."""
+    """Return the full answers as plain data, by index of the design. Unknown numbers are None."""
     plain_data: dict[int, dict[str, Any]] = {}
     for number, answer in tally.answered.items():
         figures = {

@@ -1,11 +1,11 @@
-"""Requests, tasks and outcomes. This module defines options: fields of a request that the command line sets."""
+"""Requests, tasks and outcomes. This module defines options, which are fields of a request."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 CHECKS = ("nonlinear", "solid")
-ELEMENTS = 16  # elements per beam, default of --check
+ELEMENTS = 16  # default number of elements per beam for --check
 MAX_ELEMENTS = 4096
 MAX_PIXELS = 7680
 MAX_SPEEDS = 10_000
@@ -17,32 +17,32 @@ class OptionError(ValueError):
 
 @dataclass(frozen=True)
 class Option:
-    """Command-line option, as metadata of its field.
+    """A command-line option, stored as metadata of its field.
 
     Attributes
     ----------
     group
-        Heading in the help.
+        Heading under which the help lists the option.
     help
         Description.
     metavar
-        Placeholder of the value in the help; empty for a switch.
+        Placeholder for the value in the help; empty for a switch.
     default
-        Value without the option.
+        Value if the option is not given.
     read
-        Function from text to value; raises `OptionError`.
+        Function that converts the text to the value. It raises `OptionError`.
     flags
-        Flags; by default derived from the field's name.
+        Flags (default: derived from the name of the field).
     choices
-        Permitted values; empty if not limited.
+        Allowed values; empty if all values are allowed.
     belongs
-        Field of the option that this one requires.
+        Field of another option that this option requires.
     bare
-        Value of the flag if none is given.
+        Value if the flag is given without a value.
     many
-        True if the option can be repeated; its value is a tuple.
+        True if the option can be repeated. Its value is then a tuple.
     writes
-        Names of additional files and folders in a scene's results.
+        Names of the files and folders that the option adds to the results of a scene.
     """
 
     group: str
@@ -59,19 +59,22 @@ class Option:
 
     @property
     def takes_value(self) -> bool:
-        """True if it is not a switch."""
+        """True unless the option is a switch."""
         return bool(self.metavar or self.choices)
 
 
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
-    """Define a dataclass field as an option. Without metavar and choices it is a switch, False by default."""
+    """Define a dataclass field as an option.
+
+    Without `metavar` and `choices` it is a switch, which is off by default.
+    """
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
     return field(default=default, metadata={"option": Option(group, help, metavar, default, **words)})
 
 
 def at_least(least: int, most: int | None = None) -> Callable[[str], int]:
-    """Return a reader of whole numbers within bounds."""
+    """Return a function that reads a whole number within bounds."""
 
     def count(text: str) -> int:
         try:
@@ -98,17 +101,17 @@ def positive(text: str) -> float:
 
 
 def names(text: str) -> tuple[str, ...]:
-    """Split words at commas, without duplicates."""
+    """Split a text at commas, and remove duplicates."""
     return tuple(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
 
 
 def are_checks(text: str) -> bool:
-    """True if a word can only mean checks, not a scene."""
+    """Return True if a text is a list of checks, so that it cannot be a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
 def checks(text: str) -> tuple[int | str, ...]:
-    """Read checks: elements per beam, "nonlinear", "solid"."""
+    """Read a list of checks: elements per beam, "nonlinear", "solid"."""
     requested = [word if word in CHECKS else at_least(1, MAX_ELEMENTS)(word) for word in text.split(",")]
     if sum(isinstance(check, int) for check in requested) > 1:
         raise OptionError(f"expected one number of elements, not {text!r}")
@@ -116,7 +119,7 @@ def checks(text: str) -> tuple[int | str, ...]:
 
 
 def speeds(text: str) -> tuple[float, float, int, str]:
-    """Read two speeds [rad/s or m/s] and a count; return also the unit of the higher speed as written."""
+    """Read two speeds [rad/s or m/s] and a count. Also return the unit of the second speed as written."""
     from kinelast.scene.quantities import Speed
 
     try:
@@ -126,7 +129,7 @@ def speeds(text: str) -> tuple[float, float, int, str]:
             raise ValueError
         return float(first), float(last), int(count), last.written
     except ValueError:
-        expected = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
+        expected = 'two increasing speeds above 0 and a number of speeds, as in "20 rad/s : 200 rad/s : 100"'
         raise OptionError(f"expected {expected}, not {text!r}") from None
 
 
@@ -160,7 +163,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def colour(text: str) -> str:
-    """Check the name of a colour."""
+    """Return the name of a colour; raise OptionError if there is no such colour."""
     from animations import colour
 
     try:
@@ -171,7 +174,7 @@ def colour(text: str) -> str:
 
 
 def shown(text: str) -> tuple[str, ...]:
-    """Read names of items shown in a picture in addition to the mechanism."""
+    """Read the names of the items that a picture shows in addition to the mechanism."""
     from animations import SHOWN
 
     words = () if text.strip() == "none" else names(text)
@@ -182,7 +185,7 @@ def shown(text: str) -> tuple[str, ...]:
 
 
 def diagrams(text: str) -> tuple[str, ...]:
-    """Read names of diagrams."""
+    """Read a list of diagrams."""
     from animations import DIAGRAMS
     from elastic import FIELDS
     from kinelast.scene.error import likely
@@ -190,6 +193,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message already lists all names
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message lists all names itself
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

@@ -1,4 +1,4 @@
-"""Parallel work in processes, which are restarted if they die and end with this process."""
+"""Parallel work in processes. They are restarted if they die, and end with this process."""
 
 import multiprocessing
 import os
@@ -14,27 +14,27 @@ from typing import Any, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
-EXIT_DELAY = 2.0  # [s] time for a worker to end by itself
+EXIT_DELAY = 2.0  # [s] time within which a worker ends by itself
 T = TypeVar("T")
 A = TypeVar("A")
 
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task if its process died; `how` describes the end."""
+    """Result of a task whose process died. `how` is the signal or exit status."""
 
     how: str
 
 
 @dataclass(eq=False)
 class _Worker:
-    """Process, connection, and current task."""
+    """A process with its connection and its current task."""
 
     process: Any
     line: Connection
     task: Any = None
 
-    def takes(self, task: Any) -> bool:
+    def send(self, task: Any) -> bool:
         """Send a task; return False if the process has died."""
         self.task = task
         try:
@@ -47,17 +47,18 @@ class _Worker:
 def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
-    """Yield tasks with their results, in order of completion, from parallel processes.
+    """Run tasks in parallel processes, and yield each task with its result, in the order of completion.
 
-    Tasks of dead processes come first. A process receives its next task before its last result is yielded. No process
-    outlives the generator.
+    The tasks of processes that died are run again first. A process receives its next task before its last result is
+    yielded. All processes end with the generator.
 
     Parameters
     ----------
     work
-        Function, sent to every process once. Function, tasks and results must be picklable; no task may be None.
+        Function of a task, which is sent to every process once. The function, the tasks and the results must be
+        picklable. A task must not be None.
     tries
-        Number of attempts at a task if its process dies; after these it is `Lost`.
+        Number of attempts at a task if its process dies. After that, the result is `Lost`.
     """
     new, again, deaths, workers = iter(tasks), deque[T](), Counter[T](), list[_Worker]()
 
@@ -68,7 +69,7 @@ def map_surviving(
         while True:
             while len(workers) < jobs and (task := next_task()) is not None:
                 workers.append(_start_worker(work))
-                if not workers[-1].takes(task):
+                if not workers[-1].send(task):
                     again.append(task)
                     _dismiss(workers, workers[-1])
             if not workers:
@@ -76,7 +77,7 @@ def map_surviving(
             for worker in _ready(workers):
                 task, answer = worker.task, _answer(worker)
                 following = None if isinstance(answer, Lost) else next_task()
-                if following is None or not worker.takes(following):
+                if following is None or not worker.send(following):
                     _dismiss(workers, worker)
                     if following is not None:
                         again.append(following)
@@ -92,7 +93,7 @@ def map_surviving(
 
 
 def cores() -> int:
-    """Number of cores available to this process."""
+    """Return the number of cores that are available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -100,7 +101,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # start it before interrupts are blocked, because its start would unblock them
+    resource_tracker.ensure_running()  # starts before interrupts are blocked, because its start unblocks them
     with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()
@@ -108,19 +109,19 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
 
 
 def _dismiss(workers: list[_Worker], worker: _Worker) -> None:
-    """Release a worker; it ends when its connection is closed."""
+    """Close the connection of a worker, which then ends."""
     workers.remove(worker)
     worker.line.close()
 
 
 def _ready(workers: list[_Worker]) -> list[_Worker]:
-    """Wait for workers that have answered or died."""
+    """Wait until at least one worker has returned a result or died; return these workers."""
     ready = set(wait([each for worker in workers for each in (worker.line, worker.process.sentinel)]))
     return [worker for worker in workers if worker.line in ready or worker.process.sentinel in ready]
 
 
 def _answer(worker: _Worker) -> Any:
-    """Result of a worker, or `Lost`."""
+    """Return the result of a worker, or `Lost`."""
     try:
         if worker.line.poll():
             return worker.line.recv()
@@ -144,7 +145,7 @@ def _end(workers: list[_Worker]) -> None:
 
 
 def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
-    """Loop of a worker: process tasks until the connection closes."""
+    """Run tasks in a worker until the connection is closed."""
     threading.Thread(target=_die_with_parent, daemon=True).start()
     while True:
         try:

@@ -1,4 +1,4 @@
-"""Progress callbacks, signals that stop a run, and threads of linear algebra."""
+"""Progress callbacks, stop signals, and the number of threads for linear algebra."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Progress callback that does nothing; the command's shows a bar or prints lines."""
+    """A progress callback that does nothing. Subclasses show a bar or print lines."""
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Receive the stage of a run, the work done, and the total."""
+        """Report progress: the stage of a run, the amount of work done, and the total amount."""
 
     def tell(self, sentence: str) -> None:
-        """Receive a sentence for the user, on duration or stored results."""
+        """Report a sentence to the user."""
 
     def within(self, name: str) -> Progress:
-        """Return a callback that adds a name to stages and sentences."""
+        """Return a callback that puts a name before stages and sentences."""
         return _NamedProgress(self, name)
 
 
@@ -44,7 +44,7 @@ SILENT = Progress()
 
 
 def lasting(seconds: float) -> str:
-    """Format an estimated duration with two digits."""
+    """Return an estimated duration in words, with two digits."""
     for size, unit in ((365.25 * 86400, "years"), (86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:
             return f"{float(f'{seconds / size:.2g}'):g} {unit}"
@@ -54,13 +54,13 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] time until a swallowed stop is raised again
-_asked: list[int] = []
-"""Signals received."""
+AGAIN = 0.5  # [s] time after which a lost stop is raised again
+_received: list[int] = []
+"""Numbers of the signals received so far."""
 
 
 class StoppedError(BaseException):
-    """A signal (`number`) stops the process."""
+    """A signal with the given number stops the process."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -71,8 +71,8 @@ class StoppedError(BaseException):
 def stoppable() -> Iterator[None]:
     """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
-    Ignored signals stay ignored. C libraries may replace or clear an exception while they are loaded. A replaced
-    exception is treated as the stop (`stops_kept`); a cleared `StoppedError` is raised again.
+    Ignored signals stay ignored. C libraries may replace or clear an exception while they are imported. After a stop
+    signal, any exception is converted to the stop (see `stops_kept`), and a cleared `StoppedError` is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -81,18 +81,18 @@ def stoppable() -> Iterator[None]:
     def stop(number: int, _frame: Any) -> NoReturn:
         for each in SIGNALS:
             signal.signal(each, signal.SIG_IGN)  # during cleanup
-        _asked.append(number)
+        _received.append(number)
         if alarms:
             signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
         raise StoppedError(number)
 
     def interrupt(number: int, _frame: Any) -> NoReturn:
-        _asked.append(number)
+        _received.append(number)
         raise KeyboardInterrupt
 
     def stop_again(_number: int, _frame: Any) -> None:
         if not _is_handled(StoppedError):
-            raise StoppedError(_asked[-1])
+            raise StoppedError(_received[-1])
 
     handlers: dict[int, Any] = {number: stop for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN}
     if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
@@ -111,22 +111,22 @@ def stoppable() -> Iterator[None]:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, each in before.items():
             signal.signal(number, each or signal.SIG_DFL)
-        _asked.clear()
+        _received.clear()
 
 
 @contextmanager
 def stops_kept() -> Iterator[None]:
-    """After a stop signal, convert any exception to the stop, because libraries may replace it."""
+    """Convert any exception to the stop after a stop signal, because libraries may have replaced it."""
     try:
         yield
     except Exception as error:
-        if _asked:
-            raise (KeyboardInterrupt if _asked[-1] == signal.SIGINT else StoppedError(_asked[-1])) from error
+        if _received:
+            raise (KeyboardInterrupt if _received[-1] == signal.SIGINT else StoppedError(_received[-1])) from error
         raise
 
 
 def _is_handled(kind: type[BaseException]) -> bool:
-    """True while an exception of a given type, or one caused by it, is being handled."""
+    """Return True while an exception of a type, or an exception caused by it, is being handled."""
     error = sys.exception()
     while error is not None and not isinstance(error, kind):
         error = error.__context__
@@ -148,7 +148,7 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNALS)) -> Iterator[None]:
-    """Block stop signals during steps that belong together; processes started in the meantime inherit this."""
+    """Block stop signals during steps that belong together. Processes that start meanwhile inherit this."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -161,9 +161,10 @@ def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNAL
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit linear algebra to one thread, as context manager or decorator.
+    """Limit linear algebra to one thread, as a context manager or decorator.
 
-    The command sets this before it loads numpy; in a Python session numpy is already loaded.
+    The command sets an environment variable before it imports numpy. In a Python session, numpy may be imported
+    already.
     """
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
@@ -175,7 +176,7 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=2)
 def _controller(_: bool) -> ThreadpoolController | None:
-    """Create the controller; again after scipy has loaded its own library. None without the package threadpoolctl."""
+    """Return the thread controller, or None without the package threadpoolctl. Cached until scipy adds its library."""
     try:
         from threadpoolctl import ThreadpoolController
     except ModuleNotFoundError:

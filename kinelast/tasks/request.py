@@ -1,6 +1,6 @@
-"""Requests: options for a scene in addition to its tables, and for a run over several scenes.
+"""Requests: options for a single scene, and for a run over several scenes.
 
-The command builds its parser from these fields.
+The command line is built from these fields.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from kinelast.tasks import Option, at_least, checks, option, size, speeds
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-MAX_POSITIONS = 1_000_000  # the same as for [run] positions
+MAX_POSITIONS = 1_000_000  # as for positions under [run]
 MAX_STATIONS = 10_001
 MAX_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
@@ -32,25 +32,26 @@ class RequestError(ValueError):
 
 @dataclass(frozen=True)
 class Request:
-    """Options for one scene: all inputs to its results except its file."""
+    """Options for a scene. Together with the file of the scene, they determine the results."""
 
     # fmt: off
-    positions: int | None = option(SCENE, "positions over the cycle, instead of the scene's own", "N",
+    positions: int | None = option(SCENE, "number of positions over the cycle, instead of the number in the scene", "N",
         read=at_least(1, MAX_POSITIONS))
     changes: tuple[str, ...] = option(SCENE,
         'replace a number of the scene, as in "links.rod.length=330 mm"; repeatable', "PATH=VALUE", flags=("--set",),
         many=True, default=())
-    theory: str | None = option(SCENE, "of motion, instead of the scene's own",
+    theory: str | None = option(SCENE, "theory of the deflection, instead of the theory in the scene",
         choices=("quasi-static", "elastodynamic", "geometrically-exact"))
     accuracy: float | None = option(SCENE,
-        'how far the answer may be off, as in "2 %": takes the cheapest theory that gets there', "SHARE",
+        'largest allowed error, as in "2 %": uses the cheapest theory that reaches it', "SHARE",
         read=tasks.share)
-    units: str | None = option(SCENE, "of the page and of positions.csv, instead of the scene's own [SI]",
+    units: str | None = option(SCENE,
+        "units of the report and of positions.csv, instead of the units in the scene [SI]",
         choices=("SI", "mm", "in"))
-    refine: bool = option(SCENE, "search the largest values between the positions too")
+    refine: bool = option(SCENE, "also search for the largest values between the positions")
     reachable: bool = option(SCENE, "leave out positions that the mechanism cannot reach")
     speeds: tuple[float, float, int, str] | None = option(SCENE,
-        'largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
+        'largest values as functions of the drive speed, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
         "FROM:TO:COUNT", read=speeds, writes=("speeds.csv", "speeds.svg"))
     tables: tuple[str, ...] = option(SCENE,
         "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)", "FORMAT,...",
@@ -59,10 +60,10 @@ class Request:
         "also write the motion at every position: drives, links, points, joints and their forces (motion.csv)",
         writes=("motion.csv",))
     columns: tuple[str, ...] = option(SCENE,
-        'columns of positions.csv and motion.csv, instead of all, as in "B.*,crank.effort"', "PATTERN,...",
+        'write only these columns of positions.csv and motion.csv, as in "B.*,crank.effort"', "PATTERN,...",
         read=tasks.names, default=())
     fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
-    stations: int = option(SCENE, "stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS),
+    stations: int = option(SCENE, "number of stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS),
         belongs="fields", default=101)
     checks: tuple[int | str, ...] = option(CHECKING,
         f"compare with finite elements, ELEMENTS per beam [{tasks.ELEMENTS}]; nonlinear: the whole mechanism with "
@@ -75,59 +76,59 @@ class Request:
     stills: bool = option(PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)",
         writes=("stills",))
     dxf: bool = option(PICTURES,
-        "also draw the links with their holes, and the paths of all points (links.dxf, links.svg)",
+        "also draw the links with their holes and the paths of all points (links.dxf, links.svg)",
         writes=("links.dxf", "links.svg"))
     mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
     animate: tuple[str, ...] = option(PICTURES,
         "movies: deflection, slope, bending-moment, ... (an unknown name lists all)", "DIAGRAM,...",
         read=tasks.diagrams, default=())
-    frames: int | None = option(PICTURES, "frames of a movie [one a position, 120 at most]", "N", read=at_least(1),
+    frames: int | None = option(PICTURES, "number of frames of a movie [one per position, at most 120]", "N",
+        read=at_least(1), belongs="animate")
+    picture: str = option(PICTURES, "file format of movies; png writes single frames", flags=("--format",),
+        choices=FORMATS, belongs="animate", default=FORMATS[0])
+    fps: float | None = option(PICTURES, "frames per second [25]", "N", read=tasks.positive,
         belongs="animate")
-    picture: str = option(PICTURES, "of the movies; png: stills", flags=("--format",), choices=FORMATS,
-        belongs="animate", default=FORMATS[0])
-    fps: float | None = option(PICTURES, "frames of a movie shown in a second [25]", "N", read=tasks.positive,
+    size: tuple[int, int] | None = option(PICTURES, "size of a picture in pixels [1280x720]", "WxH", read=size,
         belongs="animate")
-    size: tuple[int, int] | None = option(PICTURES, "of a picture in pixels [1280x720]", "WxH", read=size,
-        belongs="animate")
-    style: str = option(PICTURES, "solid: links as shaded bodies in the colours of the field", choices=STYLES,
+    style: str = option(PICTURES, "solid draws the links as shaded bodies, coloured by the field", choices=STYLES,
         belongs="animate", default=STYLES[0])
     exaggeration: float | None = option(PICTURES, "scale of the deformation in a picture [chosen automatically]", "N",
         read=tasks.positive, belongs="animate")
-    background: str | None = option(PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR",
+    background: str | None = option(PICTURES, 'background of a picture, as in "black" or "#ffffff" [white]', "COLOUR",
         read=tasks.colour, belongs="animate")
     show: tuple[str, ...] | None = option(PICTURES,
         "contents of a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
         "WHAT,...", read=tasks.shown, belongs="animate")
     balance: bool = option(DESIGNS,
-        "counterweights, discs and springs that best balance shaking force and moment, gravity and drives; the scene "
-        "with the counterweights to optimize (balance.toml)", writes=("balance.toml",))
+        "best counterweights, discs and springs to balance the shaking force and moment, gravity and the drives; also "
+        "writes a scene with counterweights that --optimize improves (balance.toml)", writes=("balance.toml",))
     sensitivities: bool = option(DESIGNS, "derivatives of all figures with respect to all numbers (sensitivities.*)",
         writes=("sensitivities.csv", "sensitivities.svg"))
-    tolerances: bool = option(DESIGNS, "ranges of all figures under [tolerances] (tolerances.*)",
+    tolerances: bool = option(DESIGNS, "ranges of all figures within [tolerances] (tolerances.*)",
         writes=("tolerances.csv", "tolerances.svg"))
-    samples: int | None = option(DESIGNS, "designs to sample for --tolerances [2048]", "N",
+    samples: int | None = option(DESIGNS, "number of sampled designs for --tolerances [2048]", "N",
         read=at_least(16, MAX_SAMPLES), belongs="tolerances")
-    optimize: bool = option(DESIGNS, "the best design by [optimize], as a scene of its own (optimum.toml)",
+    optimize: bool = option(DESIGNS, "best design for [optimize], also as a separate scene (optimum.toml)",
         writes=("optimum.csv", "optimum.toml"))
     # fmt: on
 
     @property
     def elements(self) -> int | None:
-        """Finite elements per beam of the check, or None."""
+        """Number of finite elements per beam for the check, or None."""
         return next((check for check in self.checks if isinstance(check, int)), None)
 
     @property
     def nonlinear(self) -> bool:
-        """True if the whole mechanism is checked with geometric nonlinearity and vibration."""
+        """True if the check of the whole mechanism with geometric nonlinearity and vibration is requested."""
         return "nonlinear" in self.checks
 
     @property
     def solid(self) -> bool:
-        """True if links are checked by plane-stress elements."""
+        """True if the check of the links by plane-stress elements is requested."""
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
-        """Theory of the request, or else that of the scene."""
+        """Return the requested theory, by default that of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
         return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
@@ -135,11 +136,11 @@ class Request:
 
 @dataclass(frozen=True)
 class Batch:
-    """Options for a run over scenes: scenes, kind of run, folder, processes."""
+    """Options for a run: scenes, kind of run, folder and processes."""
 
     # fmt: off
     scenes: tuple[str, ...] = option(SCENE,
-        "a scene file (.toml), a folder or pattern of such, a shipped scene, a report (.html)", "SCENE",
+        "a scene file (.toml), a folder or pattern of scene files, a shipped scene, or a report (.html)", "SCENE",
         flags=("scenes",), many=True, default=())
     new: str | None = option(SCENE, "write a first scene, NAME.toml, and stop", "NAME")
     copy: str | None = option(SCENE, "write a copy of a shipped scene, SCENE.toml, and stop", "SCENE")
@@ -147,43 +148,45 @@ class Batch:
         "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
         "linkage_sim, DXF", "FILE", flags=("--import",))
     elastic: bool = option(SCENE,
-        "of --import: write FILE_elastic.toml, in which links with masses of the file bend too, as uniform bars",
+        "with --import: write FILE_elastic.toml, in which links with a given mass also bend, as uniform bars",
         belongs="foreign")
     export: str | None = option(SCENE,
         "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE")
-    structure: bool = option(CHECKING, "report mobility, loops and groups instead, and draw the skeleton",
+    structure: bool = option(CHECKING, "only report mobility, loops and groups, and draw the skeleton diagram",
         writes=("structure.txt", "skeleton.svg"))
     live: bool = option(SCENE,
-        "draw the scene, or an empty sheet, in the browser instead, and see it move and bend while it is changed")
-    sweep: bool = option(DESIGNS, "compute the designs of the scene's [sweep] instead (designs.csv)")
+        "edit the scene, or a new one, in the browser, and see it move and bend")
+    sweep: bool = option(DESIGNS, "compute the designs of [sweep] (designs.csv)")
     design: int | None = option(DESIGNS,
-        "write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)", "N", read=at_least(0))
-    most: int = option(DESIGNS, "largest number of designs of a sweep", "N", read=at_least(1), default=10_000_000)
-    pages: int = option(DESIGNS, "number of designs of a sweep with a report: the best ones, and the front", "N",
+        "only write the scene of one design of [sweep] (SCENE_design_N.toml)", "N", read=at_least(0))
+    most: int = option(DESIGNS, "maximum number of designs in a sweep", "N", read=at_least(1), default=10_000_000)
+    pages: int = option(DESIGNS,
+        "number of designs of a sweep that get a report: the best one and the Pareto front", "N",
         read=at_least(0), default=20)
     scheduler: str | None = option(DESIGNS,
-        'of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead', "ADDRESS", belongs="sweep")
+        'address of a dask scheduler whose workers compute the designs of a sweep, as in "tcp://host:8786"', "ADDRESS",
+        belongs="sweep")
     out: Path = option(RUNNING,  # noqa: RUF009 - a path does not change
         "folder for the results", "OUT", flags=("-o", "--out"), read=Path, default=Path("deflection-report"))
-    jobs: int = option(RUNNING, "number of processes for scenes or for designs of a sweep; 0: one per core", "N",
+    jobs: int = option(RUNNING, "number of processes for scenes or designs; 0: one per core", "N",
         read=at_least(0), default=1)
     resume: bool = option(RUNNING,
-        "skip scenes and parts of a sweep that already have results from the same file and options")
+        "skip scenes and parts of a sweep that already have results for the same file and options")
     quiet: bool = option(RUNNING, "print only errors")
     list: bool = option(RUNNING,
-        "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use")
-    completion: str | None = option(RUNNING, "print the script by which a shell completes this command, and stop",
+        "list the shipped scenes and stop; --list sections or --list materials: list the names that a scene can use")
+    completion: str | None = option(RUNNING, "print the completion script of a shell, and stop",
         choices=SHELLS)
     version: bool = option(RUNNING, "print the version and stop")
     # fmt: on
 
 
 def options_of(*lists: type) -> dict[str, Option]:
-    """Options of `Request` and `Batch`, or one of them, by field."""
+    """Return the options of `Request`, `Batch` or both, by field."""
     found = {each.name: each.metadata["option"] for one in lists for each in fields(one)}
     return {name: replace(each, flags=each.flags or (f"--{name}",)) for name, each in found.items()}
 
 
 def written() -> set[str]:
-    """Names of all files and folders in a scene's results, except films."""
+    """Return the names of all files and folders in the results of a scene, except movies."""
     return {*ALWAYS, *(name for each in options_of(Request, Batch).values() for name in each.writes)}

@@ -1,4 +1,4 @@
-"""Scenes named by arguments, their tasks and outcomes, and the live editor. An error only stops its own scene."""
+"""Scenes that arguments name, their tasks and outcomes, and the live editor. An error only stops its own scene."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Paths of the shipped scenes by name."""
+    """Return the paths of the shipped scenes by name."""
     return {path.stem: path for path in sorted(MECHANISMS.glob("*.toml"))}
 
 
 def shipped_structures() -> dict[str, Path]:
-    """Paths of the shipped structure-only scenes by name."""
+    """Return the paths of the shipped scenes for --structure, by name."""
     return {path.stem: path for path in sorted((MECHANISMS / "structure").glob("*.toml"))}
 
 
 def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
-    """Find scene files without duplicates; return them, and errors of invalid arguments."""
+    """Return the scene files that arguments name, without duplicates, and messages about invalid arguments."""
     paths: dict[str, Path] = {}
     problems = []
     for argument in arguments:
@@ -43,9 +43,9 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
             continue
         try:
             named = _paths(argument)
-        except (OSError, ValueError) as error:  # no permission, a name too long or with a null character
+        except (OSError, ValueError) as error:  # no permission, or an invalid name
             reason = getattr(error, "strerror", None) or str(error)
-            problems.append(f'"{plain(argument, MAX_ARGUMENT)}" cannot be looked at: {reason.lower()}')
+            problems.append(f'"{plain(argument, MAX_ARGUMENT)}" cannot be read: {reason.lower()}')
             continue
         if isinstance(named, str):
             problems.append(named)
@@ -59,9 +59,9 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
 
 
 def _paths(argument: str) -> list[Path] | str:
-    """Files that an argument names, or an error message."""
-    if not argument.strip():  # an unset shell variable must not select the working folder
-        return "a scene without a name was given: name a .toml file or a shipped scene, see --list"
+    """Return the files that an argument names, or an error message."""
+    if not argument.strip():  # an empty shell variable must not select the working folder
+        return "the name of a scene is empty: name a .toml file or a shipped scene, see --list"
     path, shown = Path(argument), plain(argument, MAX_ARGUMENT)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
         return [path]
@@ -69,7 +69,7 @@ def _paths(argument: str) -> list[Path] | str:
     if argument in shipped:
         return [shipped[argument]]
     if path.is_dir():
-        return _inside(path) or f'the folder "{shown}" holds no .toml file'
+        return _inside(path) or f'the folder "{shown}" contains no .toml file'
     if has_magic(argument):
         found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - with folders
         scenes = [scene for each in found for scene in (_inside(each) if each.is_dir() else [each])]
@@ -81,12 +81,12 @@ def _paths(argument: str) -> list[Path] | str:
     close = get_close_matches(argument[:MAX_ARGUMENT], shipped, 1)
     advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
     if argument in DIAGRAMS:
-        advice = f'"--animate {argument}" films this field, with "--format png" as stills'
+        advice = f'"--animate {argument}" makes a movie of this field'
     return f'"{shown}" is neither a .toml file nor a shipped scene: {advice}'
 
 
 def foreign_words(argument: str) -> str:
-    """Advice on a file or web link of another program; empty for anything else."""
+    """Return advice on a file or web link of another program; empty for other arguments."""
     linked = argument.startswith(("http://", "https://")) and "?" in argument
     if linked or Path(argument).suffix.lower() in FOREIGN:
         return f"of another program: --import {plain(argument, MAX_ARGUMENT)!r} writes its scene"
@@ -94,15 +94,15 @@ def foreign_words(argument: str) -> str:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Scenes in a folder and its subfolders, without hidden ones."""
+    """Return the scenes in a folder and its subfolders, except in hidden folders."""
     found = [path for path in sorted(folder.rglob("*.toml")) if path.is_file()]
     return [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
 
 
 def result_names(paths: Sequence[Path]) -> list[Path] | str:
-    """Unique result names of scenes: file names, preceded by folders if ambiguous.
+    """Return unique names for the results of scenes: file names, with folders if necessary.
 
-    Returns an error message if two scenes would still share a folder.
+    If two scenes would nevertheless share a folder, return an error message.
     """
     count = Counter(path.stem for path in paths)
     names = []
@@ -126,11 +126,11 @@ def _folder(path: Path) -> str:
 
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
-"""Exit statuses; the command returns the largest of all scenes."""
+"""Exit statuses. The command returns the largest status of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
-MESSAGE = 1000  # maximum number of characters of a line
+MESSAGE = 1000  # maximum number of characters per line of a message
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # distribution by imported name, if they differ
+TO_INSTALL = {  # name of the distribution by name of the module, if they differ
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -139,27 +139,28 @@ TO_INSTALL = {  # distribution by imported name, if they differ
 }
 
 
-PARTS_OF_OTHERS = ("shapely",)  # packages that the distribution to install brings along
+PARTS_OF_OTHERS = ("shapely",)  # modules that belong to a dependency of the distribution
 
 
 @dataclass(frozen=True)
 class Task:
-    """File of a scene, folder for its results, and name for messages.
+    """A scene to compute: file, folder for the results, and name for messages.
 
-    `beside`: additional entries of its summary.
+    `extra` contains additional entries of the summary.
     """
 
     path: Path
     folder: Path
     name: str
-    beside: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a scene: exit status, one line of text, state, questions about figures, report, duration [s].
+    """Outcome of a scene: exit status, message, state, warnings about figures, report, and duration [s].
 
-    `interrupted`: stopped by the user, partial results are stored. `unwritten`: a write error, which may be temporary.
+    `interrupted` is True if the user stopped the run and partial results are stored. `unwritten` is True after a write
+    error, which may be temporary.
     """
 
     status: int
@@ -173,14 +174,14 @@ class Outcome:
 
 
 def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
-    """Run the work on a scene, and convert exceptions to an outcome.
+    """Run a function for a scene, and convert exceptions to an outcome.
 
     Parameters
     ----------
     fewer
-        Advice for the case that memory runs out.
+        Items of which the user should request fewer if memory runs out.
     place
-        Target of the results, for disk errors without a file name.
+        Folder for the results, which is reported for disk errors without a file name.
     """
     try:
         with stops_kept():
@@ -189,7 +190,7 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer {fewer}")
     except OSError as error:
         where = f"{error.filename or place}: " if error.filename or place else ""
-        missing = isinstance(error, SceneError)  # a scene's file is missing
+        missing = isinstance(error, SceneError)  # the file of the scene is missing
         message = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
         return Outcome(BAD_INPUT, f"{name}: {_printable(message)}", unwritten=not missing)
     except Exception as error:
@@ -203,12 +204,12 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
 
 
 def _printable(text: str) -> str:
-    """Make every line of a message printable."""
+    """Return a message with printable lines of limited length."""
     return "\n".join(plain(line, MESSAGE) for line in text.split("\n"))
 
 
 def missing_package(error: BaseException) -> str:
-    """Message about a package that is not installed; empty for other errors."""
+    """Return a message about a package that is not installed; empty for other errors."""
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""
@@ -232,7 +233,7 @@ def installed_editor() -> Any:
     NoEditorError
         No package provides an editor.
     """
-    from importlib.metadata import entry_points  # the command's help needs none
+    from importlib.metadata import entry_points  # imported here because the help does not need it
 
     for entry in entry_points(group=GROUP):
         return entry.load()
