@@ -276,7 +276,7 @@ def test_paths_identify_the_numbers_of_a_scene():
             "sections.bar.dept",
             'sections.bar.dept: there is no such number in the scene; did you mean "sections.bar.depth"?',
         ),
-        ("points.B", 'points.B: is two numbers: name "points.B.x" or "points.B.y"'),
+        ("points.B", 'points.B: is two numbers: use "points.B.x" or "points.B.y"'),
         (
             "links.crank.section",
             "it is a name; write [sections.NAME] with shape, depth and width, and use paths such as",

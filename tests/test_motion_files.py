@@ -140,7 +140,7 @@ def test_unreadable_motion_files_are_errors(scene):
     (scene.parent / "lift.csv").write_bytes("time [ms],angle [°]\n".encode("latin1"))
     with pytest.raises(SceneError, match=r'"lift.csv": not a text in UTF-8 at line 1'):
         read_document(scene)
-    with pytest.raises(SceneError, match="there is no folder"):
+    with pytest.raises(SceneError, match="the scene has no folder"):
         document_from_text(OSCILLATING, read=reader_in(None))
     with pytest.raises(ValueError, match="line 1: "):
         columns_of('0,"' + "1" * 200_000, ("a", "b"))

@@ -18,7 +18,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.schema import SCHEMAS, key_words, scene_schema, subtables
 from kinelast.scene.tables import StrictTable
-from kinelast.scene.units import USUAL, registry
+from kinelast.scene.units import COMMON_FACTORS, registry
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
@@ -319,8 +319,8 @@ class TestGuide:
         assert str(caught.value).startswith(message.removesuffix("..."))
 
 
-@pytest.mark.parametrize("name", sorted(USUAL))
+@pytest.mark.parametrize("name", sorted(COMMON_FACTORS))
 def test_common_units_agree_with_the_registry(name):
     """Common units need no pint, and agree with it to the last digit."""
-    factor, unit = USUAL[name]
+    factor, unit = COMMON_FACTORS[name]
     assert float(registry().convert(1.0, registry().parse_units(name), unit)) == factor

@@ -78,7 +78,7 @@ RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
         ({"vary": {DEPTH: {**RANGE, "from": "9 mm"}}}, "reversed: from 0.009 to 0.006 m, expected"),
         ({"vary": {DEPTH: {**RANGE, "to": "6 kg"}}}, 'expected a length, as in "100 mm" or 0.1, got "6 kg"'),
         ({"vary": {DEPTH: {**RANGE, "from": "-3 mm"}}}, f"[sweep] vary {DEPTH}: expected a length"),
-        ({"vary": {DEPTH: OPEN}}, "the key is missing: count"),
+        ({"vary": {DEPTH: OPEN}}, "the key is missing: give count"),
         ({"vary": {DEPTH: {**RANGE, "cout": 3}}}, 'there is no such key; did you mean "count"?'),
         ({"vary": {DEPTH: RANGE}, "samples": 4}, "[sweep] samples: belongs to the methods"),
         (
@@ -131,7 +131,7 @@ smallest = "deflection.rocker"
 def test_the_command_writes_a_row_per_design_and_reports_the_best(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--pages", "0") == 0
     line, message = capsys.readouterr()
-    assert message == "bars: the designs are computed without vibration, whatever the scene's theory or accuracy\n"
+    assert message == "bars: the designs are computed without vibration, regardless of theory and accuracy\n"
     with (tmp_path / "out" / "bars" / "designs.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
     assert head == [
@@ -246,7 +246,7 @@ def test_only_the_same_sweep_is_resumed(tmp_path, capsys):
             (
                 'smallest = "def',
                 'largest = "mass"\nsmallest = "def',
-                "either the smallest or the largest of one figure",
+                "give either smallest or largest",
             ),
             (
                 "sections.bar.depth",

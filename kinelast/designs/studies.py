@@ -301,7 +301,7 @@ class _FullyJudged:
 
 
 def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
-    """Find the best design whose full answer, including errors, meets all limits; otherwise return the last one tried.
+    """Find the best design that meets all limits by its full answer, including errors, or return the last one tried.
 
     The quasi-static search leaves no reserve for vibration and errors. Therefore, the full answer of the best design is
     computed, the bounds are adjusted accordingly, and the search continues. Without limits, only the goal needs a full
