@@ -1,4 +1,4 @@
-"""Deflection of the links of moving planar mechanisms: scene files in, reports out."""
+"""Deflection of the links of moving planar mechanisms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
 ]  # fmt: skip
 
 __version__ = "0.1.0"
-"""Version of the program and of its wheel."""
+"""Version of the package."""
 
 _HOME = {
     "notebook.inline": ("answer", "live", "report"),
@@ -43,7 +43,7 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import exports on first access, because the command's help needs none of them."""
+    """Import a public name on first access, which keeps the command's help fast."""
     from importlib import import_module
 
     for place, names in _HOME.items():

@@ -1,8 +1,8 @@
-"""Mechanisms from Python: typed parts that write the tables of a scene file.
+"""Mechanisms in Python: typed parts that correspond to the tables of a scene file.
 
-Every class except `TypedPart`, `Point` and `PointMass` is a table of the format; its fields are the keys of the table.
-A field accepts a point, link or section object instead of its name. The classes are made from the tables of
-`kinelast.scene` at import. A wheel also has a stub with all classes, for type checkers and editors.
+Every class except `TypedPart`, `Point` and `PointMass` corresponds to a table of the format, and its fields to the
+keys. Fields accept an object (such as a point, link or section) instead of its name. The classes are created from the
+tables of `kinelast.scene` at import. A wheel also contains a stub with all classes, for type checkers and editors.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # table of two columns
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TypedPart:
-    """A part of a mechanism; each field that has a value becomes a key of its table.
+    """A part of a mechanism. Each field with a value becomes a key of its table.
 
-    `under` is the top-level table of the part, or "" for a part inside another. `spelled` maps fields to keys that are
-    not valid Python names.
+    `under` is the top-level table of the part, or "" for a part of another part. `spelled` contains, by field, the keys
+    that are not valid Python names.
     """
 
     under: ClassVar[str] = ""
     spelled: ClassVar[Mapping[str, str]] = {}
 
     def keys(self) -> dict[str, Any]:
-        """Return the given keys of the table; values may still be parts."""
+        """Return the keys that have a value. Values may be parts."""
         given = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "name"}
         return {self.spelled.get(key, key): value for key, value in given.items() if value is not None}
 
@@ -48,7 +48,7 @@ class TypedPart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NamedPart(TypedPart):
-    """A part with a name; joints, welds and bearings take the name of their point or slider."""
+    """A part with a name. The name of a joint, weld or bearing is that of its point or slider."""
 
     name: TypedPart | str
 
@@ -74,7 +74,7 @@ class ListedPart(TypedPart):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Point(NamedPart):
-    """A point of the drawing, near the start of the motion."""
+    """A point of the drawing, which shows the mechanism near the start of the motion."""
 
     under: ClassVar[str] = "points"
     x: Quantity
@@ -83,7 +83,7 @@ class Point(NamedPart):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointMass(NamedPart):
-    """A point mass on the first moving link with the point."""
+    """A point mass on the first moving link that contains the point."""
 
     under: ClassVar[str] = "masses"
     mass: Quantity
@@ -97,12 +97,12 @@ def mechanism(
     units: Literal["m", "cm", "mm", "in"] | None = None,
     structure_only: bool | None = None,
 ) -> Document:
-    """Return the document of a mechanism, as if read from a file.
+    """Return the document of a mechanism, as if it were read from a file.
 
     Parameters
     ----------
     parts
-        Parts in order. Points, sections and other parts that they refer to are included.
+        Parts in order. Parts to which they refer, such as points and sections, are included automatically.
     title, source, units, structure_only
         Keys of the file.
 
@@ -134,9 +134,9 @@ def mechanism(
 
 
 def _with_references(value: Any) -> Iterator[TypedPart]:
-    """Yield the parts that a part refers to, then the part itself."""
+    """Yield the parts to which a part refers, and then the part itself."""
     if not isinstance(value, TypedPart):
-        raise TypeError(f"a mechanism is made of parts, as Link(...) or Drive(...), not of {value!r}")
+        raise TypeError(f"expected a part, such as Link(...) or Drive(...), got {value!r}")
     for each in (getattr(value, "name", None), *value.keys().values()):
         for part in _parts_in(each):
             yield from _with_references(part)
@@ -214,10 +214,10 @@ def _made(table: TableClass) -> type:
 
 
 def stub_text() -> str:
-    """Return the stub of this module: its source with all table classes written out."""
+    """Return the stub of this module: its source, followed by the source of all table classes."""
     from inspect import getsource
 
-    written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# The code below makes")[0]
+    written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# The code below creates")[0]
     classes = "\n\n\n".join(table.source() for table in table_classes())
     return f"{written_by_hand}\n\n\n{classes}\n\n\n__all__ = {__all__!r}\n"
 
@@ -229,7 +229,7 @@ __all__.extend(_TABLES)
 
 
 def __getattr__(name: str) -> Any:
-    """Raise AttributeError; without the stub, type checkers accept any name because of this function."""
+    """Raise AttributeError. Because of this function, type checkers without the stub accept any name."""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -31,7 +31,7 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(autouse=True)
 def no_lines_in_between(monkeypatch):
     """Print no progress lines: a slow machine would add them to any output. The test of progress resets this."""
-    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", float("inf"))
+    monkeypatch.setattr("kinelast.cli.terminal.LINE_INTERVAL", float("inf"))
 
 
 @pytest.fixture(autouse=True)

@@ -182,7 +182,7 @@ class TestParts:
 
     def test_a_mistake_is_one_sentence(self):
         Q, other = build.Point("O", 0, 0), build.Point("O", 1, 0)
-        with pytest.raises(TypeError, match="made of parts, as Link"):
+        with pytest.raises(TypeError, match="expected a part, such as Link"):
             build.mechanism({"points": {}})
         with pytest.raises(TypeError, match="unexpected keyword argument 'lenth'"):
             build.Link("arm", [Q], lenth=3)
@@ -278,7 +278,7 @@ class TestWrongArguments:
         [
             ({"theory": "elastodynamics"}, 'expected one of quasi-static, .*; did you mean "elastodynamic"'),
             ({"accuracy": 5}, "accuracy: expected a share"),
-            ({"accuracy": 0.1, "theory": "quasi-static"}, "leave out accuracy, or theory"),
+            ({"accuracy": 0.1, "theory": "quasi-static"}, "give either accuracy or theory"),
             ({"positions": 0}, "positions: expected a whole number from 1"),
             ({"positions": 1.5}, "positions: expected a whole number"),
         ],

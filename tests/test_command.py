@@ -783,4 +783,4 @@ def test_set_changes_numbers_of_a_scene(tmp_path, capsys):
         assert main([str(given), *options, "--set", change]) == 2
         assert words in capsys.readouterr().err
     assert main([str(given), "--sweep", "--set", "points.A.x=1"]) == 2
-    assert "--set is for reports" in capsys.readouterr().err
+    assert "--set only applies to reports" in capsys.readouterr().err

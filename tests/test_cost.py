@@ -83,7 +83,7 @@ def test_contacts_count_as_constraints_in_the_structure_report():
     wheels = Mechanism(links, (PinDrive("a", "O"),), {"O": 0.0, "D": 3.0})
     text = " ".join(structure_text(wheels, [Contact("mesh", "a", "b", 1.0, 1j)]).split())
     assert "as many as m" in text
-    assert 'and the contact "mesh" is none of them' in text
+    assert 'but the contact "mesh" is none of these' in text
     assert "add a drive" not in text
     assert "add a drive" in " ".join(structure_text(wheels).split())
 

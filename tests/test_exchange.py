@@ -209,7 +209,7 @@ def test_the_command_writes_a_scene_to_begin_with_and_never_over_another(tmp_pat
     (tmp_path / "mine.toml").write_text(edited)
     assert main(["--new", "mine"]) == main(["--copy", "steel_for_bar"]) == main(["--import", "none.json"]) == 2
     said = capsys.readouterr().err
-    assert "exists already" in said
+    assert "already exists" in said
     assert 'did you mean "steel_four_bar"?' in said
     assert (tmp_path / "mine.toml").read_text() == edited
 
@@ -289,7 +289,7 @@ class TestWritten:
         assert main(["pusher", "--export", str(path)]) == 0
         assert main(["pusher", "--export", str(path)]) == main(["--export", str(path)]) == 2
         said = capsys.readouterr()
-        assert "exists already" in said.err
+        assert "already exists" in said.err
         assert "takes one scene" in said.err
         assert "the format has no sections, springs, masses or forces" in said.out
 

@@ -285,7 +285,7 @@ def test_a_dead_worker_fails_only_its_scene(tmp_path):
     outcomes = list(side_by_side(tasks, SceneWork(Request(), Batch()), 2, SILENT))
     killer.join()
     assert [outcome.status for outcome in outcomes] == [BUG, FINE, FINE, FINE, FINE]
-    assert "s0: its process was ended (signal 9)" in outcomes[0].line
+    assert "s0: its process died (signal 9)" in outcomes[0].line
     assert whole_folders(out) == {"s1", "s2", "s3", "s4"}
     assert hidden(out) == []
 

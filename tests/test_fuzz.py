@@ -20,7 +20,7 @@ from kinelast.tasks.request import Batch, Request, options_of
 @pytest.fixture(autouse=True)
 def progress_lines(no_lines_in_between, monkeypatch):
     """Allow progress lines after 10 s: the watch takes them for an answer, and a slow machine is not an error."""
-    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 10.0)
+    monkeypatch.setattr("kinelast.cli.terminal.LINE_INTERVAL", 10.0)
     monkeypatch.setattr("fuzz_scenes.SECONDS", 200)
 
 

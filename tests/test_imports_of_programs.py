@@ -225,7 +225,7 @@ def test_a_rocker_swings_between_the_limits_of_the_closed_form():
     angle = kinelast.scene_motion(scene).drive[0]
     limit = np.arccos((9 + 25 - 4.5**2) / (2 * 3 * 5))
     assert (angle.max(), angle.min()) == (pytest.approx(0.98 * limit, rel=1e-2), pytest.approx(-0.98 * limit, rel=1e-2))
-    assert any("cannot go all the way: it " in note for note in first.notes)
+    assert any("cannot make a full " in note for note in first.notes)
 
 
 @pytest.mark.parametrize(
@@ -284,7 +284,7 @@ def test_a_drive_that_swings_goes_to_pmks_and_back(text, tmp_path, monkeypatch, 
     Path("half.toml").write_text(part)
     capsys.readouterr()
     assert main(["half.toml", "--export", "half.pmks"]) == 2
-    assert "in PMKS+ a drive swings to the limits of the mechanism" in capsys.readouterr().err
+    assert "in PMKS+ a drive oscillates between the limits of the mechanism" in capsys.readouterr().err
     assert not Path("half.pmks").exists()
 
 
@@ -294,7 +294,7 @@ def test_a_drive_that_swings_beside_another_is_compared_with_its_own_range(tmp_p
     Path("both.linkage2").write_text(cylinder(15, 15))
     assert main(["--import", "both.linkage2"]) == 0
     assert main(["both.toml", "--export", "both.pmks"]) == 2
-    assert "in PMKS+ a drive swings to the limits of the mechanism" in capsys.readouterr().err
+    assert "in PMKS+ a drive oscillates between the limits of the mechanism" in capsys.readouterr().err
 
 
 def test_a_mechanism_too_small_for_the_digits_of_pmks_is_refused_in_one_sentence(tmp_path, monkeypatch, capsys):
@@ -305,7 +305,7 @@ def test_a_mechanism_too_small_for_the_digits_of_pmks_is_refused_in_one_sentence
     Path("small.toml").write_text(re.sub(r"= \[(-?[\d.]+), (-?[\d.]+)\]\n", shrunk, text))
     capsys.readouterr()
     assert main(["small.toml", "--export", "small.pmks"]) == 2
-    assert "PMKS+ would not move the written mechanism: " in capsys.readouterr().err
+    assert "PMKS+ cannot move the exported mechanism: " in capsys.readouterr().err
 
 
 def shrunk(found):
@@ -580,7 +580,7 @@ def test_the_command_says_how_the_first_run_ended(tmp_path, monkeypatch, capsys)
     assert len(kinelast.load(tmp_path / "boom.toml").limits) == 1
     assert main(["--import", "loose.pmks"]) == 1
     said = capsys.readouterr().out
-    assert "it does not run yet: " in said
+    assert "it does not move yet: " in said
     assert "1 freedom" in said
     assert (tmp_path / "loose.toml").exists()
 

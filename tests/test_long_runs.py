@@ -208,7 +208,7 @@ def test_results_of_a_long_run_have_the_counts_of_the_whole_run():
 
 @pytest.mark.slow
 def test_long_computations_show_progress(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 0.0)
+    monkeypatch.setattr("kinelast.cli.terminal.LINE_INTERVAL", 0.0)
     monkeypatch.setattr(compute, "LONG", 1)
     texts = {
         "scene": edited(FOUR_BAR, ("positions = 36", "positions = 300")),

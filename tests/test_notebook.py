@@ -178,7 +178,7 @@ class TestNames:
             load(tmp_path / "bad.toml")
         for name in "ab":
             (tmp_path / f"{name}.toml").write_text(ARM)
-        with pytest.raises(ValueError, match="holds 3 scenes"):
+        with pytest.raises(ValueError, match="contains 3 scenes"):
             load(tmp_path)
 
 

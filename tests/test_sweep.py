@@ -243,11 +243,7 @@ def test_only_the_same_sweep_is_resumed(tmp_path, capsys):
         [
             ("count = 6", "count = 1_000_000_000_000", "2e+12 designs would take about"),
             ('"mass", ', '"mas", ', '[sweep] figures: there is no figure "mas"; did you mean "mass"?'),
-            (
-                'smallest = "def',
-                'largest = "mass"\nsmallest = "def',
-                "give either smallest or largest",
-            ),
+            ('smallest = "def', 'largest = "mass"\nsmallest = "def', "give either smallest or largest"),
             (
                 "sections.bar.depth",
                 "sections.bar.dept",

@@ -1,4 +1,4 @@
-"""The deflection-report command: options, messages, and scenes in parallel."""
+"""The deflection-report command: options, messages, and parallel computation of scenes."""
 
 import signal
 import sys
@@ -12,5 +12,5 @@ def main() -> int:
         status = main(sys.argv[1:])
     except KeyboardInterrupt:
         return 130
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the work is done
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the results are complete
     return status

@@ -1,6 +1,6 @@
-"""The deflection-report command: scenes in, computed in parallel processes, a folder of results for each out.
+"""The deflection-report command. It computes scenes, if requested in parallel, and writes a folder for each.
 
-Imports are lazy, so that `--help` answers at once.
+Modules are imported when they are needed, so that `--help` is fast.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneWork:
-    """Job for one scene, in any process: report, structure, sweep, or a design of the sweep."""
+    """Function that runs a task in any process: report, structure, sweep, or a design of a sweep."""
 
     request: Request
     batch: Batch
 
     def __call__(self, task: Task, progress: Progress | None = None) -> Outcome:
-        """Run the job and return its outcome. Without a progress listener, only sentences are printed."""
-        with _uncollected():
+        """Run a task and return its outcome. By default, only sentences are printed as progress."""
+        with _without_collection():
             do = self._chosen()
         return do(task, progress or (SILENT if self.batch.quiet else Sentences()))
 
@@ -61,42 +61,43 @@ class SceneWork:
 
 
 @contextmanager
-def _uncollected() -> Iterator[None]:
+def _without_collection() -> Iterator[None]:
     """Turn off garbage collection during imports, which saves a seventh of the time of a short run.
 
-    The imported objects are also excluded from later collections.
+    Later collections ignore the imported objects.
     """
-    looks = gc.isenabled()
+    was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         _freeze_imports()
-        if looks:
+        if was_enabled:
             gc.enable()
 
 
-NEW_OBJECTS = 20_000  # number of container objects; most live as long as the results of a scene
+NEW_OBJECTS = 20_000  # number of new objects before a collection; most objects live as long as the results of a scene
 
 
 @cache
 def _freeze_imports() -> None:
-    """Exclude loaded modules from garbage collection and make collections rarer, once per process."""
+    """Exclude the imported modules from garbage collection, and make collections rarer. Effective once per process."""
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
 
 
 def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:
-    """Yield the outcomes of scenes, computed in this process."""
+    """Compute scenes in this process, and yield their outcomes."""
     for number, task in enumerate(tasks):
         progress(task.name, number, len(tasks))
         yield work(task, progress)
 
 
 def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Progress) -> Iterator[Outcome]:
-    """Yield the outcomes of scenes in order, computed in parallel on `jobs` cores, or on all if 0.
+    """Compute scenes in `jobs` parallel processes (0: one per core), and yield their outcomes in order.
 
-    If a process dies, its scene fails and the others continue. All processes and unfinished folders are removed.
+    If a process dies, its scene fails and the others continue. Finally, all processes end and incomplete folders are
+    removed.
     """
     from kinelast.outputs.outbox import recovered
     from kinelast.tasks.processes import Lost, cores, map_surviving
@@ -125,12 +126,12 @@ def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Pr
 
 
 def _lost(task: Task, end: Lost) -> Outcome:
-    """Return the outcome of a scene if its process died."""
+    """Return the outcome of a scene after its process died."""
     from kinelast.outputs.outbox import recovered
 
     recovered(task.folder)
     why = "if memory ran out, use fewer positions or --jobs"
-    return Outcome(BUG, f"{task.name}: its process was ended ({end.how}); {why}")
+    return Outcome(BUG, f"{task.name}: its process died ({end.how}); {why}")
 
 
 BY_SIGNAL, INTERRUPTED = 128, 130
@@ -146,12 +147,13 @@ def main(argv: Sequence[str]) -> int:
 
     Returns
     -------
-    Exit status: 0 if all is well, 1 if a check, limit or accuracy failed, 2 for bad input, 3 for an internal error, 130
-    if interrupted, 128 plus the signal number if a signal ended the run.
+    Exit status: 0 for success, 1 if a check, limit or accuracy is not met, 2 for invalid input, 3 for an internal
+    error,
+    130 if interrupted, 128 plus the signal number if a signal ended the run.
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # set before numpy is loaded, so that results do not depend on --jobs
+        os.environ.setdefault(name, "1")  # set before numpy is imported, so that results do not depend on --jobs
     try:
         with stoppable():
             with signals_held_back():  # argparse fails if it is interrupted
@@ -166,14 +168,14 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _answer(request: Request, batch: Batch) -> int:
-    """Run the command: scenes, or an option that replaces them."""
+    """Run an option that replaces the reports, or else the scenes."""
     if (answer := instead_of_reports(batch)) is not None:
         return answer()
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
         Path.cwd()
-    except OSError:  # some libraries cannot be imported in that case
+    except OSError:  # without a working folder, some libraries cannot be imported
         return _refuse("the working folder no longer exists: change to another folder")
     return _run(request, batch)
 
@@ -184,7 +186,7 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Report an error outside the runs of scenes and return the exit status."""
+    """Report an error that does not belong to a scene; return the exit status."""
     if isinstance(error, (RequestError, SceneError)):
         return _refuse(str(error))
     if isinstance(error, OSError):
@@ -198,7 +200,7 @@ def _failed(error: Exception) -> int:
 
 
 def _stopped(stop: BaseException, done: str) -> int:
-    """Report an interruption and return the exit status."""
+    """Report an interruption; return the exit status."""
     number = stop.number if isinstance(stop, StoppedError) else 0
     how = f"terminated by signal {number}" if number else "interrupted"
     say(f"{how}{done}", sys.stderr)
@@ -206,7 +208,7 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 
 def _run(request: Request, batch: Batch) -> int:
-    """Run all scenes, report on each and then on all, and return the exit status."""
+    """Run all scenes, print their outcomes, and return the exit status."""
     from kinelast.tasks.task import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)
@@ -231,7 +233,7 @@ def _run(request: Request, batch: Batch) -> int:
     try:
         with listener(batch.quiet) as progress:
             work, jobs = SceneWork(request, batch), batch.jobs
-            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep already computes its designs in parallel
+            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep computes its designs in parallel
             coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
             for task, outcome in zip(tasks, coming, strict=True):
                 outcomes.append((task, outcome))
@@ -257,7 +259,7 @@ def _close(
     begin: float,
     others: Sequence[str],
 ) -> None:
-    """Print the outcome of several reports, and write their table, also in the formats `others`."""
+    """Print the number of outcomes, and write the table of all scenes. `others` are additional formats."""
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
@@ -280,13 +282,13 @@ def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
 
 
 def _named_once(line: str, task: Task) -> str:
-    """Return an error message without repeating the scene name."""
+    """Remove the name of the scene from an error message that starts with the path of the scene."""
     head = f"{task.name}: "
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
-    """Write the table of all scenes, also in the formats `others`."""
+    """Write the table of all scenes. `others` are additional formats."""
     from dataclasses import replace
 
     from kinelast.outputs.batch import summary_row, write_batch

@@ -1,4 +1,4 @@
-"""Shell completion scripts for options, their values, shipped scenes and files."""
+"""Completion scripts for shells. They complete options, their values, shipped scenes and files."""
 
 from collections.abc import Sequence
 from shlex import quote
@@ -21,7 +21,7 @@ complete -o filenames -F _kinelast {commands}"""
 
 
 def script(shell: str, scenes: Sequence[str]) -> str:
-    """Return the script for bash, zsh or fish.
+    """Return the completion script for bash, zsh or fish.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def script(shell: str, scenes: Sequence[str]) -> str:
 
 
 def _options() -> list[tuple[str, str, Sequence[str], bool]]:
-    """Return flags with help, choices, and whether they take a value."""
+    """Return the flags with their help, their choices, and whether they take a value."""
     return [
         (flag, option.help, option.choices, option.takes_value)
         for option in options_of(Request, Batch).values()

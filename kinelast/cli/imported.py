@@ -1,4 +1,4 @@
-"""First run of an imported mechanism. Drives that cannot make full turns swing between their limits."""
+"""First run of an imported mechanism. Drives that cannot make a full turn oscillate between their limits."""
 
 from __future__ import annotations
 
@@ -20,29 +20,31 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism
 
-MARGIN = 0.01  # distance kept from a limit of the mechanism / range between the limits
-MIN_RANGE = 1e-6  # a drive cannot move if its range / a turn (or size of the drawing) is smaller
-MAX_LIMIT_DIFFERENCE = 0.05  # largest difference between two limits of a drive, relative to its range
-MAX_DIFFERENCE_IN_STEP = 2e-3  # the same if there are other drives: its period must fit theirs
-STEPS, ROUNDS = 360, 2  # number of positions in the search for a limit, and of refinements
-DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # degrees per second in a unit of speed
+MARGIN = 0.01  # distance from a limit of the mechanism / range between the limits
+MIN_RANGE = 1e-6  # smallest range of a drive that can move / a turn (or size of the drawing)
+MAX_LIMIT_DIFFERENCE = 0.05  # largest change of a limit of a drive by the export, relative to the range of the drive
+MAX_DIFFERENCE_IN_STEP = 2e-3  # the same if there are several drives, whose periods must agree
+STEPS, ROUNDS = 360, 2  # number of positions in a search for a limit, and number of searches
+DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # [deg/s] by unit of speed
 MAX_REASON = 300  # characters
 VERDICT = """For a verdict:
-  1. replace the values marked "assumed" by yours
-  2. append your limits, such as
+  1. replace the values marked "assumed" by your own
+  2. add your limits, such as
      [limits]
      safety = 1.5
   3. run: deflection-report {path}"""
-TO_BEND = """{links}: rigid, with mass, centre and inertia of the file. For a scene in which they bend, run:
+TO_BEND = """{links}: rigid, with mass, centre and inertia from the file. For a scene with elastic links, run:
   deflection-report --import {source} --elastic
 """
 
 
 @dataclass(frozen=True)
 class Imported:
-    """Text of a scene and result of its first run.
+    """Text of an imported scene, and result of its first run.
 
-    `reason` is empty if it moves, `no_cycle` if it also repeats. `rigid` names links without beams.
+    `reason` is empty if the mechanism moves, and `no_cycle` is empty if its motion repeats. `rigid` contains the names
+    of
+    links without beams.
     """
 
     text: str
@@ -56,7 +58,7 @@ class Imported:
     def result(self) -> str:
         """Result of the first run as a sentence."""
         if self.reason:
-            return f"it does not run yet: {self.reason}"
+            return f"it does not move yet: {self.reason}"
         return (
             f"it moves, but never repeats: {self.no_cycle}"
             if self.no_cycle
@@ -64,18 +66,18 @@ class Imported:
         )
 
     def advice(self, path: str, source: str) -> str:
-        """Steps from the scene at `path`, imported from `source`, to a verdict; empty if it does not move."""
+        """Return instructions for a verdict on the scene at `path`; empty if the mechanism does not move."""
         bend = TO_BEND.format(links=", ".join(self.rigid), source=source) if self.rigid else ""
         return "" if self.reason else bend + VERDICT.format(path=path)
 
 
 def imported(drawing: ForeignMechanism) -> Imported:
-    """Run a drawing once.
+    """Return the scene of an imported mechanism, after a first run.
 
     Raises
     ------
     ExchangeError
-        It is not a mechanism.
+        The drawing is not a mechanism.
     """
     resting = replace(drawing, drives=tuple(map(_resting, drawing.drives)))
     try:
@@ -96,32 +98,33 @@ def imported(drawing: ForeignMechanism) -> Imported:
 
 
 def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
-    """Raise ExchangeError if a drive that swings has other limits when PMKS+ reads the text."""
+    """Raise ExchangeError if an oscillating drive would have other limits in PMKS+."""
     if not any(drive.law for drive in drawing.drives):
         return
     back = imported(of_text(text, scene.title))
     if back.reason:
-        raise ExchangeError(f"PMKS+ would not move the written mechanism: {back.reason}")
+        raise ExchangeError(f"PMKS+ cannot move the exported mechanism: {back.reason}")
     here, there = _swings(drawing.drives), _swings(exchanged(scene_from_text(back.text)).drives)
     limit = MAX_LIMIT_DIFFERENCE if len(drawing.drives) == 1 else MAX_DIFFERENCE_IN_STEP
     if here.shape != there.shape or np.any(np.abs(there - here) > limit * np.ptp(here, axis=1, keepdims=True)):
-        raise ExchangeError("in PMKS+ a drive swings to the limits of the mechanism, which are not those of its law")
+        problem = "in PMKS+ a drive oscillates between the limits of the mechanism, which differ from those of its law"
+        raise ExchangeError(problem)
 
 
 def _swings(drives: tuple[Drive, ...]) -> np.ndarray:
-    """Return the lowest and highest position of each drive that swings, from its start, shape (drives, 2)."""
+    """Return the lowest and highest coordinate of each oscillating drive relative to its start, shape (drives, 2)."""
     levels = [np.cumsum([0.0, *drive.strokes]) for drive in drives if drive.law]
     return np.array(sorted((level.min(), level.max()) for level in levels))
 
 
 def _resting(drive: Drive) -> Drive:
-    """Return a drive that barely moves, used to build the mechanism."""
+    """Return a drive that hardly moves, which is used to build the mechanism."""
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
 
 def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.ndarray) -> ForeignMechanism:
-    """Return the drawing with an oscillating law for each drive at constant speed that cannot turn fully."""
+    """Replace the constant speed of each drive that cannot make a full turn by an oscillating law."""
     drives, notes = list(drawing.drives), list(drawing.notes)
     metre = PER_LENGTH[drawing.unit]
     places = np.array(list(drawing.points.values())) * metre
@@ -147,19 +150,19 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
         low, high = min(low + MARGIN * whole, 0.0) / per_unit, max(high - MARGIN * whole, 0.0) / per_unit
-        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # the strokes add up to zero with the digits of the text
+        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # strokes of the text add up to zero
         strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
         law = to_and_fro(strokes, abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0), unit)
         drives[number] = replace(drive, speed=None, law=law)
         notes.append(
-            f"the drive of {name} cannot go all the way: it {'swings' if turns else 'slides'} from"
+            f"the drive of {name} cannot make a full {'turn: it swings' if turns else 'stroke: it slides'} from"
             f" {low:.4g} to {high:.4g} {unit}, {MARGIN:.0%} inside the stops (0: as drawn)"
         )
     return replace(drawing, drives=tuple(drives), notes=tuple(notes))
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return how far a drive can go towards `target` while the others rest, or None if it reaches the target."""
+    """Return how far a drive can move towards `target` while the others rest, or None if it reaches the target."""
     passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
         shifts = np.append(start_shifts, np.linspace(passed, missed, STEPS)[1:])

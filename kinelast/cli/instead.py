@@ -1,7 +1,7 @@
 """Options that replace the reports: lists, the live editor, a first scene, imports and exports.
 
-Each function returns the exit status, or raises an error for bad input. Modules that few options need are imported
-when they are used.
+Each function returns the exit status, or raises an error for invalid input. Modules that only some options need are
+imported when they are used.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from kinelast.cli.imported import Imported
 
 FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
-"""Scene that `--new` writes, the example of docs/scenes.md."""
+"""The scene that `--new` writes, which is also the example in docs/scenes.md."""
 
 
 def instead_of_reports(batch: Batch) -> Callable[[], int] | None:
-    """Return the function of the first requested option that replaces the reports; None if all scenes get reports."""
+    """Return the function of a requested option that replaces the reports; None if there is no such option."""
     for requested, answer in (
         (batch.version, _version),
         (batch.completion, partial(_complete, batch.completion or "")),
@@ -65,7 +65,7 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes, or the sections or materials of the library with all words in their names."""
+    """List the shipped scenes, or the sections or materials of the library with names that contain all `words`."""
     if kind in ("sections", "materials"):
         from kinelast.scene.library import library_entries
 
@@ -98,7 +98,7 @@ def _title(path: Path) -> str:
 
 
 def _live(*scenes: str) -> int:
-    """Serve the live editor for a scene, or for an empty sheet."""
+    """Run the live editor for a scene, or for a new scene."""
     if len(scenes) > 1:
         raise RequestError("--live takes one scene")
     try:
@@ -113,7 +113,7 @@ def _live(*scenes: str) -> int:
 
 def _new(name: str) -> int:
     """Write a first scene."""
-    return _begun(Path(f"{name.removesuffix('.toml')}.toml"), FIRST)
+    return _write_start(Path(f"{name.removesuffix('.toml')}.toml"), FIRST)
 
 
 def _copy(name: str) -> int:
@@ -121,11 +121,11 @@ def _copy(name: str) -> int:
     shipped = shipped_scenes()
     if name not in shipped:
         raise RequestError(f'--copy: there is no shipped scene "{name}"{likely(name, list(shipped))}, see --list')
-    return _begun(Path(f"{name}.toml"), shipped[name])
+    return _write_start(Path(f"{name}.toml"), shipped[name])
 
 
-def _begun(path: Path, model: Path) -> int:
-    """Write a copy of a model as the user's first scene."""
+def _write_start(path: Path, model: Path) -> int:
+    """Write a copy of a scene as a starting point for the user."""
     from kinelast.scene.text import with_schema
 
     _write(path, with_schema(model.read_text(encoding="utf-8")), "change to another folder")
@@ -134,7 +134,7 @@ def _begun(path: Path, model: Path) -> int:
 
 
 def _import(source: str, bend: bool) -> int:
-    """Write the scene of another program's mechanism, and print the result of a first run."""
+    """Write a scene with the mechanism of another program, and print the result of its first run."""
     from kinelast.scene.text import with_schema
 
     first_run = _first_run(source, bend)
@@ -161,7 +161,7 @@ def _first_run(source: str, bend: bool) -> Imported:
 
 
 def _export(path: Path, *scenes: str) -> int:
-    """Export the mechanism of a scene to another program's format."""
+    """Export the mechanism of a scene to the format of another program."""
     from exchange import ExchangeError, written
     from kinelast.cli.imported import require_same_swing
     from kinelast.outputs.exported import exchanged
@@ -189,9 +189,9 @@ def _export(path: Path, *scenes: str) -> int:
 
 
 def _write(path: Path, text: str, otherwise: str) -> None:
-    """Write a new file; an existing one is not overwritten."""
+    """Write a new file. Raise RequestError if the file exists."""
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise RequestError(f'"{path}" exists already: move it, or {otherwise}') from None
+        raise RequestError(f'"{path}" already exists: move it, or {otherwise}') from None

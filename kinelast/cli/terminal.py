@@ -1,4 +1,4 @@
-"""Terminal interface of the command: parsed arguments, printed lines and a progress bar."""
+"""Terminal interface of the command: arguments, printed lines and a progress bar."""
 
 import argparse
 import os
@@ -15,9 +15,9 @@ from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 EPILOG = """\
-exit status: 0 fine, 1 a limit is not kept or cannot be judged, a requested accuracy is not reached, or a check failed,
-2 bad input (the other scenes are still computed), 3 an error of the program, 130 interrupted, 128 plus the number of a
-signal that terminated the run (143: SIGTERM)
+exit status: 0 success, 1 a limit is not met or cannot be judged, a requested accuracy is not reached, or a check
+fails, 2 invalid input (other scenes are still computed), 3 an error in the program, 130 interrupted, 128 plus the
+number of the signal that terminated the run (143: SIGTERM)
 
 examples:
   deflection-report steel_four_bar
@@ -34,7 +34,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
     Raises
     ------
     SystemExit
-        After printing help or an error message.
+        After the help or an error message has been printed.
     """
     known = options_of(Batch, Request)
     parser = _parser(known)
@@ -44,7 +44,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
     given["scenes"] = (*given.get("scenes", ()), *behind)
     if unknown:
         _refuse(parser, unknown[0].partition("=")[0])
-    _require_fitting(parser, given, known)
+    _require_consistent(parser, given, known)
     mine = options_of(Request)
     return (
         Request(**{name: value for name, value in given.items() if name in mine}),
@@ -62,7 +62,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="deflection-report",
         usage="deflection-report SCENE ... [options]",
-        description="How much the links of a moving planar mechanism bend, turn and stretch under their own inertia.",
+        description="Computes how much the links of a moving planar mechanism deform under inertia and loads.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         argument_default=argparse.SUPPRESS,
@@ -88,7 +88,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return a reader that raises its message as an error of argparse."""
+    """Return a function that reads a value, and raises errors of argparse."""
 
     def value(text: str) -> Any:
         try:
@@ -100,7 +100,7 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
-    """Return the arguments, with the default value after a bare --check that a scene follows."""
+    """Add the default value to a --check that is followed by a scene."""
     bare = {flag: option.bare for option in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
     return [
@@ -110,36 +110,36 @@ def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
 
 
 def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
-    """Exit with a message on an unknown option."""
+    """Exit with a message about an unknown option."""
     flags = [flag for action in parser._actions for flag in action.option_strings if flag.startswith("--")]
     parser.error(f'unknown option "{word}"{likely(word, flags) or "; --help lists all options"}')
 
 
-def _require_fitting(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
-    """Exit with a message if options do not fit together."""
+def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
+    """Exit with a message if options exclude each other or another option is missing."""
     for name in given:
         option = known[name]
         if option.belongs and not given.get(option.belongs):
             flag, needed = ((known[key].flags or (f"--{key}",))[0] for key in (name, option.belongs))
             parser.error(f"{flag} needs {needed}")
     if "changes" in given and given.keys() & {"sweep", "design"}:
-        parser.error("--set is for reports: a sweep varies numbers by [sweep]")
+        parser.error("--set only applies to reports: the numbers of a sweep are under [sweep]")
     if "changes" in given and "structure" in given:
-        parser.error("--set is for reports: change the numbers of a structure in its file")
+        parser.error("--set only applies to reports: change the numbers of a structure in its file")
     if sum(isinstance(check, int) for check in set(given.get("checks", ()))) > 1:
         parser.error("--check: expected one number of elements")
     if "theory" in given and "accuracy" in given:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-BAR_DELAY, SELDOM = 1.0, 10.0  # [s] until the bar appears, and between lines without a terminal
-MAX_COUNTED_PARTS = 100  # steps of a stage; more than this are printed as a percentage
+BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] before the bar appears; between lines if there is no terminal
+MAX_COUNTED_PARTS = 100  # progress of stages with more steps is printed as a percentage
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines. Control characters are escaped, and characters that the terminal lacks become question marks.
+    """Print lines. Control characters are escaped, and characters that the terminal cannot show become question marks.
 
-    Output to a closed pipe or a full disk stops without an error.
+    If a pipe is closed or a disk is full, further output is discarded.
     """
     if stream is None:
         return
@@ -154,7 +154,7 @@ def say(text: str, stream: TextIO | None) -> None:
 
 
 def _mute(stream: TextIO) -> None:
-    """Redirect a stream to the null device, including its buffered text."""
+    """Redirect a stream, including its buffered text, to the null device."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -162,7 +162,7 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open closed standard streams, so that no result file gets their numbers."""
+    """Open standard streams that are closed, so that no result file gets their file descriptors."""
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
         if spare > 2:
@@ -172,7 +172,7 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Yield a progress listener: a bar on a terminal, otherwise a line every `SELDOM` seconds."""
+    """Yield a progress callback. It shows a bar on a terminal, or else prints a line every `LINE_INTERVAL` seconds."""
     if quiet:
         yield SILENT
         return
@@ -191,7 +191,7 @@ def listener(quiet: bool) -> Iterator[Progress]:
 
 
 class Sentences(Progress):
-    """Progress listener that only prints sentences."""
+    """Progress callback that only prints sentences."""
 
     def tell(self, sentence: str) -> None:
         """Print a sentence."""
@@ -199,15 +199,15 @@ class Sentences(Progress):
 
 
 class _Lines(Sentences):
-    """Progress listener that prints a line every `SELDOM` seconds."""
+    """Progress callback that prints a line every `LINE_INTERVAL` seconds."""
 
     def __init__(self) -> None:
         self._start = self._last = time.monotonic()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Print the stage, its share and the elapsed time."""
+        """Print the stage, the fraction done, and the elapsed time."""
         now = time.monotonic()
-        if now > self._last + SELDOM and done < total:
+        if now > self._last + LINE_INTERVAL and done < total:
             self._last = now
             share = (
                 ""
@@ -220,7 +220,7 @@ class _Lines(Sentences):
 
 
 class _Bar(Sentences):
-    """Progress listener that shows a bar once `show` is called."""
+    """Progress callback that shows a bar after `show` is called."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -239,7 +239,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # leave output to a file alone
+        both = sys.stdout is not None and sys.stdout.isatty()  # do not redirect output to a file
         with self._lock:
             if self._over:
                 return
@@ -252,7 +252,7 @@ class _Bar(Sentences):
         self(*self._now)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Record the progress."""
+        """Store the progress, and update the bar."""
         self._now = stage, done, total
         if self._bar is not None:
             words = plain(stage, 60).replace("[", r"\[")

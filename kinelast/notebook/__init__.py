@@ -1,4 +1,4 @@
-"""Motion and deflection of a scene, with points, links and beams by name."""
+"""Motion and deflection of a scene for notebooks, with points, links and beams by name."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from kinelast.tasks.task import scene_paths
 from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 
-STATIONS = 101  # stations per beam, evenly spaced from end to end
+STATIONS = 101  # number of evenly spaced stations per beam, including both ends
 MAX_SHOWN = 60  # maximum number of characters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
-    """Return the scene of a file, or a shipped scene by its name.
+    """Return a scene from a file, or a shipped scene by its name.
 
     Raises
     ------
     SceneError
         The file contains an error.
     FileNotFoundError
-        No file or scene has this name.
+        There is no file or scene with this name.
     ValueError
         The folder contains several scenes.
 
@@ -48,22 +48,23 @@ def load(scene: str | Path) -> Scene:
     if problems:
         raise MissingFileError("", "", "", problems[0])
     if len(paths) != 1:
-        raise ValueError(f'"{scene}" holds {len(paths)} scenes: name one of them')
+        raise ValueError(f'"{scene}" contains {len(paths)} scenes: name one of them')
     return read_scene(paths[0])
 
 
 def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
-    """Return a scene with additional loads. The copy has no text, since its file does not contain them.
+    """Return a scene with additional loads. It has no text, because its file does not contain these loads.
 
     Parameters
     ----------
     loads
-        Same as in `rigid.PointLoad` and `rigid.LineLoad`; `law` is a function of the motion, shape (positions,).
+        Loads such as `rigid.PointLoad` and `rigid.LineLoad`. Their `law` is a function of the motion that returns
+        factors, shape (positions,).
 
     Raises
     ------
     MechanismError
-        A load is on a link or at a point that does not exist.
+        The link or the point of a load does not exist.
     """
     given = scene_of(scene)
     mechanism = replace(given.mechanism, loads=(*given.mechanism.loads, *loads))
@@ -84,7 +85,7 @@ class PointMotion:
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Angle [rad], without jumps, angular velocity [rad/s] and acceleration [rad/s^2] of a link, shape (positions,)."""
+    """Continuous angle [rad], angular velocity [rad/s] and acceleration [rad/s^2] of a link, shape (positions,)."""
 
     angle: Reals
     angular_velocity: Reals
@@ -96,7 +97,7 @@ class LinkMotion:
 
 
 class BeamFields:
-    """Fields along a beam by their keys, such as `w` and `M`, at 101 stations, shape (positions, stations).
+    """Fields along a beam as attributes, such as `w` and `M`, at 101 stations, shape (positions, stations).
 
     `x` is the distance of the stations from the start of the beam [m], shape (stations,).
     """
@@ -113,12 +114,12 @@ class BeamFields:
 
     @property
     def line(self) -> Complexes:
-        """Axis of the rigid beam [m], complex, shape (positions, stations)."""
+        """Positions on the axis of the rigid beam [m], complex, shape (positions, stations)."""
         return rigid_line(self._deflection.motion, self._beam)
 
     @property
     def displacement(self) -> Complexes:
-        """Displacement of the axis in the ground's axes [m], complex, shape (positions, stations)."""
+        """Displacement of the axis in the axes of the ground [m], complex, shape (positions, stations)."""
         along = self.line[:, -1:] - self.line[:, :1]
         return along / np.abs(along) * (self.u + 1j * self.w)
 
@@ -130,14 +131,14 @@ class BeamFields:
 
 
 def rigid_line(course: Motion, beam: int) -> Complexes:
-    """Return the axis of a rigid beam at every position [m], complex, shape (positions, stations)."""
+    """Return positions on the axis of a rigid beam [m], complex, shape (positions, stations)."""
     at, ends = course.mechanism.beams[beam]
     start, end = (np.broadcast_to(position_of(course, at, name), course.columns) for name in (ends.start, ends.end))
     return start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, STATIONS)
 
 
 class PartsByName:
-    """Something with parts by name, as items, with tab completion."""
+    """An object with named parts as items, and with tab completion of their names."""
 
     def __iter__(self) -> Iterator[str]:
         raise NotImplementedError
@@ -152,7 +153,10 @@ class PartsByName:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SceneMotion(PartsByName, Motion):
-    """Motion with points and links by name: `motion["B"].position`. A point precedes a link of the same name."""
+    """Motion with points and links by name, such as `motion["B"].position`.
+
+    If a point and a link have the same name, it refers to the point.
+    """
 
     scene: Scene
 
@@ -170,7 +174,7 @@ class SceneMotion(PartsByName, Motion):
         raise KeyError(unknown_name(name, self))
 
     def link(self, name: str) -> LinkMotion:
-        """Return the motion of a link, even if a point has the same name."""
+        """Return the motion of a link, also if a point has the same name."""
         number = self.mechanism.index[name]
         angle = np.unwrap(np.angle(self.direction[number]))
         return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
@@ -185,7 +189,7 @@ class SceneMotion(PartsByName, Motion):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SceneDeflection(PartsByName, Deflection):
-    """Deflection with beams by name: `deflection["coupler"].w`."""
+    """Deflection with beams by name, such as `deflection["coupler"].w`."""
 
     scene: Scene
 
@@ -206,33 +210,35 @@ class SceneDeflection(PartsByName, Deflection):
 
 
 def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion:
-    """Return the motion of a scene over its run. `positions` overrides their number.
+    """Return the motion of a scene over its run. `positions` is the number of positions (default: that of the scene).
 
     Raises
     ------
     SceneError
-        The drives require positions that are out of reach.
+        A position is unreachable.
     TypeError, ValueError
-        The argument is not a scene, or not a number of positions.
+        An argument is not a scene or not a number of positions.
     """
     given, asked = scene_of(scene), request_of(positions=positions)
     return _motion(given, scene_motion(given, asked.positions))
 
 
 def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDeflection:
-    """Return the deflection of a scene over its run, by the theory it requests. `positions` overrides their number.
+    """Return the deflection of a scene over its run by the theory that the scene requests.
+
+    `positions` is the number of positions (default: that of the scene).
 
     Raises
     ------
     SceneError
-        The drives require positions that are out of reach, a block leaves its beam, or vibration has no solution.
+        A position is unreachable, a block leaves its beam, or the vibration has no solution.
     """
     given = scene_of(scene)
     return named_deflection(given, computed(given, request_of(positions=positions)).deflection)
 
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
-    """Return a deflection with names from its scene."""
+    """Return a deflection with the beam names of its scene."""
     parts = {each.name: getattr(bent, each.name) for each in fields(bent)}
     return SceneDeflection(**{**parts, "motion": _motion(scene, bent.motion)}, scene=scene)
 
@@ -246,23 +252,23 @@ def _extent(course: Motion) -> str:
 
 
 def names_html(scene: Scene, words: str, names: Mapping[str, Iterable[str]]) -> str:
-    """Return the title of a scene with words, and a line of names for each kind of parts."""
+    """Return HTML with the title of a scene, some words, and a line of names for each kind of part."""
     rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
     return f"<p><b>{escape(scene.title)}</b>: {escape(words)}{rows}</p>"
 
 
 def point_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of all points, each once."""
+    """Return the names of all points without duplicates."""
     return [*dict.fromkeys(point for link in mechanism.links for point in link.points)]
 
 
 def unknown_name(name: object, known: Iterable[str]) -> str:
-    """Return the message about an unknown name, with all known names."""
+    """Return a message about an unknown name that lists all known names."""
     return f'there is no "{name}": choose from {", ".join(known)}'
 
 
 def scene_of(given: object) -> Scene:
-    """Return a scene, or the scene of a document. Raises TypeError for anything else."""
+    """Return a scene, or the scene of a document. Raise TypeError for other objects."""
     if isinstance(given, Document):
         return given.scene
     if isinstance(given, Scene):
@@ -272,7 +278,7 @@ def scene_of(given: object) -> Scene:
 
 
 def request_of(**asked: Any) -> Request:
-    """Build a request from named options; None means the default. Values may be text as on the command line.
+    """Return a request with the given options. None stands for the default. Values may be texts as on the command line.
 
     Raises
     ------
@@ -294,7 +300,7 @@ def request_of(**asked: Any) -> Request:
 
 
 def _near(text: str, option: Option) -> str:
-    """Return a hint at the most similar choice, or an empty text."""
+    """Return a suggestion of the most similar choice, or an empty string."""
     hint = likely(text, option.choices)
     return hint if hint.startswith("; did") else ""
 

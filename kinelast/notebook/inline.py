@@ -1,4 +1,4 @@
-"""Answers and reports for notebooks, and the editor in a frame."""
+"""Answers, reports and the live editor for notebooks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 
 class ByName(dict[str, T]):
-    """Parts of an answer by name, as items and as attributes, with tab completion."""
+    """Named parts of an answer, as items and as attributes, with tab completion."""
 
     def __missing__(self, name: str) -> T:
         raise KeyError(notebook.unknown_name(name, self))
@@ -64,12 +64,12 @@ class AnsweredPoint(notebook.PointMotion):
 
 @dataclass(frozen=True, repr=False)
 class AnsweredJoint:
-    """Force and moment of a joint on each link, as in motion.csv, shape (positions,).
+    """Forces and moments of a joint on its links, as in motion.csv, shape (positions,).
 
     Attributes
     ----------
     force
-        Force by link [N], complex, in the ground's axes.
+        Force by link [N], complex, in the axes of the ground.
     moment
         Moment by link [N m]; 0 if the joint lets its links rotate.
     """
@@ -101,7 +101,7 @@ class AnsweredDrive:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SceneAnswer:
-    """Answer to a scene: its parts by name, and its figures with their errors.
+    """The answer for a scene: its parts by name, and its figures with their errors.
 
     Attributes
     ----------
@@ -149,12 +149,12 @@ class SceneAnswer:
 
     @cached_property
     def figures(self) -> Figures:
-        """Entries of summary.json. Entries of the table `figures` are also available directly by name."""
+        """Entries of summary.json. The entries of its table `figures` are also available directly by name."""
         return figures_of(data_of(self.report), self.scene.shown_in)
 
     @property
     def headline(self) -> str:
-        """Line that the command prints."""
+        """The line that the command prints."""
         return headline(self.report)
 
     @cached_property
@@ -218,21 +218,21 @@ def answer(
     accuracy: float | str | None = None,
     positions: int | None = None,
 ) -> SceneAnswer:
-    """Return the answer to a scene.
+    """Return the answer for a scene.
 
     Parameters
     ----------
     theory
-        "quasi-static", "elastodynamic" or "geometrically-exact". By default, the scene determines it.
+        "quasi-static", "elastodynamic" or "geometrically-exact" (default: that of the scene).
     accuracy
-        Largest accepted error, such as 0.02 or "2 %". The cheapest theory that reaches it is used.
+        Largest accepted error, such as 0.02 or "2 %". The cheapest theory that reaches this accuracy is used.
     positions
-        Number of positions. By default, that of the scene.
+        Number of positions (default: that of the scene).
 
     Raises
     ------
     SceneError
-        The scene has no answer, see `kinelast.deflection`.
+        The scene has no answer, for the same reasons as in `kinelast.deflection`.
     TypeError, ValueError
         The argument is not a scene, an option does not accept its value, or both theory and accuracy are given.
     """
@@ -242,13 +242,13 @@ def answer(
 def _answer(scene: Scene | Document, **asked: Any) -> SceneAnswer:
     given, request = notebook.scene_of(scene), notebook.request_of(**asked)
     if request.theory is not None and request.accuracy is not None:
-        raise ValueError("accuracy chooses the theory: leave out accuracy, or theory")
+        raise ValueError("accuracy chooses the theory: give either accuracy or theory")
     return SceneAnswer(computed(given, request), request)
 
 
 @dataclass(frozen=True)
 class ReportPage:
-    """Report of `deflection-report` on a scene: headline, figures and page."""
+    """The report of `deflection-report` on a scene: headline, figures and page."""
 
     name: str
     headline: str
@@ -259,7 +259,7 @@ class ReportPage:
         return f'Report("{self.name}": {self.headline})'
 
     def _repr_html_(self) -> str:
-        """Return the headline and the page in a frame. The page does not load any other file."""
+        """Return the headline and the page in a frame. The page does not load other files."""
         page = escape(self.page.decode())
         frame = f'<iframe sandbox="allow-scripts allow-downloads" style="{FRAME}" srcdoc="{page}"></iframe>'
         return f"<p><b>{escape(self.name)}</b>: {escape(self.headline)}</p>{frame}"
@@ -277,16 +277,16 @@ def report(
     Parameters
     ----------
     positions
-        Number of positions. By default, that of the scene.
+        Number of positions (default: that of the scene).
     check
-        Number of finite elements per beam for a comparison. By default, there is no comparison.
+        Number of finite elements per beam for a comparison (default: no comparison).
     accuracy, theory
-        Options of `answer`.
+        See `answer`.
 
     Raises
     ------
     SceneError, TypeError, ValueError
-        The errors of `answer`.
+        For the same reasons as in `answer`.
     """
     elements = None if check is None else f"{check}"
     solved = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
@@ -295,17 +295,18 @@ def report(
 
 
 def live(scene: Scene | Document | str | Path | None = None) -> Any:
-    """Return the live editor of a scene, which a notebook shows in a frame.
+    """Return the live editor of a scene. A notebook shows it in a frame.
 
-    The kernel serves the page of `deflection-report --live` to browsers on the same computer. `.text` and `.scene`
-    return the saved scene. `.widget` is the editor for a kernel on another computer. In a script, `.wait()` serves the
-    page until an interrupt.
+    The kernel serves the same page as `deflection-report --live` to browsers on this computer. `.text` and `.scene` are
+    the saved scene. `.widget` is an editor for a kernel on another computer. In a script, `.wait()` serves the page
+    until
+    it is interrupted.
 
     Parameters
     ----------
     scene
-        A scene, a file, or the name of a shipped scene. The text of a scene is kept in a file until the kernel ends.
-        None opens an empty sheet, which can only be downloaded.
+        A scene, a file, or the name of a shipped scene. The text of a scene is stored in a file until the kernel ends.
+        None opens a new scene, which can only be downloaded.
 
     Raises
     ------
@@ -314,7 +315,7 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
     NoEditorError
         No installed package provides a live editor.
     FileNotFoundError
-        No file or scene has this name.
+        There is no file or scene with this name.
     ValueError
         The scene has no text.
     """

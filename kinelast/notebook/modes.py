@@ -1,4 +1,4 @@
-"""Natural frequencies, damping ratios and mode shapes of a scene, by beam."""
+"""Natural frequencies, damping ratios and mode shapes of a scene."""
 
 import math
 from collections.abc import Iterator
@@ -21,15 +21,15 @@ MODES, POSITIONS = 3, 24
 
 @dataclass(frozen=True, eq=False)
 class ModeShapes:
-    """Shapes of one beam at 101 stations, evenly spaced from end to end.
+    """Mode shapes of a beam at 101 stations, evenly spaced from end to end.
 
     Attributes
     ----------
     line
-        Axis of the rigid beam [m], complex, shape (positions, stations).
+        Positions on the axis of the rigid beam [m], complex, shape (positions, stations).
     displacement
-        Displacement from the rigid beam, complex, shape (modes, positions, stations). For each mode, the largest
-        displacement of all beams is 1.
+        Displacement from the rigid beam, complex, shape (modes, positions, stations), scaled so that the largest
+        displacement of all beams is 1 for each mode.
     """
 
     line: Complexes
@@ -42,14 +42,14 @@ class ModeShapes:
 
 @dataclass(frozen=True, eq=False)
 class NaturalFrequencies(PartsByName):
-    """Natural frequencies of a scene with the drives held. `solved["coupler"]` gives the mode shapes of a beam.
+    """Natural frequencies of a scene with locked drives. `result["coupler"]` gives the mode shapes of a beam.
 
     Attributes
     ----------
     motion
-        Motion at the positions of the frequencies.
+        Motion at the positions for which the frequencies are computed.
     modes
-        Modes by `elastic.elastodynamics.natural_modes`, with `shape_error`.
+        Result of `elastic.elastodynamics.natural_modes`, which includes `shape_error`.
     """
 
     motion: SceneMotion
@@ -88,14 +88,15 @@ class NaturalFrequencies(PartsByName):
 
 @one_thread()
 def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: int = POSITIONS) -> NaturalFrequencies:
-    """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions with the drives held.
+    """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions with locked drives.
 
-    The damping comes from the scene: `damping` of the materials, or else `damping_ratio` at the lowest frequency.
+    The damping is given by the scene: `damping` of the materials or, by default, `damping_ratio` at the lowest
+    frequency.
 
     Raises
     ------
     SceneError
-        The drives require positions that are out of reach.
+        A position is unreachable.
     TypeError, ValueError
         The argument is not a scene, a number is not positive, or the scene has no beams or too many.
     """

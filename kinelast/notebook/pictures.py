@@ -1,4 +1,4 @@
-"""Pictures and films of a deflection, which a notebook shows below the cell."""
+"""Pictures and films of a deflection, which a notebook shows inline."""
 
 from base64 import b64encode
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ SIZE = (960, 540)  # [pixels] size of a picture or a film
 
 @dataclass(frozen=True)
 class Still:
-    """Subject of a picture, and its bytes as PNG."""
+    """A picture: subject, and PNG file as bytes."""
 
     shows: str
     png: bytes
@@ -29,7 +29,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Film:
-    """Subject of a film, and its bytes as MP4."""
+    """A film: subject, and MP4 file as bytes."""
 
     shows: str
     mp4: bytes
@@ -43,12 +43,12 @@ class Film:
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:
-    """Return a picture of a diagram at one position of a deflection.
+    """Return a picture of a deflection at one position.
 
     Parameters
     ----------
     diagram
-        A diagram name as on the command line, or the key of a field. A scene without beams requires "motion".
+        Name of a diagram as on the command line, or key of a field. For a scene without beams, it must be "motion".
     style
         Settings of `animations.Style`, such as `look="solid"` or `show=("names", "paths")`.
 
@@ -68,7 +68,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
 
     possible = drawable(bent, diagram_named(diagram))
     if position not in possible:
-        raise ValueError(f"position {position} is not among those that can be drawn, {possible[0]} to {possible[-1]}")
+        raise ValueError(f"position {position} cannot be drawn: expected {possible[0]} to {possible[-1]}")
     with off_screen(), Picture(bent, diagram, _style(bent, style)) as drawn:
         image = drawn.show(position)
     file = BytesIO()
@@ -77,7 +77,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
 
 
 def film(bent: SceneDeflection, diagram: str = "deflection", frames: int | None = None, **style: Any) -> Film:
-    """Return a film of a deflection. It has the parameters and errors of `picture`."""
+    """Return a film of a deflection. Parameters and errors are the same as in `picture`."""
     _require_deflection(bent)
     from animations import movie
 

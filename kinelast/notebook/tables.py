@@ -17,9 +17,10 @@ LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "ra
 
 
 def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
-    """Return a table with one row per position and the time as index. Each column name ends in its unit.
+    """Return a pandas table with one row per position, indexed by time. The names of the columns include their units.
 
-    For a motion: drives, links, points and joints, as in motion.csv. For a deflection: the columns of positions.csv.
+    For a motion, the columns are drives, links, points and joints, as in motion.csv. For a deflection, they are the
+    columns of positions.csv.
 
     Raises
     ------
@@ -41,12 +42,13 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
 
 
 def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -> Any:
-    """Return a data set with coordinates. Each variable has its unit as an attribute.
+    """Return an xarray data set with coordinates. The units are attributes of the variables.
 
-    For a motion, it contains x and y of the points, the angles of the links, and their derivatives over the positions.
+    For a motion, the variables are the coordinates x and y of points, the angles of links, and their derivatives, at
+    each
 
-    For a deflection, it contains each main field over beams, positions and stations, and the columns of motion.csv over
-    the positions: efforts and powers of drives, and forces of joints and on the ground.
+    position. For a deflection, they are each main field by beam, position and station, and the columns of motion.csv by
+    position: efforts and powers of drives, and forces in joints and on the ground.
 
     Raises
     ------
@@ -73,8 +75,9 @@ def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[
     }
     columns = {column.name: column for column in motion_table(_in_si(bent)).columns if column.name != "time"}
     data |= {name: ("position", column.values, {"units": column.unit}) for name, column in columns.items()}
-    along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, {"units": "m", "long_name": "way along the beam"})
-    share = ("station", xi, {"units": "1", "long_name": "share of the length"})
+    words = {"units": "m", "long_name": "distance along the beam"}
+    along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, words)
+    share = ("station", xi, {"units": "1", "long_name": "fraction of the length"})
     return data, {"beam": list(bent.scene.labels), "xi": share, "x": along, **_shared(bent.motion)}
 
 
@@ -100,7 +103,7 @@ def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]
 
 
 def _shared(course: Any) -> dict[str, Any]:
-    """Return the coordinates along the positions: time and the coordinate of each drive."""
+    """Return the coordinates of the positions: time, and the coordinate of each drive."""
     found: dict[str, Any] = {"time": ("position", course.time, {"units": "s"})}
     for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
         found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})

@@ -1,4 +1,4 @@
-"""Figures of an answer by name; they print with their unit and error."""
+"""Figures of an answer by name, which are printed with their unit and error."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from kinelast.scene.reading import Reading
 
 
 class Value(dict[str, Any]):
-    """A number with its unit and error in SI units, as in summary.json. It prints in the units of the scene.
+    """A number with its unit and error in SI units, as in summary.json. It is printed in the units of the scene.
 
     >>> Value({"value": 0.0016, "unit": "m", "error": 2e-6, "on": "crank"}, {})
     1.6 mm ± 0.12 %
@@ -29,7 +29,7 @@ class Value(dict[str, Any]):
         )
 
     def __float__(self) -> float:
-        """Return the number in its SI unit, nan if unknown."""
+        """Return the number in its SI unit, or nan if it is unknown."""
         return math.nan if self["value"] is None else float(self["value"])
 
 

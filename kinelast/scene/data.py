@@ -225,7 +225,7 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
     ------
     SceneError
         A position is unreachable (the message names the position and the joint that opens), an integration stops, or a
-            table does not cover the run.
+        table does not cover the run.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f'expected a scene, as of load("steel_four_bar"), got {shown(scene)}')

@@ -192,7 +192,7 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 @dataclass(eq=False)
 class FullAnswers:
-    """Computes full answers for selected designs: the best ones, and those whose outcome may still change.
+    """Computes full answers for selected designs: the best ones, and designs that may become acceptable or best.
 
     The ratio of the full to the quasi-static figure in the last answer predicts whether other designs meet their limits
     (see `adjusted_bound`). First, the best design by this prediction is computed, until no better one is left. Then

@@ -21,7 +21,7 @@ A = TypeVar("A")
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task whose process died. `how` is the signal or exit status."""
+    """Result of a task if its process died. `how` is the signal or exit status."""
 
     how: str
 
