@@ -80,7 +80,7 @@ def test_another_sweep_is_not_resumed(scene, tmp_path, capsys):
     before = tree(tmp_path / "out")
     scene.write_text(scene.read_text().replace("3 mm", "4 mm"))
     assert swept(scene, tmp_path / "out", "--resume") == 2
-    assert "and two are not mixed" in capsys.readouterr().err
+    assert "contains another sweep" in capsys.readouterr().err
     assert tree(tmp_path / "out") == before
 
 

@@ -153,7 +153,7 @@ def test_a_failed_chunk_is_recorded_and_repeated_on_resume(tmp_path, whole):
     noted = json.loads((tmp_path / "out" / "manifest.json").read_text())["failed"]
     assert list(noted) == ["2", "10"]
     assert "ValueError: no design 1000" in noted["10"]
-    with pytest.raises(RequestError, match="900 of 1050 designs of a sweep that was not finished: --resume goes on"):
+    with pytest.raises(RequestError, match="900 of 1050 designs of an incomplete sweep: continue with --resume"):
         sweep(tmp_path / "out")
     assert sweep(tmp_path / "out", resume=True).kept == COUNT
     assert tree(tmp_path / "out") == whole
@@ -210,7 +210,7 @@ def test_resuming_a_different_sweep_is_an_error(change, message, tmp_path, whole
     with pytest.raises(RequestError) as caught:
         sweep(tmp_path / "whole", resume=True, **change)
     assert message in str(caught.value)
-    assert "two are not mixed" in str(caught.value)
+    assert "contains another sweep" in str(caught.value)
     assert tree(tmp_path / "whole") == whole
 
 
