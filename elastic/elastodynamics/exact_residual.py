@@ -263,7 +263,8 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
         Vibration in that discretization.
     turned
         Coordinates per unit coordinate of `now`, shape (new r, r). They also take over the representable part of the
-        residual response; rates of the other amplitudes are interpolated, because differences would be too rough.
+        residual response, differentiated within each time element, because it may jump at the edges. Rates of the
+        other amplitudes are interpolated.
     """
     grid = linear.problem.terms.grid
     sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])
@@ -275,7 +276,8 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
     moved = Displacements(*map(sampled, vars(now.residual.moved).values()))
     residual = ResidualResponse(moved, sampled(now.residual.forces))
     amounts = coordinates.static(coordinates.push(residual.forces))
-    parts = zip(now.history, (amounts[1:], *grid.rates(amounts)), strict=True)
+    rates = (grid.derivative(amounts[1:], order) for order in range(3))
+    parts = zip(now.history, rates, strict=True)
     history = _consistent(linear, [sampler(known) @ turned.T + added for known, added in parts])
     residual -= coordinates.response(amounts)
     return Displaced(linear, history, residual, sampled(now.force), sampled(now.joints), sampled(now.moments))
