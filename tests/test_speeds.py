@@ -21,7 +21,8 @@ from kinelast.figures.entry import measures_of
 from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import FIELDS, SpeedLimit, SpeedPeak, Speeds, _Looking, speeds
+from kinelast.figures.speed_limits import SpeedLimit
+from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _Looking, speeds
 from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError

@@ -161,7 +161,9 @@ def figure_errors(
     errors = {figure.key: motion_errors(answer, figure, off.closer) for figure in moving}
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
-    corrected = [replace(each, follows=None) if _near(answer.scene, each, values) else each for each in others]
+    limited = limited_figures(answer.scene, others)
+    small = [each for each in others if each not in limited and not np.max(values[each.key], initial=0.0) > WATCHED]
+    corrected = [each if each in small else replace(each, follows=None) for each in others]
     stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in off.stages.items()}
     bent = (
         others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
@@ -179,11 +181,6 @@ def figure_errors(
         | errors
         | {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others}
     )
-
-
-def _near(scene: Scene, figure: Figure, values: Mapping[str, Any]) -> bool:
-    """Return True if a figure has a limit in the scene, or a load ratio exceeds `WATCHED`."""
-    return bool(limited_figures(scene, [figure])) or np.max(values[figure.key], initial=0.0) > WATCHED
 
 
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:

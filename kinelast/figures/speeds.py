@@ -11,10 +11,10 @@ import numpy as np
 
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory, buckling_bound
-from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
+from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
 from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
+from kinelast.figures.entry import Measure, magnitudes, measures_of
 from kinelast.figures.errors import (
     HEADLINE,
     HIGHER_ORDERS,
@@ -27,23 +27,22 @@ from kinelast.figures.errors import (
     stiffness_error,
 )
 from kinelast.figures.leading_drive import nominal_speed
-from kinelast.figures.limits import BROKEN, KEPT, SEVERITY, UNKNOWN, VERDICTS, ends, severities, severity
+from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import STRENGTH, needed_by_limits, refusals
+from kinelast.figures.ranges import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
+from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import BEAM, LEAST, OUTPUT_ERROR, Figure, Limit, items_of
+from kinelast.scene.figure import LEAST, OUTPUT_ERROR, Figure, items_of
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
-SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of the scan for each limited figure
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
 LONG = 60.0  # [s] remaining time above which it is announced
-AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reported
 
 
 @dataclass(frozen=True)
@@ -67,36 +66,6 @@ class SpeedPeak:
     beam: int
     value: float
     resonance: Resonance | None
-
-
-@dataclass(frozen=True)
-class SpeedLimit:
-    """Speed at which the limits of a scene fail.
-
-    Attributes
-    ----------
-    speed, above
-        Highest speed at which all limits are met and no link yields, also with the errors (0.0 if there is none), and
-        lowest speed at which this is not so.
-    broken
-        Lowest speed at which a limit is violated by more than the error or a link yields, infinite if not reached. From
-        `above` to this speed, limits are too close to decide.
-    limit, item
-        First limit that fails, and the number of its item; `STRENGTH` if a link yields. None if there is no steady
-        state above.
-    resonance
-        Mode with the strongest vibration at this speed; None if vibration adds little.
-    problem
-        Reason why the limit cannot be judged; empty if it is violated or too close to decide, or if a link yields.
-    """
-
-    speed: float
-    above: float
-    broken: float
-    limit: Limit | None
-    item: int
-    resonance: Resonance | None
-    problem: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,34 +175,35 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             partial(_largest, scene, figures),
             scene.joints,
             damping_of(scene),
-            still=partial(_largest, scene, still),
+            still=partial(_still, scene, still),
             errors=partial(_errors, scene, figures, cache(partial(_motion_shares, scene, figures))),
             on_speed=answering,
             resolved=resolved(scene.theory.accuracy or ACCURACY, judged=True),
         )
         answers.find(ratios)
         looking = _Looking(scene.name, progress)
-        search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)), looking)
+        search = SpeedSearch(answers, lambda found: _curves(by_figure(scene, figures, found.values)), looking)
         search.find_peaks()
         unstable = search.find_borders()
-        limit = _limit(scene, figures, still, search, nominal) if limits else None
-        yielding = _yielding(scene, figures, search, nominal)
+        limit = limit_speed(scene, figures, still, search, nominal) if limits else None
+        yielding = yield_speed(scene, figures, search, nominal)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
-    buckles = _buckles(scene, steady.ratio)
+    pressed = steady.quasi_static[:, -1] >= 1.0
+    buckles = [_buckles(scene, ratio) if may else "" for ratio, may in zip(steady.ratio, pressed, strict=True)]
     gone = np.array([bool(words) for words in buckles])
     steady = replace(steady, **{name: _without(getattr(steady, name), gone) for name in ("values", "errors")})
-    values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
+    values, plain = by_figure(scene, figures, steady.values), by_figure(scene, still, steady.quasi_static)
     mapped = replace(
         steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0)
     )
-    errors = _by_figure(scene, figures, steady.errors)
+    errors = by_figure(scene, figures, steady.errors)
     measures = {
         name: (measure, *_with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
         for name, measure in measures_of(scene, figures).items()
     }
-    worst = [np.broadcast_to(each, steady.ratio.shape) for each in _severities(scene, values, errors)]
+    worst = [np.broadcast_to(each, steady.ratio.shape) for each in outcomes(scene, values, errors)]
     verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
     if gone.any():
         before = verdicts or [""] * len(gone)
@@ -263,13 +233,10 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     )
 
 
-def _buckles(scene: Scene, ratios: Reals) -> list[str]:
-    """Return the link that buckles without vibration at each speed, or an empty string."""
+def _buckles(scene: Scene, ratio: float) -> str:
+    """Return the link that buckles without vibration at a speed, or an empty string."""
     course = scene_motion(scene)
-    each = [scene_deflection(scene, with_rates(course, ratio * course.drive_rate)) for ratio in ratios]
-    return [
-        Results(scene, bent).buckles if np.nanmax(buckling_bound(bent), initial=0.0) >= 1.0 else "" for bent in each
-    ]
+    return Results(scene, scene_deflection(scene, with_rates(course, ratio * course.drive_rate))).buckles
 
 
 def _without(values: Any, gone: Flags) -> Any:
@@ -309,6 +276,12 @@ def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: C
         each = map(alone, range(len(bent.motion.time)))
         values["buckling"] = np.stack([Cycle(scene, one.motion, one).pressed.value for one in each], axis=-1)
     return np.concatenate([values[figure.key] for figure in figures])
+
+
+def _still(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
+    """Return the rows of `_largest`, and the bound on load / critical load of all links, without vibration."""
+    bound = np.nanmax(buckling_bound(bent), axis=(0, -1), initial=0.0)
+    return np.concatenate([_largest(scene, figures, bent, alone), bound[None]])
 
 
 def _errors(
@@ -370,119 +343,9 @@ def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Rea
     return measure.among(values), np.take_along_axis(errors[rows], at[None], 0)[0]
 
 
-def _by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
-    """Return the values of each figure's items, shape (items, speeds), from rows of shape (speeds, rows)."""
-    counts = [len(items_of(scene, figure.of)) for figure in figures]
-    parts = np.split(rows.T, np.cumsum(counts)[:-1])
-    return {figure.key: part for figure, part in zip(figures, parts, strict=True)}
-
-
 def _curves(values: Mapping[str, Any]) -> Reals:
     """Return the values of `FIELDS`, shape (3, beams, speeds)."""
     return np.array([values[key] for key in FIELDS.values()])
-
-
-def _severities(scene: Scene, values: Mapping[str, Any], errors: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the outcome of each limit at every speed, as indices into `SEVERITY`, and whether a link yields."""
-    yield from severities(scene, values, errors)
-    beams = _yieldable(scene)
-    if limits_of(scene) and beams:
-        safety = values[STRENGTH.figure][beams]
-        outcome = np.maximum(severity(STRENGTH, safety, errors[STRENGTH.figure][beams]), SEVERITY.index(UNKNOWN))
-        yield np.where(np.isnan(safety), SEVERITY.index(KEPT), outcome).min(axis=0)
-
-
-def _limit(
-    scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
-) -> SpeedLimit | None:
-    """Return the limit speed and the first limit that fails above it, or None if all limits are met.
-
-    Yield counts as a limit, because no other limit can be judged if a link yields.
-    """
-    rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
-    rows += [(STRENGTH, beam) for beam in _yieldable(scene)]
-
-    def used(answers: SpeedMap, side: float = 1.0) -> Reals:
-        values, errors = (_by_figure(scene, figures, each) for each in (answers.values, answers.errors))
-        shares = []
-        for limit, item in rows:
-            if limit is STRENGTH:
-                shares.append(_near_yield(values, item, errors if side > 0.0 else {}))
-                continue
-            share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
-            for _, refused in _refusals(scene, limit, item, values):
-                share = np.where(refused, np.nan, share)
-            shares.append(share)
-        return np.array(np.broadcast_arrays(*shares))
-
-    fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
-    beams = [item if limit.of == BEAM else -1 for limit, item in rows]
-    bracket = search.find_limit(Bounded(used, fields, beams))
-    if bracket is None:
-        return None
-    low, above = bracket
-    answers = search.answers.map([above])
-    limit_at = partial(SpeedLimit, low * nominal, above * nominal)
-    if not answers.stable.all():
-        return limit_at(above * nominal, None, -1, None)
-    shares = used(answers)[:, 0]
-    parts = _by_figure(scene, figures, answers.values), _by_figure(scene, still, answers.quasi_static)
-    if not np.any(shares > 1.0):
-        limit, item = rows[int(np.isnan(shares).argmax())]
-        known = limit.figure in parts[0] and np.isfinite(parts[0][limit.figure][item]).all()
-        reasons = [words for words, refused in _refusals(scene, limit, item, parts[0]) if refused.any()]
-        reasons = reasons or ["its error is unknown" if known else "the figure is unknown"]
-        return limit_at(above * nominal, limit, item, None, "; ".join(reasons))
-    passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
-    broken = math.inf if passed is None else passed[1] * nominal
-    limit, item = rows[int(np.nan_to_num(shares, nan=0.0).argmax())]
-    one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
-    met = search.model.resonance(above) if one > AMPLIFIED * other else None
-    return limit_at(broken, limit, item, met)
-
-
-def _yielding(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float) -> tuple[float, int] | None:
-    """Return the lowest speed at which a link yields, and the number of its beam; None if none yields."""
-    beams = _yieldable(scene)
-
-    def used(answers: SpeedMap) -> Reals:
-        values = _by_figure(scene, figures, answers.values)
-        return np.array([_near_yield(values, beam, {}) for beam in beams])
-
-    bracket = search.find_limit(Bounded(used, [SCANNED[STRENGTH.figure]] * len(beams), beams)) if beams else None
-    if bracket is None:
-        return None
-    return bracket[1] * nominal, beams[int(used(search.answers.map(bracket[1:])).argmax())]
-
-
-def _yieldable(scene: Scene) -> list[int]:
-    """Return the numbers of the beams with a known yield stress."""
-    return [beam for beam, section in enumerate(scene.sections) if np.isfinite(section.yield_stress).any()]
-
-
-def _near_yield(values: Mapping[str, Any], beam: int, errors: Mapping[str, Any]) -> Reals:
-    """Return the stress of a beam with its error over its yield stress, shape (speeds,); 0 if it is unknown."""
-    safety = values[STRENGTH.figure]
-    return np.where(np.isnan(safety[beam]), 0.0, _used(STRENGTH, safety, errors.get(STRENGTH.figure), beam, 1.0))
-
-
-def _refusals(scene: Scene, limit: Limit, item: int, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the reasons other than yield why a limit cannot be judged, each with flags of shape (speeds,)."""
-    without = {key: each for key, each in values.items() if key != STRENGTH.figure}
-    return refusals(scene, limit.figure, [item], without)
-
-
-def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
-    """Return the utilisation of a bound by an item, shape (speeds,); nan if the figure is unknown.
-
-    The error is added towards the bound (side 1) or away from it (side -1).
-    """
-    if values is None:
-        return np.full(1, np.nan)
-    value = np.asarray(values[item])
-    low, high = ends(limit, value, 0.0 if errors is None else errors[item])
-    own = replace(limit, bound=float(np.ravel(limit.bound)[0]))
-    return own.used(low if limit.least == (side > 0.0) else high)
 
 
 def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
@@ -501,5 +364,5 @@ def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[Sp
             chosen.append(row)
     for _, at, field, beam in sorted(chosen, key=lambda row: row[1]):
         value, still = mapped.values[at, field, beam], mapped.quasi_static[at, field, beam]
-        met = search.model.resonance(float(mapped.ratio[at])) if value > AMPLIFIED * still else None
+        met = amplified(search, float(mapped.ratio[at]), value, still)
         yield SpeedPeak(float(mapped.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)

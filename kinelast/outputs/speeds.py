@@ -14,7 +14,8 @@ from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds
+from kinelast.figures.speed_limits import SpeedLimit
+from kinelast.figures.speeds import FIELDS, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.figure import drive_words, items_of

@@ -1,0 +1,166 @@
+"""Limits over the drive speed: verdict at each speed, first limit that fails, and first link that yields."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics import Bounded, Resonance, SpeedMap, SpeedSearch
+from kinelast.figures.entry import bounded_items
+from kinelast.figures.limits import KEPT, SEVERITY, UNKNOWN, ends, severities, severity
+from kinelast.figures.ranges import STRENGTH, refusals
+from kinelast.figures.registry import limits_of
+from kinelast.scene.data import Scene
+from kinelast.scene.figure import BEAM, Figure, Limit, items_of
+from rigid.arrays import Reals
+
+SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of the scan for each limited figure
+AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reported
+
+
+@dataclass(frozen=True)
+class SpeedLimit:
+    """Speed at which the limits of a scene fail.
+
+    Attributes
+    ----------
+    speed, above
+        Highest speed at which all limits are met and no link yields, also with the errors (0.0 if there is none), and
+        lowest speed at which this is not so.
+    broken
+        Lowest speed at which a limit is violated by more than the error or a link yields, infinite if not reached. From
+        `above` to this speed, limits are too close to decide.
+    limit, item
+        First limit that fails, and the number of its item; `STRENGTH` if a link yields. None if there is no steady
+        state above.
+    resonance
+        Mode with the strongest vibration at this speed; None if vibration adds little.
+    problem
+        Reason why the limit cannot be judged; empty if it is violated or too close to decide, or if a link yields.
+    """
+
+    speed: float
+    above: float
+    broken: float
+    limit: Limit | None
+    item: int
+    resonance: Resonance | None
+    problem: str = ""
+
+
+def amplified(search: SpeedSearch, ratio: float, value: float, still: float) -> Resonance | None:
+    """Return the mode with the strongest vibration if it increases a value well above the quasi-static one."""
+    return search.model.resonance(ratio) if value > AMPLIFIED * still else None
+
+
+def by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
+    """Return the values of each figure's items, shape (items, speeds), from rows of shape (speeds, rows and others)."""
+    parts = np.split(rows.T, np.cumsum([len(items_of(scene, figure.of)) for figure in figures]))
+    return {figure.key: part for figure, part in zip(figures, parts, strict=False)}
+
+
+def outcomes(scene: Scene, values: Mapping[str, Any], errors: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield the outcome of each limit at every speed, as indices into `SEVERITY`, and whether a link yields."""
+    yield from severities(scene, values, errors)
+    beams = _yieldable(scene)
+    if limits_of(scene) and beams:
+        safety = values[STRENGTH.figure][beams]
+        outcome = np.maximum(severity(STRENGTH, safety, errors[STRENGTH.figure][beams]), SEVERITY.index(UNKNOWN))
+        yield np.where(np.isnan(safety), SEVERITY.index(KEPT), outcome).min(axis=0)
+
+
+def limit_speed(
+    scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
+) -> SpeedLimit | None:
+    """Return the limit speed and the first limit that fails above it, or None if all limits are met.
+
+    Yield counts as a limit, because no other limit can be judged if a link yields.
+    """
+    rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
+    rows += [(STRENGTH, beam) for beam in _yieldable(scene)]
+
+    def used(answers: SpeedMap, side: float = 1.0) -> Reals:
+        values, errors = (by_figure(scene, figures, each) for each in (answers.values, answers.errors))
+        shares = []
+        for limit, item in rows:
+            if limit is STRENGTH:
+                shares.append(_near_yield(values, item, errors if side > 0.0 else {}))
+                continue
+            share = _used(limit, values.get(limit.figure), errors.get(limit.figure), item, side)
+            for _, refused in _refusals(scene, limit, item, values):
+                share = np.where(refused, np.nan, share)
+            shares.append(share)
+        return np.array(np.broadcast_arrays(*shares))
+
+    fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
+    beams = [item if limit.of == BEAM else -1 for limit, item in rows]
+    bracket = search.find_limit(Bounded(used, fields, beams))
+    if bracket is None:
+        return None
+    low, above = bracket
+    answers = search.answers.map([above])
+    limit_at = partial(SpeedLimit, low * nominal, above * nominal)
+    if not answers.stable.all():
+        return limit_at(above * nominal, None, -1, None)
+    shares = used(answers)[:, 0]
+    parts = by_figure(scene, figures, answers.values), by_figure(scene, still, answers.quasi_static)
+    if not np.any(shares > 1.0):
+        limit, item = rows[int(np.isnan(shares).argmax())]
+        known = limit.figure in parts[0] and np.isfinite(parts[0][limit.figure][item]).all()
+        reasons = [words for words, refused in _refusals(scene, limit, item, parts[0]) if refused.any()]
+        reasons = reasons or ["its error is unknown" if known else "the figure is unknown"]
+        return limit_at(above * nominal, limit, item, None, "; ".join(reasons))
+    passed = search.find_limit(Bounded(partial(used, side=-1.0), fields, beams))
+    broken = math.inf if passed is None else passed[1] * nominal
+    limit, item = rows[int(np.nan_to_num(shares, nan=0.0).argmax())]
+    one, other = (float(_used(limit, part[limit.figure], None, item, 0.0)[0]) for part in parts)
+    return limit_at(broken, limit, item, amplified(search, above, one, other))
+
+
+def yield_speed(
+    scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float
+) -> tuple[float, int] | None:
+    """Return the lowest speed at which a link yields, and the number of its beam; None if none yields."""
+    beams = _yieldable(scene)
+
+    def used(answers: SpeedMap) -> Reals:
+        values = by_figure(scene, figures, answers.values)
+        return np.array([_near_yield(values, beam, {}) for beam in beams])
+
+    bracket = search.find_limit(Bounded(used, [SCANNED[STRENGTH.figure]] * len(beams), beams)) if beams else None
+    if bracket is None:
+        return None
+    return bracket[1] * nominal, beams[int(used(search.answers.map(bracket[1:])).argmax())]
+
+
+def _yieldable(scene: Scene) -> list[int]:
+    """Return the numbers of the beams with a known yield stress."""
+    return [beam for beam, section in enumerate(scene.sections) if np.isfinite(section.yield_stress).any()]
+
+
+def _near_yield(values: Mapping[str, Any], beam: int, errors: Mapping[str, Any]) -> Reals:
+    """Return the stress of a beam with its error over its yield stress, shape (speeds,); 0 if it is unknown."""
+    safety = values[STRENGTH.figure]
+    return np.where(np.isnan(safety[beam]), 0.0, _used(STRENGTH, safety, errors.get(STRENGTH.figure), beam, 1.0))
+
+
+def _refusals(scene: Scene, limit: Limit, item: int, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the reasons other than yield why a limit cannot be judged, each with flags of shape (speeds,)."""
+    without = {key: each for key, each in values.items() if key != STRENGTH.figure}
+    return refusals(scene, limit.figure, [item], without)
+
+
+def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
+    """Return the utilisation of a bound by an item, shape (speeds,); nan if the figure is unknown.
+
+    The error is added towards the bound (side 1) or away from it (side -1).
+    """
+    if values is None:
+        return np.full(1, np.nan)
+    value = np.asarray(values[item])
+    low, high = ends(limit, value, 0.0 if errors is None else errors[item])
+    own = replace(limit, bound=float(np.ravel(limit.bound)[0]))
+    return own.used(low if limit.least == (side > 0.0) else high)
