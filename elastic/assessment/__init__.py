@@ -1,4 +1,4 @@
-"""Assessment of a design by its fields: strength, buckling, output error, validity of the theory."""
+"""Assessment of a design: strength, buckling, output error, and validity of the theory."""
 
 from elastic.assessment.beam_theory import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
 from elastic.assessment.buckling import Buckling, buckling_ratio

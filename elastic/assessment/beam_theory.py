@@ -1,4 +1,4 @@
-"""Error of beam theory: shear deflection, moments introduced at beam ends, and corners."""
+"""Error of beam theory due to shear, moments introduced at beam ends, and corners."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,18 +23,19 @@ from rigid.constants import per_row
 
 Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
 
-END_SHARE = 1 / 8  # an introduced moment spreads over this share of a beam's length
+END_SHARE = 1 / 8  # share of the beam's length over which an introduced moment develops
 STATIONS = 33  # stations along a beam at which deflections are compared
-PIN_SHIFT = 0.28  # shift of a pin due to a moment M introduced at an end, relative to M/kGA; measured on plane bodies
-# rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, measured on plane bodies
+PIN_SHIFT = 0.28  # shift of a pin due to a moment M at an end, relative to M/kGA; fitted to plane-stress bodies
+# rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, fitted to plane-stress bodies
 CORNER_FACTOR, CORNER_EXPONENT = 0.275, 2.15
-MAX_CORNER = 2 * np.pi / 3  # [rad] largest corner angle of the fit; larger angles count as this one
+MAX_CORNER = 2 * np.pi / 3  # [rad] upper limit of the angle in this formula
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
-    """Return the sections, with shear rigidities for all sections that bend and stretch.
+    """Return the sections with shear rigidities for all sections that can bend and stretch.
 
-    The rigidity is `Section.shear_rigidity` or else that of a rectangle with the same EA: k = 10 (1 + nu)/(12 + 11 nu).
+    The rigidity is `Section.shear_rigidity` if known, and otherwise that of a rectangle with the same EA, for which
+    k = 10 (1 + nu)/(12 + 11 nu).
 
     Parameters
     ----------
@@ -56,10 +57,10 @@ def _sheared(section: Section, poisson: float) -> Section:
 
 
 def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Largest change of the chord deflection due to shear, relative to the largest deflection of each member.
+    """Return the largest change of the chord deflection due to shear, relative to the deflection of each member.
 
-    The problem is solved once more with shear. The result is 0 for beams that already have shear deformation or cannot
-    bend.
+    The reference is the largest deflection of the member. The problem is solved again with shear deformation. The
+    result is 0 for beams that already have shear deformation or cannot bend.
 
     Parameters
     ----------
@@ -68,11 +69,11 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
 
     Returns
     -------
-    Shape (beams, ...).
+    Array of shape (beams, ...).
 
     Examples
     --------
-    A square bar, 1 m long and 10 cm deep, on two supports: 48 EI/(5 kGA l^2) = 2.45 %.
+    For a square bar, 1 m long and 10 cm deep, on two supports, the share is 48 EI/(5 kGA l^2) = 2.45 %.
 
     >>> from elastic import Section, deflection
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
@@ -87,24 +88,24 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
         return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
     xi = np.linspace(0.0, 1.0, STATIONS)
     without = sample(deflection, "chord", xi)
-    if _told_by_statics(deflection) and not any(section.taper for section in sheared):
+    if _statically_determinate(deflection) and not any(section.taper for section in sheared):
         more = _shear_chord(deflection, sheared, xi)
     else:
         more = sample(solve(deflection.motion, sheared, deflection.joints, deflection.added), "chord", xi) - without
     return _over_largest(deflection, _greatest(more), _greatest(without))
 
 
-def _told_by_statics(deflection: Deflection) -> bool:
-    """True if section forces are statically determinate and continuous along every member."""
+def _statically_determinate(deflection: Deflection) -> bool:
+    """Return whether the section forces are statically determinate and continuous along every member."""
     mechanism, closures = deflection.motion.mechanism, deflection.motion.closures
     undivided = deflection.division.whole and members_of(mechanism).whole and not trees_of(mechanism).cuts
     return undivided and not any(closed.redundancy for closed in closures)
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
-    """Chord deflection due to shear if forces do not change, shape of `sample`.
+    """Return the chord deflection due to shear if the forces do not change, in the shape returned by `sample`.
 
-    w' = V/kGA = M'/kGA, so it is (M minus the line through its end values)/kGA.
+    Since w' = V/kGA = M'/kGA, it is (M minus the straight line through its end values)/kGA.
     """
     moment, ndim = sample(deflection, "M", xi), len(deflection.motion.columns)
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
@@ -114,15 +115,16 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Estimated deflection due to moments introduced at beam ends, relative to the largest of each member.
+    """Estimate the deflection due to moments introduced at beam ends, relative to the deflection of each member.
 
-    In beam theory the moment of a drive or slider acts at a point. In a body it enters through a pin and develops into
-    a beam moment over about one depth; the pin shifts sideways by about 0.28 M/kGA. A moment between two beams of
-    a link counts fully at a corner of 90 degrees or more, less at smaller angles, and not if they are in line.
+    The reference is the largest deflection of the member. In beam theory, the moment of a drive or slider acts at a
+    point. In a solid body, it enters through a pin and develops into a bending moment over a length of about one depth,
+    and the pin shifts sideways by about 0.28 M/kGA. The moment between two beams of a link counts fully at a corner of
+    90 degrees or more, less at smaller angles, and not at all if the beams are in line.
 
     Returns
     -------
-    Shape (beams, ...).
+    Array of shape (beams, ...).
     """
     sections = sections_with_shear(deflection.sections, poisson)
     moments = _greatest(_introduced(sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)))
@@ -132,11 +134,12 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
 
 
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
-    """Deflection with an estimate of the error of beam theory: shear, introduced moments, stiff corners.
+    """Return the deflection with estimates for shear, introduced moments and stiff corners.
 
-    The problem is solved once more with the sections of `sections_with_shear`. Near an end with an introduced moment,
-    within about `END_SHARE` of the length, beams shift as in `introduction_share`. A corner of a link bends less than
-    its beams would. If there is no change, the same object is returned.
+    The difference from the given deflection is an estimate of the error of beam theory. The problem is solved again
+    with the sections of `sections_with_shear`. Near an end with an introduced moment, over about `END_SHARE` of the
+    length, the beam shifts as in `introduction_share`. A corner of a link bends less than its beams would. If nothing
+    changes, the same object is returned.
 
     Parameters
     ----------
@@ -157,7 +160,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
 
 
 def _near_ends(at_ends: Numbers) -> Numbers:
-    """Polynomials along the beams that have given integrals over xi near the starts and ends (last axis)."""
+    """Return polynomials in xi, concentrated near the ends of the beams, with given integrals there (last axis)."""
     start, end = np.moveaxis(at_ends, -1, 0)
     rise = round(1.0 / END_SHARE)
     rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
@@ -166,9 +169,9 @@ def _near_ends(at_ends: Numbers) -> Numbers:
 
 
 def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section]) -> AtStations:
-    """Excess rotation in beam theory at both ends of every beam that forms a corner.
+    """Return the excess rotation in beam theory at both ends of every beam that forms a corner.
 
-    It is half of M/EI times the stiff length of the corner; depths are those of the rectangle with the same EA and EI.
+    It is half of M/EI times the stiff length of the corner. The depth is that of the rectangle with the same EA and EI.
     """
     stiff = -CORNER_FACTOR / 2 * np.tan(np.minimum(_turns(meetings, sections), MAX_CORNER) / 2) ** CORNER_EXPONENT
     kink: AtStations = np.zeros_like(M)
@@ -181,9 +184,10 @@ def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section
 
 
 def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
-    """Angle to the straightest other beam of the link at both ends of every beam, shape (beams, 2).
+    """Return the smallest angle to another beam of the link at both ends of every beam, shape (beams, 2).
 
-    It is zero if one of the beams is thin-walled, because such a corner is not a plane body.
+    The angle of collinear beams is zero. It is also set to zero if one of the beams is thin-walled, because the fit
+    for corners is valid for solid sections only.
     """
     turns = np.zeros((len(sections), 2))
     for meeting in meetings.values():
@@ -196,7 +200,7 @@ def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
 
 
 def _meetings(mechanism: Mechanism) -> Meetings:
-    """Beams that end at each point of each link: index, which end, unit vector away from the point."""
+    """Return the beams that end at each point of each link: index, end (0 or 1), unit vector away from the point."""
     nodes: Meetings = {}
     for number, (at, beam) in enumerate(mechanism.beams):
         points = mechanism.links[at].points
@@ -218,10 +222,10 @@ def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
 
 
 def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
-    """Moments introduced at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
+    """Return the moments introduced at both ends of every beam, with the sign of M [N m], (beams, ..., positions, 2).
 
-    A moment from outside the link counts in full. One from other beams of the link is reduced according to the turn, to
-    zero for collinear beams.
+    A moment from outside the link counts fully. A moment from other beams of the link is reduced according to the angle
+    between the beams, to zero for collinear beams.
     """
     moments = np.zeros_like(M)
     for meeting in meetings.values():
@@ -235,19 +239,19 @@ def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
 
 
 def _softest(section: Section) -> Numbers:
-    """The larger of the values of 1/kGA at a beam's two ends."""
+    """Return the larger of the two values of 1/kGA at the ends of a beam."""
     taper = section.taper or Taper()
     factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
 
 
 def _greatest(values: AtStations) -> PerBeam:
-    """Largest magnitude over positions and stations, the last two axes, without nan and inf."""
+    """Return the largest finite magnitude over positions and stations, the last two axes."""
     return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
 
 
 def _over_largest(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
-    """Largest change in each beam's member, relative to the reference deflection; 0 if nothing bends."""
+    """Return the largest change in the member of each beam, relative to its reference deflection; 0 if it is zero."""
     members = members_of(deflection.motion.mechanism)
     taken, change = reference_deflection(members.greatest(largest)), members.greatest(change)
     return np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)

@@ -1,9 +1,9 @@
-"""Buckling of the whole mechanism: ratio of its load to the load at which the tangent stiffness is singular.
+"""Buckling of the whole mechanism: load / critical load, at which the tangent stiffness is singular.
 
-At a position with held drives, K + factor K_G is the stiffness under `factor` times all forces. K is due to links, soft
-joints and springs; K_G is due to axial forces of displaced links and to forces that turn or move with them. The load
-ratio is 1 over the smallest positive factor for which the sum is singular. A force that turns with its link makes K_G
-unsymmetric; complex roots then mean flutter, which statics cannot judge. Equations: docs/theory.md.
+With locked drives, K + f K_G is the stiffness under f times all forces. K is due to links, compliant joints and
+springs. K_G is due to the axial forces of displaced links and to forces that rotate or move with the links. The load
+ratio is the reciprocal of the smallest positive f for which the sum is singular. A force that rotates with its link
+makes K_G unsymmetric. Complex roots then mean flutter, which statics cannot judge. The equations are in docs/theory.md.
 
 References
 ----------
@@ -31,14 +31,14 @@ from elastic.solution import Deflection
 from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers, distinct
 
-INNER_POLYNOMIALS = 4  # number of shape functions for the displacement along a beam
+INNER_POLYNOMIALS = 4  # number of inner polynomials per beam and direction
 MAX_IMAGINARY = 1e-9  # roots with a smaller imaginary part count as real; relative to the largest root
-ROUND_OFF = 1e-12  # smaller roots are zero, relative to the largest root
-RESOLVED = 0.2  # if the load ratio exceeds this, all positions are searched
+ROUND_OFF = 1e-12  # roots smaller than this count as zero; relative to the largest root
+RESOLVED = 0.2  # ratios above this are found at whichever position they occur
 EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
-VIBRATING_POSITIONS = 61  # same with loads from vibration, which change faster
+VIBRATING_POSITIONS = 61  # same, for loads from vibration, which vary faster
 BATCH_POSITIONS = 8  # number of positions computed at once
-UNKNOWN = -1.0  # ratio of a position that is not computed yet
+UNKNOWN = -1.0  # marks a position at which the ratio has not been computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,18 +48,18 @@ class Buckling:
     Attributes
     ----------
     ratio
-        Largest ratio over the positions for each link, shape (links,): ratio of a mode * (work of the link's forces /
-        largest work of any link). It is 0 if there is no such mode, nan if unknown.
-    position
+        Largest ratio over the positions for each link, shape (links,): the ratio of a mode * (work of the forces of the
+        link / largest work of any link). It is 0 if there is no such mode, and nan if unknown.
+        position
         Position of the largest ratio, shape (links,).
-    beside
-        Upper bound on the rise of the ratio between this position and its neighbours, shape (links,): the larger of the
-        differences to them. It also holds if another link begins to do the most work there.
+        neighbour_drop
+        Largest drop of the ratio from this position to its neighbours, shape (links,). It bounds how much more the
+        ratio may rise between the positions, even if another link begins to do the most work there.
     """
 
     ratio: Reals
     position: Integers
-    beside: Reals
+    neighbour_drop: Reals
 
     @property
     def link(self) -> int:
@@ -73,18 +73,18 @@ class Buckling:
 
 
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
-    """Largest load / critical load of one design over the positions.
+    """Compute the largest load / critical load of one design over the positions.
 
-    The eigenvalue problem is solved at the positions with the largest upper bounds, until no other position can exceed
-    `resolved`. If all ratios are smaller, it is solved at evenly spaced positions and at those with the largest bounds,
-    followed by a local search for the maximum of each link.
+    The eigenvalue problem is solved at evenly spaced positions and at those with the largest upper bounds. It is then
+    solved at further positions, until no other position can have a ratio above `resolved` and above those found. If all
+    ratios are smaller, the maximum of each link is found by a local search.
 
     Parameters
     ----------
     counted
-        Positions to include, shape (positions,).
+        Mask of the positions to include, shape (positions,).
     resolved
-        Ratio above which the maximum over all positions is guaranteed.
+        Ratio above which the maximum is guaranteed to be the largest over all positions.
     """
     of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
     bound = of_links.max(axis=0)
@@ -111,10 +111,10 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
 
 
 def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
-    """Select the next positions: those with bounds above the resolved ratio, else around each link's largest ratio.
+    """Select the next positions at which to compute the ratio.
 
-    The latter are the vertices of the parabolas through the largest values and their neighbours, with one position on
-    each side.
+    These are the positions with bounds above the resolved ratio. If there are none, they are the vertices of the
+    parabolas through the largest ratio of each link and its neighbours, with one position on each side.
     """
     seen = ratios[0] != UNKNOWN
     above = np.flatnonzero(~seen & (bound > max(ratios.max(), resolved)))
@@ -137,10 +137,10 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
 
 
 def _pressed_shapes(structure: ElasticStructure) -> Reals:
-    """Shapes with unit strain energy on which axial forces do work, shape (n, r).
+    """Return shapes with unit strain energy on which axial forces do work, shape (n, r).
 
-    Inner shapes of stretch, and of the section's rotation in a beam with shear, neither rotate the axis nor move a
-    point, so axial forces do no work on them. Static condensation eliminates them, which is exact here.
+    Inner shapes that stretch the beam, or rotate the section of a beam with shear, neither rotate the axis nor move a
+    point, so axial forces do no work on them. They are eliminated by static condensation, which is exact here.
     """
     stiffness = structure.stiffness
     felt = at_joints(structure) | structure.fields["slope"].any(axis=(0, 1))
@@ -169,7 +169,7 @@ class BucklingModes:
         self.symmetric = self.felt.turning is None and not any(turning)
 
     def of_links(self, some: Integers) -> Reals:
-        """Load ratios of the modes in which each link buckles, shape (positions, links)."""
+        """Compute the largest load ratio of each link, see `Buckling.ratio`, shape (positions, links)."""
         ratio = np.zeros((len(some), len(self.motion.mechanism.links)))
         if not self.basis.size:
             return ratio
@@ -186,8 +186,8 @@ class BucklingModes:
         return ratio
 
     def _moved(self, some: Integers) -> Displacements:
-        """Displacements per unit of each shape in `basis`, at some positions."""
-        if trees_of(self.motion.mechanism).rails:  # block positions are computed for all positions
+        """Return the displacements per unit of each shape in `basis` at some positions."""
+        if trees_of(self.motion.mechanism).rails:  # positions of the blocks are computed for the whole motion
             return self._everywhere[some]
         carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
                           work=self.carried.work[some])  # fmt: skip
@@ -202,7 +202,7 @@ class BucklingModes:
         return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)
 
     def _solved(self, felt: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
-        """Load ratios, ascending, shape (positions, n), and modes (positions, n, n); 0 for complex roots."""
+        """Return load ratios in ascending order (0 for complex roots), (positions, n), and modes, (positions, n, n)."""
         springs = [effect.form(moved, moved) for effect in felt.effects if effect.elastic]
         back: Reals = np.eye(pressing.shape[-1])
         if springs:
@@ -220,9 +220,9 @@ class BucklingModes:
         return np.take_along_axis(values, order, -1), back @ modes
 
     def _shares(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
-        """Work of each link's forces / largest work of a link, shape (links, positions, modes).
+        """Return the work of the forces of each link / largest work of any link, shape (links, positions, modes).
 
-        These shares remain continuous if another link does the most work at the next position.
+        These shares are continuous over the positions even if the link with the most work changes.
         """
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))

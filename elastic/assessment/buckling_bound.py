@@ -1,19 +1,19 @@
 """Upper bound on load / critical load, for arrays of positions and designs.
 
-The axial force P of a span does work on its slopes. A slope is the rotation c of the chord plus the slope w' relative
+The compression P of a span does work on its slopes. A slope is the rotation c of the chord plus the slope w' relative
 to the chord. Since w is zero at both ends of the chord,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 
 where P_E is the Euler load of the pinned span and U twice its strain energy. The strain energies add up to that of the
 mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
-This part is a small matrix: the rotation of each chord due to a couple P L on another. Forces that turn with their
-links add rows. The Frobenius norm bounds the eigenvalue.
+This part is a small matrix that contains the rotation of each chord due to a couple P L on another. Forces that turn
+with their links add rows to it. Its Frobenius norm bounds the eigenvalue.
 
-The work of a link's forces is at most W: its largest P/P_E + P/kGA plus the diagonal elements of its rows. The ratio of
-a link is that of the mode times the link's work / the largest work of any link. The ratio of the mode is the sum of the
-work of all links, so it is at most the number of links with W > 0 times the largest work. The ratio of a link is
-therefore at most this number times its W. Equations: docs/theory.md.
+The work of the forces of a link is at most W, its largest P/P_E + P/kGA plus the diagonal elements of its rows. The
+ratio of a link is the ratio of the mode times the link's work / the largest work of any link. The ratio of the mode is
+the sum of the work of all links, so it is at most the largest work times the number of links with W > 0. The ratio of a
+link is therefore at most this number times its W. The equations are in docs/theory.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -39,12 +39,15 @@ from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
 PointLoad = tuple[int, str, Columns, Columns]
-"""Link index, point name, force in ground axes [N], complex, moment [N m]."""
+"""Link index, point name, force in ground axes [N], complex, and moment [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _ComponentRow:
-    """Component of displacements: unit loads, weight of its square, and index of the link that does this work."""
+    """Component of the displacements that contributes weight * component^2 to the work of the forces of a link.
+
+    `loads` are the unit loads that do work on the component.
+    """
 
     loads: tuple[PointLoad, ...]
     weight: Reals
@@ -52,9 +55,9 @@ class _ComponentRow:
 
 
 def buckling_bound(deflection: Deflection) -> Reals:
-    """Upper bound on the load / critical load of each link, shape (links, ..., positions).
+    """Return an upper bound on the load / critical load of each link, shape (links, ..., positions).
 
-    It is nan at singular positions, and inf if line loads turn with their beams (no bound is known).
+    It is nan at singular positions. It is inf if line loads turn with their beams, because no bound is known then.
     """
     mechanism, columns = deflection.motion.mechanism, deflection.motion.columns
     work = np.zeros((len(mechanism.links), *columns))
@@ -73,7 +76,7 @@ def buckling_bound(deflection: Deflection) -> Reals:
 
 
 def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentRow]]:
-    """Largest compression of a span / its pinned critical load with shear, and the rows of the chords.
+    """Return the largest ratio of the compression of a span to its pinned critical load with shear, and the chord rows.
 
     The largest value of each link is added to its `work`, shape (links, ..., positions).
     """
@@ -100,10 +103,10 @@ def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentR
 
 
 def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_ComponentRow], Reals]:
-    """Rows of the forces on displaced points, and a bound on forces due to one displacement along another.
+    """Return the rows of forces on displaced points, and a bound for forces along one displacement due to another.
 
-    The second kind does the work 2 f c, which is at most |f| |c| + f c; products are measured with the flexibility
-    matrix. The bound is added to the `work` of both links.
+    A force of the second kind does the work 2 f c, which is at most |f| |c| + f c. The products are computed with the
+    flexibility matrix. The bound is added to the `work` of both links.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -132,19 +135,19 @@ def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_Component
 
 
 def _link_of(row: PointRow, chosen: Points) -> int:
-    """Index of the link that the work on a component of displacements is assigned to, see `buckling_ratio`."""
+    """Return the index of the link to which the work on a component is assigned, see `buckling_ratio`."""
     return chosen[next(iter((*row.shares, *row.ways)))][0]
 
 
 def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
-    """Unit loads that do work on a component of displacements; points of the ground do not move."""
+    """Return the unit loads that do work on a component; points of the ground do not move and are omitted."""
     forces = [(*chosen[point], way, 0.0) for point, way in row.ways.items()]
     moments = [(*chosen[point], 0.0, share) for point, share in row.shares.items()]
     return tuple(load for load in (*forces, *moments) if load[0])
 
 
 def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
-    """Displacement of each row due to the weighted loads of every row, shape (rows, rows, ..., positions)."""
+    """Compute the component of each row due to the weighted loads of every row, shape (rows, rows, ..., positions)."""
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
     states = self_stresses(motion.closures, deflection.forces.flank)
@@ -164,21 +167,21 @@ def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
 def _displaced(
     problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
 ) -> Callable[[PointLoad], tuple[Columns, Columns]]:
-    """Return a function for the displacement [m], complex, and rotation of a load's point under given loads only."""
+    """Return a function that gives the displacement and rotation of the point of a load under the given loads alone."""
     motion, trees = problem.motion, problem.configuration.trees
-    nothing, still = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
+    no_gaps, zeros = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
     points = tuple(load for load in loads if not load[1].startswith(UNDER))
     blocks = tuple((_number(load), *load[2:]) for load in loads if load[1].startswith(UNDER))
-    added = AddedLoads(problem.loads.q, points, blocks, nothing, nothing)
+    added = AddedLoads(problem.loads.q, points, blocks, no_gaps, no_gaps)
     problem = replace(problem, loads=replace(problem.loads, nodes=with_points({}, trees, points)), added=added)
-    pull, twist = still[:], still[:]
+    pull, twist = zeros[:], zeros[:]
     for at, force, moment in resultants(added, motion, problem.configuration):
         pull[at], twist[at] = pull[at] + force, twist[at] + moment
     forces = joint_forces(motion.closures, pull, twist, flank=flank)
     if states:
         forces = compatible_forces(problem, forces, bent_links(problem, forces)[1], states)
     response, gaps = bent_links(problem, forces)
-    shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, flank)
+    shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, zeros, flank)
     rails = dict(zip(trees.rails, block_loads(motion, problem.configuration, forces, added), strict=True))
 
     def moved(load: PointLoad) -> tuple[Columns, Columns]:
@@ -195,5 +198,5 @@ def _displaced(
 
 
 def _number(load: PointLoad) -> int:
-    """Index of the slider joint with the block that applies a load."""
+    """Return the index of the slider whose block applies a load."""
     return int(load[1].removeprefix(UNDER))

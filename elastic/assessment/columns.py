@@ -1,4 +1,4 @@
-"""Spans of beams as columns: compression, Euler load, slenderness."""
+"""Spans of beams as columns: compression, Euler load and slenderness."""
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
@@ -14,12 +14,12 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16  # number of polynomials for the moment of a tapered column; more terms add only round-off
-POINTS = 64  # number of Gauss points, and of points at which tapers are evaluated
+TERMS = 16  # number of polynomials for the moment of a tapered column; more add only round-off
+POINTS = 64  # number of Gauss points, and of intervals at which tapers are evaluated
 
 
 def least_axial_force(deflection: Deflection) -> PerBeam:
-    """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
+    """Return the smallest axial force along every beam, negative in compression [N], shape (beams, ..., positions)."""
     rows = least_on(deflection.N)
     least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
     for row, beam in zip(rows, deflection.division.beam, strict=True):
@@ -28,10 +28,10 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 
 
 def euler_loads(deflection: Deflection) -> PerBeam:
-    """Euler load of the span that contains each beam, pinned at both ends [N], shape (beams, ..., 1).
+    """Return the Euler load of the span that contains each beam, pinned at both ends [N], shape (beams, ..., 1).
 
-    It is pi^2 EI/l^2. For a tapered beam, Ritz's method is accurate to round-off, and to about 0.1 % for stepped
-    sections.
+    The Euler load of a prismatic span is pi^2 EI/l^2. Other spans are computed by Ritz's method, which is accurate to
+    round-off for a tapered beam and to about 0.1 % for stepped sections.
 
     References
     ----------
@@ -49,15 +49,15 @@ def euler_loads(deflection: Deflection) -> PerBeam:
 
 
 def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> Reals:
-    """Critical load of collinear beams, pinned at the ends of the row [N], shape (..., 1)."""
+    """Return the critical load of a row of collinear beams that is pinned at its ends [N], shape (..., 1)."""
     parts = zip(span.start, span.width, (sections[beam] for beam in span.beams), strict=True)
     return _critical_load((start, width, section.EI, section.taper) for start, width, section in parts) / length**2
 
 
 def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> Reals:
-    """P l^2 of a pinned column, shape (..., 1), from the start, width, EI and taper of its parts; its length is 1.
+    """Return P l^2 of a pinned column, shape (..., 1), from the start, width, EI and taper of its parts.
 
-    Ritz's method: integral of M'^2 / integral of M^2/EI.
+    The parts are given for a column of length 1. Ritz's method minimises the integral of M'^2 / the integral of M^2/EI.
     """
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     xi = (nodes + 1) / 2
@@ -72,10 +72,10 @@ def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> R
 
 
 def _moments(place: Reals) -> Reals:
-    """Polynomials for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, places).
+    """Evaluate polynomials for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, points).
 
-    They are integrals of Legendre polynomials, scaled so that the integrals of M'^2 over unit length form the unit
-    matrix.
+    They are integrals of Legendre polynomials, scaled such that the integrals of their M' M' over a column of unit
+    length form the identity matrix.
     """
     legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
     scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
@@ -84,32 +84,33 @@ def _moments(place: Reals) -> Reals:
 
 @lru_cache(maxsize=256)
 def _critical_factor(section: Section) -> float:
-    """P l^2/EI at the start of a pinned column: pi^2, or less with a taper."""
+    """Return P l^2/EI of a pinned column, with EI at its start: pi^2 without a taper."""
     return np.pi**2 if section.taper is None else float(_critical_load([(0.0, 1.0, 1.0, section.taper)])[0])
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span / its Euler load.
+    """Return the largest compression along the span that contains each beam, divided by its Euler load.
 
-    A span lies between two joints of a member. The compression is assumed to be constant over the span, which is
-    conservative. Both ends are assumed to be held sideways and free to rotate; the critical load of a cantilever is a
-    quarter of this.
+    A span is the part of a member between two joints. The largest compression is assumed to act over the whole span,
+    which is conservative. Both ends are assumed to be held sideways and free to rotate; the critical load of a
+    cantilever is only a quarter of the Euler load.
 
     Returns
     -------
-    Shape (beams, ..., positions); 0 in tension and for beams that cannot bend. The beam buckles if it is 1 or more.
+    Array of shape (beams, ..., positions), 0 in tension and for beams that cannot bend. A beam with a ratio of 1 or
+    more buckles.
     """
     return compressions(deflection) / euler_loads(deflection)
 
 
 def compressions(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam's span between joints [N], shape (beams, ..., positions)."""
+    """Return the largest compression along the span that contains each beam [N], shape (beams, ..., positions)."""
     spans = spans_of(deflection.motion.mechanism)
     return spans.greatest(np.maximum(-least_axial_force(deflection), 0.0))
 
 
 def least_shear_rigidity(section: Section) -> float | Reals:
-    """Smallest kGA along a beam [N]."""
+    """Return the smallest kGA along a beam [N]."""
     if section.taper is None:
         return section.kGA
     xi = np.linspace(0.0, 1.0, POINTS + 1)
@@ -117,9 +118,9 @@ def least_shear_rigidity(section: Section) -> float | Reals:
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
-    """Length of each beam's member / the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
+    """Return the slenderness ratio of each beam, l sqrt(EA/EI), with l of its member, shape (beams, ..., 1).
 
-    Smallest value along a tapered beam; nan for beams that cannot bend or stretch.
+    It is the smallest value along a tapered beam, and nan for beams that cannot stretch.
     """
     ndim = len(deflection.motion.columns)
     EA, EI = (
@@ -132,7 +133,7 @@ def slenderness(deflection: Deflection) -> PerBeam:
 
 
 def member_lengths(deflection: Deflection) -> PerBeam:
-    """Length of each beam's member [m], shape (beams, ..., 1)."""
+    """Return the length of the member that contains each beam [m], shape (beams, ..., 1)."""
     length = np.array(deflection.length)
     for run in members_of(deflection.motion.mechanism).runs:
         length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)

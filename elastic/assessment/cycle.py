@@ -1,4 +1,4 @@
-"""Largest and rms values over all positions; period of a cycle."""
+"""Largest and rms values over all positions, and the period of a cycle."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from elastic.largest import Largest, largest
 from rigid import Motion, Reals
 from rigid.arrays import ArrayLike
 
-STEP_TOLERANCE = 1e-9  # relative difference below which steps, or speeds, count as equal
+STEP_TOLERANCE = 1e-9  # steps and speeds with a smaller relative difference count as equal
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:
-    """Largest magnitude over the last axis (positions), ignoring singular positions.
+    """Return the largest magnitude over the last axis (positions), ignoring singular positions.
 
     Parameters
     ----------
     values
-        Shape (..., positions), or an `Extreme` of this shape.
+        Array of shape (..., positions), or an `Extreme` of this shape.
 
     Examples
     --------
@@ -27,7 +27,7 @@ def over_cycle(values: Extreme | ArrayLike) -> Largest:
 
 
 def rms(values: ArrayLike) -> Reals:
-    """Root mean square over the last axis (positions), ignoring singular positions."""
+    """Return the root mean square over the last axis (positions), ignoring singular positions."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)
     count = known.sum(axis=-1)
@@ -36,9 +36,9 @@ def rms(values: ArrayLike) -> Reals:
 
 
 def period_of(motion: Motion) -> float:
-    """Duration [s] of a cycle that is one turn at constant speed in equal steps, without the end point.
+    """Return the duration of a motion that is one revolution at constant speed in equal steps [s].
 
-    nan for any other motion.
+    The positions must not include the end point. The result is nan for any other motion.
     """
     rate = motion.drive_rate
     if not len(rate) or rate.shape[-1] < 3 or not all(drive.turns for drive in motion.mechanism.drives):

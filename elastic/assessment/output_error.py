@@ -1,4 +1,4 @@
-"""Error of the machine's output relative to rigid links, and its settling after a stop."""
+"""Error of the output of a machine due to elastic links, and its settling time after a stop."""
 
 from dataclasses import dataclass
 
@@ -11,19 +11,19 @@ from rigid import Reals, velocity_of
 from rigid.arrays import Complexes, Flags
 
 REST_SPEED = 1e-12  # a point slower than this is at rest; relative to its largest speed
-REST_RATE = 1e-9  # smaller drive rates are round-off, relative to the largest
+REST_RATE = 1e-9  # drive rates smaller than this are round-off; relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
 class PathDeviation:
-    """Displacement of a point along and normal to its path, shape (..., positions).
+    """Displacement of a point, resolved along and normal to its path, shape (..., positions).
 
     Attributes
     ----------
     along
-        Distance along the path [m], positive if the point is early.
+        Component along the path [m], positive if the point is ahead.
     normal
-        Distance from the path [m], positive to the left.
+        Component normal to the path [m], positive to the left.
     displacement
         Displacement in ground axes [m], complex.
     """
@@ -34,9 +34,9 @@ class PathDeviation:
 
 
 def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviation:
-    """Deviation of a link's point from its path in the rigid mechanism.
+    """Return the deviation of a point of a link from its path in the rigid mechanism.
 
-    `along` and `normal` are nan if the point is at rest, because its path has no direction.
+    `along` and `normal` are nan while the point is at rest, because its path then has no direction.
     """
     moved = displacement_of(deflection, link, point)
     velocity = velocity_of(deflection.motion, link, point)
@@ -48,10 +48,10 @@ def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviati
 
 
 def angle_error(deflection: Deflection, link: str, point: str | None = None) -> Reals:
-    """Rotation of a link at a point, relative to the rigid link [rad], shape (..., positions).
+    """Return the rotation of a link at a point relative to the rigid link [rad], shape (..., positions).
 
-    A bent link has different rotations at different points. The default point is the origin of the link axes. A point
-    away from the beams rotates with the link axes.
+    A bent link rotates differently at different points. The default point is the origin of the link axes. A point that
+    is not on a beam rotates with the link axes.
     """
     mechanism = deflection.motion.mechanism
     at = mechanism.index[link]
@@ -64,7 +64,7 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
 
 
 def rest_from(rates: Reals) -> Flags:
-    """True once all drives have stopped for good, shape (..., positions).
+    """Return whether all drives have stopped for the rest of the run, shape (..., positions).
 
     Parameters
     ----------
@@ -78,27 +78,27 @@ def rest_from(rates: Reals) -> Flags:
 
 
 def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | float) -> Reals:
-    """Time from the first instant of rest until a distance stays within a tolerance [s], shape (...).
+    """Return the time from the first instant of rest until a distance stays within a tolerance [s], shape (...).
 
     Parameters
     ----------
     time
-        Instants [s], shape (..., positions) or (positions,).
+        Times [s], shape (..., positions) or (positions,).
     apart
         Distance from the rest position, shape (..., positions).
     rests
-        See `rest_from`.
+        Mask of the positions at rest, see `rest_from`.
     tolerance
-        Tolerance in the unit of the distance, scalar or shape (...).
+        Tolerance in the unit of the distance, scalar or of shape (...).
 
     Returns
     -------
-    Time by linear interpolation between instants; inf if the last instant exceeds the tolerance, nan if there is no
-    rest.
+    Settling time, interpolated linearly between the given times. It is inf if the distance at the end exceeds the
+    tolerance, and nan if there is no rest.
 
     Examples
     --------
-    A distance that halves every second is within a tenth after log2(10) = 3.32 s:
+    A distance of 1 that halves every second is below 0.1 after log2(10) = 3.32 s:
 
     >>> time = np.linspace(0.0, 6.0, 601)
     >>> settling_time(time, 0.5**time, time >= 0.0, 0.1).round(3)

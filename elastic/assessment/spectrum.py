@@ -1,4 +1,4 @@
-"""Excitation over the cycle: harmonics of the quasi-static bending."""
+"""Harmonics of the quasi-static bending over the cycle, which measure the excitation."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -10,8 +10,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-POINTS = 6  # number of Gauss points along a beam; exact for the squared bending moment of a linear load
-MIN_HARMONIC = 0.05  # harmonics with a larger `share` count as strong
+POINTS = 6  # number of Gauss points along a beam; exact for the square of the bending moment under a linear load
+MIN_HARMONIC = 0.05  # harmonics with a larger `share` are strong
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +21,9 @@ class Harmonics:
     Attributes
     ----------
     omega
-        Multiples 0, 1, 2, ... of the cycle's angular frequency [rad/s], shape (harmonics,).
+        Multiples 0, 1, 2, ... of the angular frequency of the cycle [rad/s], shape (harmonics,).
     share
-        Root of each harmonic's share in the strain energy of the cycle; the squares add up to 1.
+        Square root of the share of each harmonic in the strain energy of the cycle. The squares add up to 1.
     crest
         Square root of (largest / mean strain energy over the cycle).
     """
@@ -33,25 +33,25 @@ class Harmonics:
     crest: float
 
     def strong(self, share: float = MIN_HARMONIC) -> Integers:
-        """Indices of the harmonics above a share, excluding the mean."""
+        """Return the indices of the harmonics above a share, excluding the mean."""
         return 1 + np.flatnonzero(self.share[1:] > share)
 
 
 def harmonics(deflection: Deflection, period: float) -> Harmonics:
-    """Harmonics of the loads, measured by the bending that they cause.
+    """Compute the harmonics of the loads, measured by the bending that they cause.
 
-    Bending moments weighted by 1/EI are used, because they include the effect of all loads: inertia, lumps and joints.
+    Bending moments weighted by 1/EI are used, because they include the effects of all loads.
 
     Parameters
     ----------
     deflection
-        Deflection of one design, at equal time steps over one cycle, without the end point.
+        Deflection of one design at equal time steps over one cycle, without the end point.
     period
         Duration of the cycle [s].
 
     Returns
     -------
-    Harmonics up to half the number of positions; nan if a position is singular or no beam bends.
+    Harmonics up to half the number of positions; they are nan if a position is singular or no beam bends.
     """
     columns = deflection.motion.columns
     if len(columns) != 1:
@@ -74,6 +74,6 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
 
 @cache
 def _quadrature() -> tuple[Reals, Reals]:
-    """Gauss points on [0, 1], and twice their weights."""
+    """Return Gauss points on [0, 1] and weights that sum to 2; the common factor cancels in all results."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     return (nodes + 1) / 2, weights

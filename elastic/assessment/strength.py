@@ -13,22 +13,22 @@ from rigid.constants import per_row
 
 
 def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
-    """Range of the normal stress over the positions, largest minus smallest [Pa].
+    """Return the range of the normal stress over the positions, largest minus smallest [Pa].
 
     Returns
     -------
-    Shape (2, beams, ..., stations), left and right fibre; singular positions are ignored.
+    Array of shape (2, beams, ..., stations) for the left and right fibre. Singular positions are ignored.
     """
     least, most = stress_ends(deflection, stations)
     return np.where(least <= most, most - least, np.nan)
 
 
 def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations, AtStations]:
-    """Smallest and largest normal stress over the positions [Pa]; (inf, -inf) if unknown.
+    """Return the smallest and largest normal stress over the positions [Pa], or (inf, -inf) if unknown.
 
     Returns
     -------
-    Each of shape (2, beams, ..., stations), left and right fibre; singular positions are ignored.
+    Two arrays of shape (2, beams, ..., stations) for the left and right fibre. Singular positions are ignored.
     """
     known: dict[str, AtStations] = {}
     sides = [_ends(sample(deflection, side, stations, known)) for side in FIELDS["normal"].greatest_of]
@@ -45,9 +45,9 @@ def _ends(values: AtStations) -> tuple[AtStations, AtStations]:
 
 
 def safety_factor(deflection: Deflection, mises: Extreme | None = None) -> Reals:
-    """Yield stress / largest von Mises stress along every beam, shape (beams, ..., positions).
+    """Return yield stress / largest von Mises stress along every beam, shape (beams, ..., positions).
 
-    It is infinite if there is no stress, and nan if the yield stress or the section's dimensions are unknown.
+    The factor is infinite without stress, and nan if the yield stress or the dimensions of the section are unknown.
 
     Parameters
     ----------

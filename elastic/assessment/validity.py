@@ -1,6 +1,6 @@
-"""Validity of linear, quasi-static beam theory: figures outside its range.
+"""Validity of linear, quasi-static beam theory: detection of results outside its range.
 
-Limits and their sources: docs/strength.md.
+The limits and their sources are documented in docs/strength.md.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,34 +23,34 @@ KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 @dataclass(frozen=True)
 class ValidityLimit:
-    """Limits of a figure: for a warning, and for an unreliable answer.
+    """Limits of a validity measure, for a warning and for an unreliable result.
 
     Attributes
     ----------
     watch, beyond
-        The answer degrades from `watch` to `beyond`.
+        The result is accurate up to `watch`, less accurate up to `beyond`, and unreliable above.
     """
 
     watch: float
     beyond: float
 
     def passed(self, figure: float) -> bool:
-        """True if a figure exceeds the first limit."""
+        """Return whether a figure exceeds the first limit."""
         return figure > self.watch
 
     def far_passed(self, figure: float) -> bool:
-        """True if a figure exceeds the second limit."""
+        """Return whether a figure exceeds the second limit."""
         return figure > self.beyond
 
 
-LIMITS = {  # "vibration" limits the total error of an answer, see `kinelast.figures.theory`
+LIMITS = {  # "vibration" limits the total error of a result, see `kinelast.figures.theory`
     "slenderness": ValidityLimit(0.03, 0.25),
     "deflection": ValidityLimit(0.01, 0.1),
     "axial force": ValidityLimit(0.1, 0.5),
     "yield": ValidityLimit(2 / 3, 1.0),
     "vibration": ValidityLimit(0.03, 0.25),
 }
-"""Limits of each validity condition, by name."""
+"""Limits by validity condition."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +62,16 @@ class Exceedance:
     kind
         One of `KINDS`.
     beam
-        Index of the beam in `Mechanism.beams`; None for the mechanism.
-    position
-        Index of the position; None if it does not belong to a single position.
+        Index of the beam in `Mechanism.beams`, or None for the whole mechanism.
+        position
+        Index of the position, or None if the figure does not belong to a single position.
     figure, limit
-        Figure and exceeded limit. Slenderness: share of the largest deflection that beam theory neglects; deflection
-        over length; compression over Euler load; von Mises stress over yield stress.
+        Figure and exceeded limit. In the order of `KINDS`, the figure is the deflection that beam theory neglects / the
+        largest deflection, deflection / length, compression / Euler load, or von Mises stress / yield stress.
     severe
-        True if the answer is not reliable.
+        True if the result is unreliable.
     message
-        Sentence for the user.
+        Sentence for the user, without its subject, the beam.
     """
 
     kind: str
@@ -86,14 +86,14 @@ class Exceedance:
 def exceedances(
     deflection: Deflection, kinds: Sequence[str] = KINDS, known: Mapping[str, Any] | None = None
 ) -> list[Exceedance]:
-    """Find the figures of one design that exceed their limits, the worst one for every beam.
+    """Find the figures of one design that exceed their limits, the worst one of each kind for every beam.
 
     Parameters
     ----------
     kinds
         Conditions to check.
     known
-        Results already computed: `extremes` of "w" and "mises", and "euler_ratio".
+        Results that are already computed, by key: `extremes` of "w" and "mises", and "euler_ratio".
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
@@ -101,7 +101,7 @@ def exceedances(
         return []
     known = known or {}
     given = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
-    return [exceeded for kind in kinds for exceeded in _LOOK[kind](deflection, given.get(kind))]
+    return [exceeded for kind in kinds for exceeded in _CHECKS[kind](deflection, given.get(kind))]
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
@@ -112,7 +112,7 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
 
 
 def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
-    """Limits exceeded by errors of beam theory: shear, and moments introduced at beam ends."""
+    """Check the errors of beam theory due to shear and to moments introduced at beam ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
@@ -148,11 +148,11 @@ def _per_beam(kind: str, peak: Largest, message: str) -> Iterator[Exceedance]:
 
 
 def _share(figure: float) -> str:
-    """Format a share in per cent, or a multiple."""
+    """Format a fraction in per cent, or a multiple."""
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
-_LOOK: Mapping[str, Callable[[Deflection, Any], Iterator[Exceedance]]] = {
+_CHECKS: Mapping[str, Callable[[Deflection, Any], Iterator[Exceedance]]] = {
     "slenderness": _slender,
     "deflection": _deflection,
     "axial force": _axial_force,

@@ -1,10 +1,11 @@
-"""Bound on the change of a quasi-static answer by vibration, from its harmonics and the lowest natural frequency.
+"""Bound on the effect of vibration on a quasi-static solution, from its harmonics and the lowest natural frequency.
 
-A harmonic of frequency w excites a mode with natural frequency omega and damping ratio zeta to at most 1/|1 -
-(w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta delays it by the phase
-beta w. At worst, all modes are as soft as the lowest one. Axial forces change the stiffness by their share of the
-critical load, and rotation of the links changes it by (rate/omega)^2. The sum bounds the root of the strain energy;
-single figures may change by `SAFETY` times as much. Measurements: docs/validity.md.
+A harmonic of frequency w excites a mode with natural frequency omega and damping ratio zeta to at most
+1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta causes a phase
+lag of beta w. In the worst case, all modes are as soft as the lowest one. Axial forces change the stiffness by a
+fraction equal to force / critical load, and rotation of the links changes it by (rate/omega)^2. The sum bounds the
+change of the square root of the strain energy; individual figures may change by `SAFETY` times as much. Comparisons are
+in docs/validity.md.
 """
 
 import math
@@ -18,17 +19,17 @@ from elastic.elastodynamics.strains import Damping
 from elastic.sampling import sample
 from elastic.solution import Deflection
 
-SAFETY = 1.25  # largest change of a figure / change of the strain energy's root, on random mechanisms
-LARGEST = 0.1  # above this, softening by axial forces is no longer small and the bound is untested
-EVEN = 1e-6  # largest deviation from even spacing of positions, relative to the spacing
-FREE = 4.0  # critical load of a pinned beam / that of a cantilever; used if no beam is compressed
+SAFETY = 1.25  # largest change of a figure / change of the root of the strain energy, for random mechanisms
+MAX_BOUND = 0.1  # the bound has not been tested above this, where softening by axial forces is not small
+MAX_SPACING_ERROR = 1e-6  # largest deviation of evenly spaced positions, relative to the spacing
+PINNED_PER_CANTILEVER = 4.0  # critical load of a pinned beam / of a cantilever; used if no beam is compressed
 STATIONS = 9
 
 
 def vibration_bound(deflection: Deflection, period: float, lowest: float, damping: Damping, pressed: float) -> float:
-    """Bound on the change of figures by vibration, relative to the largest figure of the kind.
+    """Return a bound on the change of figures by vibration, relative to the largest figure of the same kind.
 
-    It is infinite if no bound is known: for unevenly spaced positions, friction, or forces that follow displaced
+    It is infinite if no bound is known, i.e. with unevenly spaced positions, friction, or forces that follow displaced
     points.
 
     Parameters
@@ -46,7 +47,7 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     """
     motion = deflection.motion
     steps = np.diff(motion.time)
-    even = len(steps) > 0 and np.abs(steps * len(motion.time) / period - 1.0).max() <= EVEN
+    even = len(steps) > 0 and np.abs(steps * len(motion.time) / period - 1.0).max() <= MAX_SPACING_ERROR
     if not even or motion.mechanism.friction or not np.isfinite(lowest):
         return math.inf
     if any(np.any(each.stiffness) for each in point_effects(deflection, chosen_points(motion.mechanism))):
@@ -56,17 +57,17 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     square = np.square(spectrum.omega / lowest)
     with np.errstate(divide="ignore"):
         most = 1.0 + 1.0 / (lowest * settled.beams.min(initial=settled.joints))
-        lag = spectrum.omega * settled.beams.max(initial=settled.joints)  # phase lag by damping
+        lag = spectrum.omega * settled.beams.max(initial=settled.joints)  # phase lag due to damping
         gain = np.where(square < 1.0, np.minimum((square + np.square(lag)) / np.abs(1.0 - square), most), most)
     change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:]) / spectrum.crest
     turned = float(np.square(motion.angular_velocity).max(initial=0.0)) / lowest**2
     bound = SAFETY * (change + turned + _stiffened(deflection, pressed))
-    return bound if bound <= LARGEST else math.inf
+    return bound if bound <= MAX_BOUND else math.inf
 
 
 def _stiffened(deflection: Deflection, pressed: float) -> float:
-    """Change of the stiffness by axial forces: load / critical load, in tension as in compression."""
+    """Return the relative change of the stiffness by axial forces: load / critical load, in tension or compression."""
     force = np.abs(sample(deflection, "N", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     loads, compressed = force / euler_loads(deflection), float(euler_ratio(deflection).max(initial=0.0))
-    factor = max(pressed / compressed, 1.0) if compressed > 0.0 else FREE
+    factor = max(pressed / compressed, 1.0) if compressed > 0.0 else PINNED_PER_CANTILEVER
     return factor * float(loads.max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Additional loads on the links, from vibration or displaced links."""
+"""Additional loads on the links due to vibration or displacement of the links."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,30 +10,31 @@ from rigid.arrays import Columns
 
 @dataclass(frozen=True, eq=False)
 class AddedLoads:
-    """Loads in addition to the loads of the rigid motion.
+    """Loads applied on top of the loads of the rigid motion.
 
     Attributes
     ----------
     q
-        q_x + i q_y on each beam in beam axes, in powers of xi [N/m], shape (n, beams, ..., positions).
+        Distributed load q_x + i q_y on each beam in beam axes, in powers of xi [N/m], shape (n, beams, ..., positions).
     points
-        Per load: link index, point name, force in ground axes [N], complex, moment [N m].
+        Point loads: link index, point name, force in ground axes [N], complex, and moment [N m].
     blocks
-        Per sliding block: joint index, force on the beam in ground axes [N], complex, moment [N m].
+        Loads of sliding blocks: joint index, force on the beam in ground axes [N], complex, and moment [N m].
     gaps, turns
-        Additional gap of each joint: displacement of the child's point from the parent's [m], complex; rotation [rad].
+        Additional gap of each joint: displacement of the child's point from the parent's point [m], complex, and
+        rotation [rad].
     strain
         Free strains d(u + i w)/dx and dphi/dx [1/m] of each beam in powers of xi, complex, shape (2, n, beams, ...,
-        positions); or None.
+        positions), or None.
     section
-        N + i V [N] and M [N m] of the rotated sections, minus the values in equilibrium at the rigid positions;
-        complex, shape of `strain`; or None.
+        N + i V [N] and M [N m] in the rotated sections, minus the values that are in equilibrium at the rigid
+        positions; complex, shape of `strain`, or None.
     sliding
-        Per joint with friction: joint index, rate due to vibration, creep [rad/s or m/s]; see
+        For joints with friction: joint index, rate due to vibration and creep rate [rad/s or m/s], see
         `rigid.kinetostatics.with_friction`.
     slides
-        Per slider on beams: joint index, displacement of the block along its line [m], moment [N m] on the beam's link
-        of the force at the block, about the block's undisplaced position.
+        For sliders on beams: joint index, displacement of the block along its line [m], and moment [N m] of the force
+        at the block on the link of the beam, about the undisplaced position of the block.
     """
 
     q: VectorCoefficients
@@ -48,9 +49,9 @@ class AddedLoads:
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
-    """Combine loads at the same locations by a function of their values; positions are the last axis.
+    """Apply a function to the corresponding values of several loads that act at the same locations.
 
-    Except for `q`, a value that is equal at all positions may be a scalar.
+    Positions are the last axis of the values. Except for `q`, a value that does not depend on it may be a scalar.
     """
 
     def along_beams(name: str) -> Any:
@@ -61,7 +62,7 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
         return tuple(change(*gaps) for gaps in zip(*(getattr(load, name) for load in loads), strict=True))
 
     def per_place(name: str) -> Any:
-        """Change the last two entries of each item; the entries before them name its place."""
+        """Apply the function to the last two entries of each item; the entries before them identify its location."""
         items = zip(*(getattr(load, name) for load in loads), strict=True)
         return tuple((*same[0][:-2], *map(change, *(item[-2:] for item in same))) for same in items)
 

@@ -1,4 +1,4 @@
-"""Beams of each link as a tree, to sum loads and pass on displacements, and cuts of its rings."""
+"""Tree of the beams of each link, along which loads are summed and displacements propagate; rings are cut open."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,11 @@ MAX_OFFSET = 1e-9
 
 @dataclass(frozen=True)
 class TreeBeam:
-    """Beam in the tree of its link: index `number` among all beams, ends `near` and `far` as seen from the root."""
+    """Beam in the tree of its link.
+
+    `number` is its index among all beams, `near` and `far` are its ends as seen from the root, and `forward` is True if
+    the beam starts at `near`.
+    """
 
     number: int
     near: str
@@ -26,7 +30,7 @@ class TreeBeam:
 
 @dataclass(frozen=True)
 class Cut:
-    """Cut of a ring of beams: `free` is the loose end that belongs to `node`."""
+    """Cut that opens a ring of beams at `node`; `free` is the name of the loose end."""
 
     link: int
     node: str
@@ -35,20 +39,20 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class BeamTrees:
-    """Beams of all moving links.
+    """Trees of the beams of all moving links.
 
     Attributes
     ----------
     trees
-        Beams of each link that has beams, from the root outwards.
+        Beams of each link with beams, from the root outwards.
     cuts
-        One per ring.
+        One cut per ring.
     tips
-        End nodes of the branches, i.e. all nodes except the roots; beams carry no loads at roots.
+        All nodes except the roots: a load at a root acts on the support and not on the beams.
     points
         Position of each node in link axes [m].
     rails
-        Beams along a slider's line, by the index of the joint in `Structure.joints`.
+        Beams along the line of each slider, by index of the joint in `Structure.joints`.
     """
 
     trees: Mapping[int, tuple[TreeBeam, ...]]
@@ -59,7 +63,7 @@ class BeamTrees:
 
 
 def root_of(tree: tuple[TreeBeam, ...]) -> str:
-    """Return the node at which the tree starts."""
+    """Return the node at which a tree starts."""
     return tree[0].near
 
 
@@ -70,7 +74,7 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
     Raises
     ------
     MechanismError
-        If the beams of a link are not connected, or do not reach a point with a joint or load.
+        If the beams of a link are not connected, or if no beam reaches a point with a joint or load.
     """
     trees, cuts, number = {}, [], 0
     points = {(at, name): place for at, link in enumerate(mechanism.links) for name, place in link.points.items()}
@@ -87,7 +91,7 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str, str]]]:
-    """Return the branches from the start of the first beam outwards, and the loose ends of cut rings."""
+    """Return the beams from the start of the first beam outwards, and the loose ends of the cut rings."""
     waiting = list(enumerate(link.beams, first))
     reached = {waiting[0][1].start}
     order: list[TreeBeam] = []
@@ -95,7 +99,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
     while waiting:
         joined = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
         if joined is None:
-            raise MechanismError(f'link "{link.name}": its beams do not hang together', links=(link.name,))
+            raise MechanismError(f'link "{link.name}": its beams are not connected', links=(link.name,))
         waiting.remove(joined)
         number, beam = joined
         forward = beam.start in reached
@@ -109,7 +113,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
 
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
-    """Raise MechanismError if no beam of the link reaches a point with a joint or load."""
+    """Raise MechanismError if no beam of a link reaches a point with a joint or load."""
     used = acting_points(mechanism)
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
@@ -120,7 +124,7 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]
 
 
 def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
-    """Return link index and point name of each joint, load, spring and mass."""
+    """Return the link index and name of each point at which a joint, load, spring or mass acts."""
     used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
     at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
     used |= {(mechanism.index[link], point) for load in at_points for link, point in load.points}
@@ -129,24 +133,24 @@ def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
 
 
 def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> bool:
-    """True if a line and a beam of a link coincide in all designs; origin and direction in link axes."""
+    """Return whether a beam lies on a line in all designs, with origin and direction of the line in link axes."""
     return bool(np.all(lined_up(link, beam, origin, direction)))
 
 
 def in_line(one: Columns, other: Columns, off: float = MAX_OFFSET) -> bool:
-    """True if two vectors have the same direction in all designs, within an angle `off` [rad]."""
+    """Return whether two vectors have the same direction in all designs, within an angle `off` [rad]."""
     along = (np.conj(one) * other).real
     return bool(np.all((along > 0.0) & (np.abs(cross(one, other)) <= off * along)))
 
 
 def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:
-    """True for each design in which a line and a beam coincide; see `lies_along`."""
+    """Return for each design whether a beam lies on a line, see `lies_along`."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= MAX_OFFSET * np.abs(way)
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> dict[int, tuple[int, ...]]:
-    """Find the beams along the line of each slider; the block passes from one to the next."""
+    """Find the beams along the line of each slider; the block can move from one of them to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner

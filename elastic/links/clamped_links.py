@@ -1,4 +1,4 @@
-"""Section forces and displacements of links under load, each link clamped at the root of its beams."""
+"""Section forces and displacements of loaded links that are clamped at the roots of their beam trees."""
 
 from dataclasses import dataclass, replace
 
@@ -22,9 +22,9 @@ class LinkResponse:
     Attributes
     ----------
     amplitudes
-        Coefficients of the fields, with each beam clamped at its start.
+        Coefficients of the fields of each beam, clamped at its start.
     nodes
-        Displacements of the nodes, with each link clamped at its root.
+        Displacements of the nodes of each link, clamped at its root.
     blocks
         Loads of sliding blocks.
     """
@@ -35,7 +35,7 @@ class LinkResponse:
 
 
 def clamped_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
-    """Compute section forces and displacements of links clamped at their roots, with rings cut open."""
+    """Compute the section forces and displacements of links that are clamped at their roots, with rings cut open."""
     N, V, M = section_forces(loads.q, loads.couple, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:
         _before_block(N, V, M, compliance.length, block)
@@ -52,7 +52,7 @@ def clamped_response(configuration: Configuration, compliance: BeamCompliance, l
 
 
 def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: PerBeam, block: Block) -> None:
-    """Add a block's load to the section forces before it."""
+    """Add the load of a block to the section forces before the block."""
     k = block.beam
     N[0, k] += block.force.real
     V[0, k] -= block.force.imag
@@ -61,7 +61,7 @@ def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: Per
 
 
 def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, phi: PerBeam) -> NodeDisplacements:
-    """Sum the displacements of beams clamped at their starts over each tree, from the root outwards."""
+    """Sum the end displacements of the clamped beams over each tree, from the root outwards."""
     nodes: NodeDisplacements = {}
     ends = np.empty(u.shape, complex)
     ends.real, ends.imag = u, w
@@ -84,14 +84,14 @@ def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, ph
 
 
 def add_rigid_motion(configuration: Configuration, response: LinkResponse, shift: Complexes, angle: Reals) -> None:
-    """Add the displacement of each beam's start to its amplitudes, in place.
+    """Add the displacement of the start of each beam to its amplitudes, in place.
 
-    The displacement is the sum of the rigid motion and the bending of the beams before it.
+    This displacement is the sum of the rigid motion of the link and the bending of the preceding beams.
 
     Parameters
     ----------
     shift, angle
-        Displacement [m], complex, and rotation [rad] of the links' axes, shape (links, ..., positions).
+        Displacement [m], complex, and rotation [rad] of the axes of the links, shape (links, ..., positions).
     """
     amplitudes = response.amplitudes
     start_shift = configuration.back * shift[configuration.rows]

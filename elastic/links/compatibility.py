@@ -1,8 +1,9 @@
 """Compatibility: joint gaps of bent links, indeterminate joint forces, and links with closed rings.
 
-Utenov et al., equations (8) to (16): (8) to (11) pass the displacement of a joint from one link to the next, and (12)
-to (15) close the loop under the conditions (16) at its end. Here each link bends by itself, clamped at the root of its
-beams. Rigid-body motion of the links then closes the joints, see `rigid.closures.displacements`.
+This corresponds to equations (8) to (16) of Utenov et al.: (8) to (11) propagate the displacement of a joint from one
+link to the next, and (12) to (15) close the loop under the conditions (16) at its end. Here each link is bent by
+itself, clamped at the root of its beams. Rigid-body motions of the links then close the joints, see
+`rigid.closures.displacements`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,18 +42,18 @@ from rigid.closures import MAX_UNSTRESSED
 from rigid.kinetostatics import beam_couples, beam_loads
 from rigid.plane import dot
 
-CLOSING_PASSES = 2  # the second pass removes round-off between beams of very different stiffness
+CLOSING_PASSES = 2  # the second pass removes round-off from beams of very different stiffness
 
 
 @dataclass(frozen=True, eq=False)
 class JointGaps:
-    """Gaps at the joints after bending, without rigid-body motion of the links.
+    """Gaps at the joints after the links are bent, before rigid-body motions close them.
 
     Attributes
     ----------
     displacement, rotation
-        For each joint, the correction that closes it: displacement of the child's point from the parent's [m], complex,
-        and rotation [rad].
+        Displacement of the child's point relative to the parent's point [m], complex, and rotation [rad] that would
+        close each joint.
     """
 
     displacement: list[Columns]
@@ -62,7 +63,7 @@ class JointGaps:
 def problem_of(
     motion: Motion, sections: tuple[Section, ...], joints: Mapping[str, JointCompliance], more: AddedLoads | None = None
 ) -> ElasticProblem:
-    """Set up the elastic problem of a motion: inertia, weight, given loads and additional loads."""
+    """Set up the elastic problem of a motion with inertia, weight, given loads and additional loads."""
     configuration = configuration_of(motion)
     nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
     if more is not None:
@@ -81,7 +82,7 @@ def problem_of(
 
 
 def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
-    """Bend the links, each clamped at its root, under loads and joint forces; also return the gaps at the joints."""
+    """Return the response of the clamped links to loads and joint forces, and the resulting gaps at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
@@ -99,7 +100,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
-            force, moment = forces.without_friction(number)  # friction does not load the joint's elastic part
+            force, moment = forces.without_friction(number)  # friction does not load the elastic part of the joint
             gap, turn = gap - force * own.translation + own.gap, turn - moment * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
@@ -112,7 +113,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
 
 
 def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
-    """Displacement in ground axes, and rotation, of the beam under a block, on any beam along its line."""
+    """Return the displacement in ground axes and the rotation under a block, on the beam that carries the block."""
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:
         there, turn = _under_block(problem, response, block)
@@ -121,7 +122,7 @@ def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequen
 
 
 def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Complexes, Reals]:
-    """Displacement in ground axes, and rotation, of one beam under a block, with its link clamped at its root."""
+    """Return the displacement in ground axes and the rotation of a beam under a block, with its link clamped."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
@@ -142,17 +143,17 @@ def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) 
 def compatible_forces(
     problem: ElasticProblem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
 ) -> JointForces:
-    """Correct joint forces by self-stresses so that the bent links fit together (force method).
+    """Superpose self-stresses on the joint forces so that the bent links fit together (force method).
 
-    A self-stress does no work on rigid links, so its work on the gaps must vanish. This gives one equation for each
+    A self-stress does no work on rigid links, so its work on the gaps must vanish. This gives one equation per
     self-stress.
 
     Parameters
     ----------
     forces, gaps
-        Any joint forces in equilibrium with the loads, and their gaps.
+        Any joint forces that are in equilibrium with the loads, and the gaps that they cause.
     states
-        The self-stresses.
+        Self-stresses: joint forces that are in equilibrium without loads.
     """
     unloaded = problem.unloaded
     alone = [bent_links(unloaded, state)[1] for state in states]
@@ -169,7 +170,7 @@ def compatible_forces(
         amount = redundants[..., number]
         force = [value + _scaled_part(amount, part) for value, part in zip(force, state.force, strict=True)]
         moment = [value + _scaled_part(amount, part) for value, part in zip(moment, state.moment, strict=True)]
-        # gears load the ground in addition to the joints
+        # gears load the ground directly, not only through the joints
         pull, twist = (
             value + _scaled_part(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
         )
@@ -177,12 +178,12 @@ def compatible_forces(
 
 
 def _scaled_part(amount: Reals, part: Columns) -> Numbers:
-    """Scale a part of a self-stress; zero if the part is zero, even for an unknown amount."""
+    """Scale a part of a self-stress. If the part is zero, the result is zero even if the factor is nan."""
     return np.where(np.abs(part) > MAX_UNSTRESSED, amount, 0.0) * part
 
 
 def _work(state: JointForces, gaps: JointGaps) -> Columns:
-    """Work of a self-stress on the joint gaps."""
+    """Return the work of a self-stress on the joint gaps."""
     total: Columns = 0.0
     for force, moment, gap, turn in zip(state.force, state.moment, gaps.displacement, gaps.rotation, strict=True):
         total = total + dot(force, gap) + moment * turn
@@ -190,14 +191,14 @@ def _work(state: JointForces, gaps: JointGaps) -> Columns:
 
 
 def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
-    """Section forces and displacements of the links under load, clamped at their roots, with rings closed."""
+    """Compute the section forces and displacements of links clamped at their roots, with rings closed."""
     if configuration.trees.cuts:
         loads = _with_redundants(configuration, compliance, loads)
     return clamped_response(configuration, compliance, loads)
 
 
 def _with_redundants(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkLoads:
-    """Add the loads that close the rings: force method, three redundants per ring."""
+    """Add the loads that close the rings, by the force method with three redundants per ring."""
     scaled, scale = _flexibility(configuration, compliance, loads.q)
     for _ in range(CLOSING_PASSES):
         nodes = clamped_response(configuration, compliance, loads).nodes
@@ -216,9 +217,9 @@ def _with_redundants(configuration: Configuration, compliance: BeamCompliance, l
 def _flexibility(
     configuration: Configuration, compliance: BeamCompliance, q: VectorCoefficients
 ) -> tuple[Matrices, Reals]:
-    """Flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale (..., n).
+    """Return the flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale, shape (..., n).
 
-    It is computed in link axes, so that it does not depend on the position.
+    The flexibility refers to link axes, so it is the same at all positions.
     """
     local = configuration.in_link_axes
     nothing = np.zeros((len(q), len(local.length), *local.columns), complex)
@@ -236,7 +237,7 @@ def _flexibility(
 
 
 def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Reals:
-    """Opening of each ring at its cut in link axes: x, y, rotation; shape (3 cuts, ..., positions)."""
+    """Return the opening of each ring at its cut in link axes (x, y, rotation), shape (3 cuts, ..., positions)."""
     rows = []
     for cut in configuration.trees.cuts:
         (free, turned), (node, held) = nodes[cut.link, cut.free], nodes[cut.link, cut.node]

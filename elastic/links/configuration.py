@@ -1,4 +1,4 @@
-"""Positions and loads of the links: the input to their statics."""
+"""Positions and loads of the links, which are the input to their statics."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 
 NodeLoads = dict[tuple[int, str], tuple[Columns, Columns]]
-"""Force in ground axes [N], complex, and moment [N m] by link and node."""
+"""Force in ground axes [N], complex, and moment [N m], by link index and node name."""
 
 NodeDisplacements = dict[tuple[int, str], tuple[Columns, Columns]]
-"""Displacement in ground axes [m], complex, and rotation [rad] by link and node."""
+"""Displacement in ground axes [m], complex, and rotation [rad], by link index and node name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,17 +33,17 @@ class Configuration:
     Attributes
     ----------
     trees
-        Trees of beams.
+        Trees of the beams.
     rows
-        Link index of each beam, as an index into arrays over the links.
+        Link index of each beam, used to index arrays over the links.
     link, beam
-        Directions of links and beams in ground axes, complex, shape (links or beams, ..., positions).
+        Directions of the links and beams in ground axes, complex, shape (links or beams, ..., positions).
     unit
         Directions of the beams in link axes, complex, shape (beams, ..., 1).
     length
         Lengths of the beams [m], shape (beams, ..., 1).
     columns
-        Shape (..., positions), designs and positions.
+        Shape of the designs and positions, (..., positions).
     """
 
     trees: BeamTrees
@@ -56,17 +56,17 @@ class Configuration:
 
     @cached_property
     def back(self) -> VectorPerBeam:
-        """Rotation from ground axes to beam axes."""
+        """Factors that rotate vectors from ground axes to beam axes."""
         return np.conj(self.beam)
 
     @property
     def in_link_axes(self) -> Configuration:
-        """The configuration in link axes, which is the same at all positions."""
-        still = (*self.columns[:-1], 1)
-        return replace(self, link=np.ones((len(self.link), *still)), beam=self.unit, columns=still)
+        """Configuration in link axes, which is the same at all positions."""
+        columns = (*self.columns[:-1], 1)
+        return replace(self, link=np.ones((len(self.link), *columns)), beam=self.unit, columns=columns)
 
     def arm(self, at: int, start: str, end: str) -> Numbers:
-        """Vector between two nodes of a link in ground axes [m], complex."""
+        """Return the vector between two nodes of a link in ground axes [m], complex."""
         return self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
 
 
@@ -86,12 +86,12 @@ def configuration_of(motion: Motion) -> Configuration:
 
 @dataclass(frozen=True, eq=False)
 class LinkLoads:
-    """Loads on the links.
+    """All loads on the links.
 
     Attributes
     ----------
     nodes
-        Loads at nodes.
+        Loads at the nodes.
     q
         Distributed load q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     blocks
@@ -99,7 +99,7 @@ class LinkLoads:
     strain
         Free strains, see `AddedLoads`.
     couple
-        Distributed moments in powers of xi [N], shape (n, beams, ..., positions); or None.
+        Distributed moments in powers of xi [N], shape (n, beams, ..., positions), or None.
     """
 
     nodes: NodeLoads
@@ -111,7 +111,7 @@ class LinkLoads:
 
 @dataclass(frozen=True, eq=False)
 class ElasticProblem:
-    """Links under load, with joints to be closed.
+    """Elastic problem: bend the links under load and close the joints.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class ElasticProblem:
     loads
         All loads except joint forces.
     added
-        Additional loads; `loads` already includes their loads on nodes and beams.
+        Additional loads. Their loads on nodes and beams are already included in `loads`.
     """
 
     motion: Motion
@@ -134,7 +134,7 @@ class ElasticProblem:
 
     @property
     def unloaded(self) -> ElasticProblem:
-        """The problem under joint forces only, without loads, free strains and clearances."""
+        """Same problem without loads, free strains and clearances, so that only joint forces act."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
         loads = LinkLoads({}, nothing)

@@ -1,4 +1,4 @@
-"""Free bodies: load on each beam's end, from equilibrium of the tree beyond it. Loads and displacements of gears."""
+"""End load of each beam from the equilibrium of the free body beyond it; loads and displacements of gears."""
 
 from collections.abc import Iterable, Iterator
 
@@ -19,11 +19,11 @@ NO_DISPLACEMENT = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Yield the loads from gears at the points of driving joints and followers, without the joint forces.
+    """Yield the loads that gears apply at the points of driving joints and followers, without the joint forces.
 
     Yields
     ------
-    Link index, point name, force in ground axes [N], complex, moment [N m].
+    Link index, point name, force in ground axes [N], complex, and moment [N m].
     """
     for number, place in enumerate(motion.places):
         if place.joint.gear is not None:
@@ -34,9 +34,9 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
 def follower_displacement(
     place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
 ) -> tuple[Columns, Columns]:
-    """Return the displacement [m], complex, and rotation [rad] of a gear's follower due to bent links.
+    """Return the displacement [m], complex, and rotation [rad] of the follower of a gear due to bending of the links.
 
-    `flank` is the loaded tooth flank, see `JointForces`; None for a gear without teeth.
+    `flank` is the loaded tooth flank (see `JointForces`), or None for a gear without teeth.
     """
     return place.driven(
         gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), NO_DISPLACEMENT), flank)
@@ -83,7 +83,7 @@ def resultants(
 
     Yields
     ------
-    Link index, force in ground axes [N], complex, moment [N m].
+    Link index, force in ground axes [N], complex, and moment [N m].
     """
     mechanism, loads = motion.mechanism, LinkLoads({}, added.q)
     for k, (at, beam) in enumerate(mechanism.beams):
@@ -102,13 +102,13 @@ def resultants(
 
 
 def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: Columns) -> None:
-    """Add a force and a moment to a node's load."""
+    """Add a force and a moment to the load of a node."""
     before = nodes.get(where)
     nodes[where] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
 
 
 def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPerBeam, PerBeam]:
-    """Force in beam axes [N], complex, and moment [N m] on each beam's end, shape (beams, ..., positions)."""
+    """Return the force in beam axes [N], complex, and moment [N m] on the end of each beam, (beams, ..., positions)."""
     carried = dict(loads.nodes)
     pull = np.empty((len(configuration.length), *configuration.columns), complex)
     twist = np.empty((len(configuration.length), *configuration.columns))
@@ -132,7 +132,7 @@ def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPer
 
 
 def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[Complexes, Reals]:
-    """Resultant of a beam's own load: force in ground axes [N], complex, and moment about its start [N m]."""
+    """Return the resultant of the loads along a beam: force in ground axes [N], complex, and moment about its start."""
     length, q = configuration.length[k], loads.q
     force = length * np.tensordot(1.0 / np.arange(1, len(q) + 1), q[:, k], 1)
     moment = length**2 * np.tensordot(1.0 / np.arange(2, len(q) + 2), q[:, k].imag, 1)

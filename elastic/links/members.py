@@ -1,7 +1,7 @@
-"""Members: straight runs of collinear beams of a link, which are assessed as a single beam.
+"""Members: straight runs of collinear beams of a link, each assessed as a single beam.
 
-A load, a mass, a joint, a new section, or a corner within drawing accuracy ends a beam but not a member. A member can
-buckle between its joints.
+A beam ends at a load, a mass, a joint, a change of section, or a corner within drawing accuracy, but a member continues
+there. A member can buckle between its joints.
 """
 
 from collections.abc import Iterator
@@ -16,22 +16,22 @@ from elastic.links.beam_trees import in_line
 from rigid import Beam, Mechanism, structure
 from rigid.arrays import Columns, Integers, Reals
 
-MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of a member, because drawings have few digits
+MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of a member; drawings have few digits
 
 
 @dataclass(frozen=True, eq=False)
 class BeamRun:
-    """Collinear beams in a row.
+    """Row of collinear beams.
 
     Attributes
     ----------
     beams
         Indices of the beams.
     turned
-        For each beam, True if it points against the run.
+        True for each beam that points against the direction of the run.
     start, width
-        For each beam, its start and length in xi of the run, with negative length if `turned`; floats or shape
-        (designs, 1).
+        Start and length of each beam in xi of the run, as floats or with shape (designs, 1). The length is negative if
+        the beam is `turned`.
     """
 
     beams: tuple[int, ...]
@@ -40,12 +40,12 @@ class BeamRun:
     width: tuple[Columns, ...]
 
     def line(self, at: int, first: Columns, last: Columns) -> tuple[Columns, Columns]:
-        """Line through the ends of the run, as its value at a beam's start and its rise along this beam.
+        """Return the line through the displaced ends of the run: its value at the start of a beam, and its rise there.
 
         Parameters
         ----------
         first, last
-            Transverse deflections at the ends of the run, each in the axes of the beam at that end.
+            Transverse deflections at the two ends of the run, each in the axes of the beam at that end.
         """
         begin, end = (-w if turned else w for w, turned in ((first, self.turned[0]), (last, self.turned[-1])))
         sign = -1.0 if self.turned[at] else 1.0
@@ -54,7 +54,7 @@ class BeamRun:
 
 @dataclass(frozen=True, eq=False)
 class BeamRuns:
-    """All beams of a mechanism, divided into runs."""
+    """Beams of a mechanism, grouped into runs."""
 
     runs: tuple[BeamRun, ...]
 
@@ -65,14 +65,14 @@ class BeamRuns:
 
     @cached_property
     def number(self) -> Integers:
-        """Index of each beam's run, shape (beams,)."""
+        """Index of the run that each beam belongs to, shape (beams,)."""
         numbers = np.zeros(sum(len(run.beams) for run in self.runs), int)
         for number, run in enumerate(self.runs):
             numbers[[*run.beams]] = number
         return numbers
 
     def greatest(self, values: PerBeam) -> PerBeam:
-        """For each beam, the largest value in its run, shape (beams, ...)."""
+        """Return for each beam the largest value in its run, shape (beams, ...)."""
         if self.whole:
             return values
         result = np.array(values)
@@ -82,14 +82,14 @@ class BeamRuns:
         return result
 
     def from_chord(self, w: AtStations, stations: Reals) -> AtStations:
-        """Deflection from the line through the displaced ends of each run.
+        """Return the deflection from the line through the displaced ends of each run.
 
         Parameters
         ----------
         w
-            Transverse deflection of each beam from the rigid link, shape (beams, ..., stations).
+            Transverse deflection of each beam relative to the rigid link, shape (beams, ..., stations).
         stations
-            xi, shape (stations,), from 0 to 1.
+            Values of xi from 0 to 1, shape (stations,).
         """
         chord = w.copy()
         for run in self.runs:
@@ -102,13 +102,13 @@ class BeamRuns:
 
 @lru_cache(maxsize=64)
 def members_of(mechanism: Mechanism) -> BeamRuns:
-    """Divide the beams of a mechanism into members."""
+    """Group the beams of a mechanism into members."""
     return BeamRuns(tuple(_beam_run(mechanism, chain) for chain in _chains(mechanism)))
 
 
 @lru_cache(maxsize=64)
 def spans_of(mechanism: Mechanism) -> BeamRuns:
-    """Divide the members at their joints, into parts that can buckle."""
+    """Divide the members at their joints into spans, the parts that can buckle."""
     joined = {(at, joint.point(at)) for joint in structure(mechanism).joints for at in (joint.parent, joint.child)}
     spans: list[list[tuple[int, bool]]] = []
     for member in members_of(mechanism).runs:
@@ -135,7 +135,10 @@ def _length(mechanism: Mechanism, number: int) -> Columns:
 
 
 def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
-    """Beams of each member in order, with True if reversed; members in the order of their first beams."""
+    """Yield the beams of each member in order, each with a flag that is True if the beam is reversed.
+
+    The members are in the order of their first beams.
+    """
     left = dict(enumerate(mechanism.beams))
     for first in range(len(mechanism.beams)):
         if first not in left:
@@ -152,7 +155,7 @@ def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
 def _collinear_neighbour(
     mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]
 ) -> tuple[int, bool] | None:
-    """Find the collinear beam after the end of another, and remove it from `left`."""
+    """Find the collinear beam that continues another beam, and remove it from `left`."""
     at, beam = mechanism.beams[last[0]]
     points = mechanism.links[at].points
     begin, end = (beam.end, beam.start) if last[1] else (beam.start, beam.end)

@@ -1,4 +1,4 @@
-"""Positions of sliding blocks on beams, and their joint forces as loads on the beams."""
+"""Positions of sliding blocks on beams, and the loads that they apply to the beams."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
-END_TOLERANCE = 1e-12  # largest distance of a block beyond a beam's end due to round-off, relative to the length
+END_TOLERANCE = 1e-12  # a block less than this beyond the end of a beam is on the beam; relative to its length
 UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
 class OnBeam:
-    """Block on a beam along its line: beam index, and `xi` and `here` as in `Block`."""
+    """Position of a block on one of the beams along its line: beam index, and `xi` and `here` as in `Block`."""
 
     beam: int
     xi: Reals
@@ -33,14 +33,14 @@ class OnBeam:
 def block_places(
     motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED
 ) -> dict[int, tuple[OnBeam, ...]]:
-    """Find the beams on which the block of each slider moves, and its positions on them, by joint index.
+    """Find the beams on which the block of each slider moves and its positions on them, by joint index.
 
-    At every position the block is on one of these beams. If it is off all of them, xi of the first is nan.
+    At each position the block is on one of these beams. If it is off all of them, xi of the first beam is nan.
 
     Parameters
     ----------
     slides
-        Displacement of the block along its line by joint index, in addition to the motion [m].
+        Additional displacement of the block along its line by joint index [m].
     """
     if not trees.rails:
         return {}
@@ -69,7 +69,7 @@ def block_places(
 def block_loads(
     motion: Motion, configuration: Configuration, forces: JointForces, added: AddedLoads | None = None
 ) -> list[tuple[Block, ...]]:
-    """Loads of sliding blocks on the beams, in the order of `BeamTrees.rails`."""
+    """Return the loads of the sliding blocks on the beams, in the order of `BeamTrees.rails`."""
     trees, loads = configuration.trees, []
     slides = {} if added is None else {number: slide for number, slide, _ in added.slides}
     for number, places in block_places(motion, trees, slides).items():
@@ -83,7 +83,7 @@ def block_loads(
 
 
 def _block(configuration: Configuration, place: OnBeam, pull: Complexes, load: Reals, several: bool) -> Block:
-    """Force, converted to beam axes, and moment on a beam; zero if the block is on another beam."""
+    """Return the load of a block on a beam, which is zero while the block is on another beam."""
     force = configuration.back[place.beam] * pull
     if not several:
         return Block(place.beam, place.xi, force, load)

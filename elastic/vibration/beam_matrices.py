@@ -1,8 +1,8 @@
-"""Stiffness and mass matrices of one beam, with exact end shapes and hierarchical polynomials between the ends.
+"""Stiffness and mass matrices of one beam, from exact end shapes and hierarchical inner polynomials.
 
-More finite elements converge with a fixed order; more polynomials in one element converge exponentially (Bardell, Free
-vibration analysis of a flat plate using the hierarchical finite element method, Journal of Sound and Vibration 151
-(1991) 263-289). Without them the stiffness is still exact for loads at the ends.
+With more finite elements, the error falls with a fixed order; with more polynomials in one element, it falls
+exponentially (Bardell, Free vibration analysis of a flat plate using the hierarchical finite element method, Journal of
+Sound and Vibration 151 (1991) 263-289). Even without inner polynomials, the stiffness is exact for loads at the ends.
 """
 
 from collections.abc import Sequence
@@ -18,25 +18,25 @@ from elastic.beams.section import Section
 from rigid import Beam
 from rigid.arrays import Integers, Reals
 
-END_COORDINATES = 6  # end coordinates of a beam: u, w, phi at both ends
-EXTRA_POINTS = 20  # number of integration points in addition to `inner`, for end shapes and tapers of high degree
-MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # short beams of links with several beams have this many fewer polynomials
+END_COORDINATES = 6  # u, w, phi at both ends
+EXTRA_POINTS = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
+MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # see `polynomials_along`
 
 
 @dataclass(frozen=True, eq=False)
 class VibratingBeam:
     """Matrices of one beam in beam axes.
 
-    Coordinates: u, w, phi of its start, then of its end, then the amplitudes of the inner polynomials.
+    The coordinates are u, w, phi at the start, u, w, phi at the end, and the amplitudes of the inner polynomials.
 
     Attributes
     ----------
     stiffness, mass
-        Shape (n, n).
+        Matrices of shape (n, n).
     rigid
-        End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6).
-    level
-        Smallest number of inner polynomials for which each coordinate is used, 0 for end coordinates, shape (n,).
+        Combinations of end coordinates that are zero because the beam cannot stretch or bend, shape (rows, 6).
+        level
+        Smallest number of inner polynomials that uses each coordinate, shape (n,); 0 for end coordinates.
     """
 
     stiffness: Matrices
@@ -70,10 +70,10 @@ class BeamShapes:
 
 
 def beam_shapes(length: float, section: Section, inner: int, points: int) -> BeamShapes:
-    """Shapes of a beam with `inner` polynomials per direction, for one design."""
+    """Compute the shapes of a beam with `inner` polynomials per direction, for one design."""
     kind = tuple(bool(np.isfinite(np.ravel(value)[0])) for value in (section.EA, section.EI, section.kGA))
     xi, weights, (u, w, phi), (stretch, slope, curvature) = _unit_shapes(inner, *kind, points)
-    # a unit rotation at an end is a slope of `length` on the beam of length 1
+    # a unit rotation of an end is a slope of `length` on the beam of length 1
     per = np.ones(u.shape[1])
     per[[2, 5]] = length
     inverse = per / length
@@ -86,7 +86,7 @@ def beam_shapes(length: float, section: Section, inner: int, points: int) -> Bea
 def _unit_shapes(
     inner: int, stretches: bool, bends: bool, slides: bool, points: int
 ) -> tuple[Reals, Reals, tuple[Matrices, ...], tuple[Matrices, ...]]:
-    """Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
+    """Return Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
     rows = _polynomials(1.0, inner, stretches, bends, slides)
@@ -96,14 +96,14 @@ def _unit_shapes(
 
 
 def rigidity(section: Section, name: str, xi: Reals) -> Reals:
-    """EA, EI or kGA of a section at stations, for one design."""
+    """Evaluate EA, EI or kGA of a section at stations, for one design."""
     taper = getattr(section.taper, name) if section.taper else (1.0,)
     along: Any = np.polynomial.polynomial.polyval(xi, taper)
     return float(np.ravel(getattr(section, name))[0]) * along
 
 
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
-    """Stiffness matrix of a beam in shape coordinates, shape (n, n)."""
+    """Compute the stiffness matrix of a beam for its shapes, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (("EA", shapes.stretch), ("EI", shapes.curvature), ("kGA", shapes.slope - shapes.phi)):
         if np.isfinite(np.ravel(getattr(section, name))[0]):
@@ -113,7 +113,7 @@ def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrice
 
 
 def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
-    """Mass [kg/m] and rotary inertia [kg m] per length of a beam at stations, for one design."""
+    """Evaluate the mass [kg/m] and rotary inertia [kg m] per length of a beam at stations, for one design."""
     mass, rotary = (
         np.asarray(float(np.ravel(start)[0]) * np.polynomial.polynomial.polyval(xi, taper), float)
         for start, taper in ((beam.mass_per_length, beam.mass_taper), (beam.rotary_inertia, beam.rotary_taper))
@@ -122,9 +122,10 @@ def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
 
 
 def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> VibratingBeam:
-    """Matrices of a beam with `inner` polynomials per direction, for one design.
+    """Compute the matrices of a beam with `inner` polynomials per direction, for one design.
 
-    A Timoshenko beam if kGA is finite, or else an Euler-Bernoulli beam; both have the rotary inertia of `beam`.
+    The beam is a Timoshenko beam if kGA is finite, and otherwise an Euler-Bernoulli beam. Both include the rotary
+    inertia of `beam`.
     """
     shapes = beam_shapes(length, section, inner, inner + EXTRA_POINTS)
     mass_there, rotary = masses_along(beam, shapes.xi)
@@ -137,10 +138,11 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
 
 def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
-    """Number of inner polynomials of each beam of a link: `inner`, or `FEWER_POLYNOMIALS` less if short and not alone.
+    """Return the number of inner polynomials of each beam of a link, which is smaller for short beams.
 
-    A beam shorter than 1/16 of its link bends almost in its static end shapes. In a four-bar with 63 beams, using zero
-    instead of four inner polynomials changes the figures by 1e-6.
+    In a link with more than `MANY_BEAMS` beams, a beam shorter than 1/`MANY_BEAMS` of their total length bends almost
+    in its static end shapes. Such a beam gets `FEWER_POLYNOMIALS` less. In a four-bar with 63 beams, using zero instead
+    of four inner polynomials changes the results by 1e-6.
     """
     whole = sum(lengths)
     short = [len(lengths) > MANY_BEAMS and MANY_BEAMS * length < whole for length in lengths]
@@ -148,11 +150,11 @@ def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
 
 
 def _levels(section: Section, inner: int) -> Integers:
-    """Smallest number of inner polynomials for which each coordinate of `_polynomials` is used, shape (n,)."""
+    """Return the smallest number of inner polynomials that uses each coordinate of `_polynomials`, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
     levels = [np.zeros(END_COORDINATES, int), steps[: inner if stretches else 0]]
-    if slides:  # the unrefined beam already has two coordinates of w and one of phi
+    if slides:  # there are two more coordinates of w and one more of phi than inner polynomials
         levels += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
     else:
         levels += [steps[: inner if bends else 0]]
@@ -160,7 +162,7 @@ def _levels(section: Section, inner: int) -> Integers:
 
 
 def rigid_rows(length: float, section: Section) -> Matrices:
-    """End-coordinate combinations that vanish because the beam does not stretch or bend, shape (rows, 6)."""
+    """Return the combinations of end coordinates that are zero because the beam cannot stretch or bend, (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     rows = np.zeros((0, END_COORDINATES))
     if not stretches:
@@ -175,9 +177,10 @@ def rigid_rows(length: float, section: Section) -> Matrices:
 def _polynomials(
     length: float, inner: int, stretches: bool, bends: bool, slides: bool
 ) -> tuple[tuple[Polynomial, ...], tuple[Polynomial, ...], tuple[Polynomial, ...]]:
-    """u, w, phi per unit of each coordinate.
+    """Return the polynomials u, w, phi for a unit of each coordinate.
 
-    In Timoshenko's beam, w has one degree more than phi; phi can then follow w', which prevents shear locking.
+    In Timoshenko's beam, the degree of w is one higher than that of phi, so that phi can follow w'. This prevents shear
+    locking.
     """
     nothing = Polynomial([0.0])
     linear = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]
@@ -204,7 +207,7 @@ def _polynomials(
 
 @lru_cache(maxsize=64)
 def _bulges(count: int, order: int) -> tuple[Polynomial, ...]:
-    """Polynomials with zeros of a given order at both ends: Legendre polynomials times (4 xi (1 - xi))^order."""
+    """Return polynomials with zeros of a given order at both ends: Legendre polynomials times (4 xi (1 - xi))^order."""
     bump = Polynomial([0.0, 4.0, -4.0]) ** order
     series = [np.polynomial.Legendre.basis(k, domain=[0.0, 1.0]) for k in range(count)]
     return tuple(bump * one.convert(kind=Polynomial, domain=[-1.0, 1.0]) for one in series)

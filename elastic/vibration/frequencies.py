@@ -1,4 +1,4 @@
-"""Natural frequencies of a mechanism at each position, with drives held."""
+"""Natural frequencies of a mechanism at each position, with locked drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
 TOLERANCE = 1e-3  # accepted relative error of a frequency
-LEFT = 0.1  # error after a refinement / change by it, at most; 0.05 or less for 50 mechanisms
-REFINEMENTS = (1, 3, 5, 7, 9, 12)  # numbers of inner polynomials per beam and direction in successive refinements
-ASSEMBLED = (5, 7, 12)  # sizes for which matrices are assembled; matrices of coarser sizes are submatrices of these
+ERROR_PER_CHANGE = 0.1  # bound on (error after a refinement / change by it); 50 mechanisms had at most 0.05
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # number of inner polynomials per beam and direction in successive refinements
+ASSEMBLED = (5, 7, 12)  # numbers for which matrices are assembled; those for smaller numbers are submatrices
 
 
 @dataclass(frozen=True, eq=False)
 class Frequencies:
-    """Lowest natural frequencies at some positions of a motion.
+    """Lowest natural frequencies at selected positions of a motion.
 
     Attributes
     ----------
     omega
-        Frequencies, ascending [rad/s], shape (modes, ..., positions); nan at singular positions, inf if there are no
-        more modes.
+        Natural frequencies in ascending order [rad/s], shape (modes, ..., positions). They are nan at singular
+        positions, and inf if there are fewer modes.
     position
-        Indices of the positions.
+        Indices of the selected positions.
     change
         Largest relative change of a frequency in the last refinement.
     """
@@ -55,29 +55,29 @@ def natural_frequencies(
     settled: float = TOLERANCE,
     designs: int | None = None,
 ) -> Frequencies:
-    """Compute the lowest natural frequencies of small vibrations about the moving rigid links.
+    """Compute the lowest natural frequencies of small vibrations about the rigid motion, with locked drives.
 
-    Each beam is refined until the error of the frequencies is less than `settled`. Drives are held. Gravity, axial
-    forces, springs and accelerations of the motion have no effect on the stiffness.
+    The beams are refined until the relative error of the frequencies is less than `settled`. The stiffness does not
+    include the effects of gravity, axial forces, springs and accelerations.
 
     Parameters
     ----------
     sections
         One per beam, in the order of `Mechanism.beams`.
     modes
-        Number of frequencies.
+        Number of frequencies to compute.
     positions
-        Number of positions, selected evenly from the motion.
+        Number of positions, evenly selected from the motion.
     joints
         Compliant joints by name.
     settled
-        Relative error of the frequencies, estimated from their change in the last refinement.
+        Accepted relative error of the frequencies, estimated from their change in the last refinement.
     designs
-        Number of designs to compute, from the first; all by default.
+        Number of designs to compute, starting with the first; by default all.
 
     Examples
     --------
-    A 1 m cantilever with EI = 1 N m^2 and 1 kg/m has 1.8751^2 rad/s:
+    The lowest frequency of a cantilever of 1 m with EI = 1 N m^2 and 1 kg/m is 1.8751^2 rad/s:
 
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -106,7 +106,7 @@ def _design_frequencies(
     design: int,
     settled: float,
 ) -> tuple[Reals, float]:
-    """Frequencies of one design, shape (modes, positions), and their largest change in the last refinement."""
+    """Return the frequencies of one design, shape (modes, positions), and their change in the last refinement."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
     for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
@@ -126,7 +126,7 @@ def _design_frequencies(
         if np.isfinite(before[moving]).all():
             change = float(np.max(before[moving] / now[moving] - 1, initial=0.0))
         before = now
-        if LEFT * change < settled:
+        if ERROR_PER_CHANGE * change < settled:
             break
     omega[:, good] = before
     return omega, change

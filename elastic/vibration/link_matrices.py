@@ -1,4 +1,4 @@
-"""Stiffness and mass matrices of one link in link axes, the same at all positions."""
+"""Stiffness and mass matrices of one link in link axes, which are the same at all positions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,23 +14,23 @@ from elastic.vibration.beam_matrices import END_COORDINATES, polynomials_along, 
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
-RANK_TOLERANCE = 1e-9  # smaller singular values, relative to the largest, count as zero
-ORIGIN = ""  # name of the origin in a link without beams
+RANK_TOLERANCE = 1e-9  # singular values smaller than this count as zero; relative to the largest one
+ORIGIN = ""  # name of the origin as a point of a link without beams
 
 
 @dataclass(frozen=True, eq=False)
 class VibratingLink:
-    """Matrices of one moving link, for one design; lengths in a common unit.
+    """Matrices of one moving link for one design, with lengths in the unit of length of the mechanism.
 
     Attributes
     ----------
     stiffness, mass
-        Matrices of the n coordinates, shape (n, n).
+        Matrices for n coordinates, shape (n, n).
     places
-        Displacement x, y and rotation per coordinate in link axes, shape (3, n), of each point that a beam reaches, or
-        of the origin of a link without beams.
+        Displacement x, y and rotation per unit coordinate in link axes, shape (3, n), by name of the point. The points
+        are those that a beam reaches, or the origin of a link without beams.
     level
-        Smallest number of inner polynomials of the beams for which each coordinate is used, shape (n,).
+        Smallest number of inner polynomials per beam that uses each coordinate, shape (n,).
     """
 
     stiffness: Matrices
@@ -39,9 +39,9 @@ class VibratingLink:
     level: Integers
 
     def place(self, name: str, local: Columns) -> tuple[Complexes, Reals]:
-        """Displacement, complex, and rotation of a point per coordinate in link axes, shape (n,).
+        """Return the displacement, complex, and rotation of a point per unit coordinate in link axes, shape (n,).
 
-        `name` selects the point in a link with beams, `local` (its position) in a link without beams.
+        The point is identified by `name` in a link with beams, and by its position `local` in a link without beams.
         """
         if name in self.places:
             x, y, turned = self.places[name]
@@ -52,16 +52,16 @@ class VibratingLink:
 
 @dataclass(frozen=True, eq=False)
 class LinkCoordinates:
-    """Coordinates of a link: displacements of its points, then inner coordinates of its beams.
+    """Coordinates of a link: displacements of its points, followed by the inner coordinates of its beams.
 
     Attributes
     ----------
     names
         Points that a beam reaches, or the origin of a link without beams.
-    beams
-        For each beam, the matrix from link coordinates to beam coordinates, shape (n of the beam, n).
+        beams
+        Matrix of each beam that converts link coordinates to beam coordinates, shape (n of the beam, n).
     free
-        Basis of the motions that rigid beams permit, orthonormal columns, shape (n, n free).
+        Orthonormal basis of the motions that rigid beams permit, shape (n, n free).
     """
 
     names: list[str]
@@ -69,7 +69,7 @@ class LinkCoordinates:
     free: Matrices
 
     def place(self, name: str) -> Reals:
-        """Displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
+        """Return the displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
         at = 3 * self.names.index(name)
         return self.free[at : at + 3]
 
@@ -90,13 +90,13 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
 
 
 def elastic_coordinates(link: Link, inner: int) -> int:
-    """Number of coordinates of a link's beams with shear and `inner` polynomials, for one design."""
+    """Return the number of coordinates of the beams of a link, with shear and `inner` polynomials, for one design."""
     lengths = [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
     return sum(END_COORDINATES + 3 * count for count in polynomials_along(lengths, inner))
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
-    """Assemble a link of one design, with lengths in the common unit and one section per beam."""
+    """Assemble the matrices of a link of one design, with scaled lengths (`of_design`) and one section per beam."""
     lengths = [abs(complex(link.points[beam.end] - link.points[beam.start])) for beam in link.beams]
     counts = polynomials_along(lengths, inner)
     parts = [vibrating_beam(*each) for each in zip(lengths, sections, link.beams, counts, strict=True)]
@@ -116,10 +116,10 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
 
 
 def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Matrices, Matrices]:
-    """Transform stiffness and mass to Craig-Bampton coordinates: static end shapes and orthonormal inner shapes.
+    """Transform stiffness and mass matrices, shape (..., n, n), to Craig-Bampton coordinates.
 
-    Each inner shape combines only coordinates of its own and lower levels, so each level spans the same space. Shapes
-    (..., n, n).
+    These are static end shapes and orthonormal inner shapes. Each inner shape combines only coordinates of its own and
+    lower levels, so the shapes up to any level span the same space as before.
 
     References
     ----------
@@ -145,7 +145,7 @@ def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Mat
 
 
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Matrices:
-    """Matrix from link coordinates to the `count` coordinates of a beam."""
+    """Return the matrix that converts link coordinates to the `count` coordinates of a beam."""
     rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
     for which, node in enumerate(ends):
@@ -166,9 +166,9 @@ def _add_lumps(link: Link, names: list[str], mass: Matrices) -> None:
 
 
 def of_design(link: Link, sections: Sequence[Section], scale: float, design: int) -> tuple[Link, list[Section]]:
-    """Select one design of a link and its sections, with lengths in units of `scale` [m].
+    """Return one design of a link and its sections, with lengths in units of `scale` [m].
 
-    In this unit rotations count as displacements, so all coordinates have similar magnitudes.
+    In this unit, rotations and displacements have similar magnitudes.
     """
     points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
     beams = tuple(
@@ -202,7 +202,10 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
 def divided(
     link: Link, sections: Sequence[Section], marks: Mapping[int, Sequence[tuple[float, str]]]
 ) -> tuple[Link, list[Section]]:
-    """Divide beams of a link at more points; `marks`: xi and name of each new point by beam index, in any order."""
+    """Divide beams of a link at new points.
+
+    `marks` contains xi and the name of each new point, in any order, by index of the beam.
+    """
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
         start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
@@ -218,7 +221,7 @@ def divided(
 
 
 def _section_part(section: Section, taper: Taper, low: float, high: float) -> Section:
-    """Cut out a tapered section from one station to another."""
+    """Return the part of a tapered section between two stations."""
     EA, EI, kGA = (_polynomial_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
     return replace(
         section,
@@ -232,19 +235,19 @@ def _section_part(section: Section, taper: Taper, low: float, high: float) -> Se
 
 
 def _polynomial_part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
-    """Value of a polynomial at `low`, and the polynomial from `low` to `high` divided by this value."""
+    """Return the value of a polynomial at `low`, and the part from `low` to `high` relative to this value."""
     moved = Polynomial(taper)(Polynomial([low, high - low])).coef
     return float(moved[0]), tuple(float(value) for value in moved / moved[0])
 
 
 def one_of(value: Any, design: int) -> Any:
-    """Select a design's value of a scalar or an array of shape (designs, 1)."""
+    """Return the value for one design of a scalar or an array of shape (designs, 1)."""
     flat = np.ravel(value)
     return flat[design if len(flat) > 1 else 0]
 
 
 def _unconstrained_basis(rows: Matrices) -> Matrices:
-    """Null space as in `null_space`, but unconstrained coordinates remain unit vectors."""
+    """Return the null space as in `null_space`, but with unit vectors for unconstrained coordinates."""
     touched = rows.any(axis=0)
     basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
     first = basis.shape[1]
@@ -255,7 +258,7 @@ def _unconstrained_basis(rows: Matrices) -> Matrices:
 
 
 def null_space(rows: Matrices) -> Matrices:
-    """Orthonormal basis of the null space of `rows`, shape (n, n - rank)."""
+    """Return an orthonormal basis of the null space of `rows`, shape (n, n - rank)."""
     if not len(rows):
         return np.eye(rows.shape[-1])
     _, values, basis = np.linalg.svd(rows)

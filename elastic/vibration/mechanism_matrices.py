@@ -1,4 +1,4 @@
-"""Matrices of all links at some positions, and the constraints of their joints."""
+"""Matrices of all links at selected positions, and the constraints of their joints."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -25,28 +25,27 @@ from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.kinetostatics import balancing_forces
 
-MIN_MODAL_MASS = 1e-13  # modes with less mass per stiffness, relative to the largest, count as massless
-LARGE = 400  # number of coordinates above which sparse matrices are faster
-MIN_END_DISTANCE = 1e-3  # smallest distance of a block from a beam's end, relative to its length
-EXTRA_VECTORS = 6  # number of vectors in addition to the requested modes
+MIN_MODAL_MASS = 1e-13  # modes with a smaller mass/stiffness count as massless; relative to the largest one
+MAX_DENSE = 400  # number of coordinates above which sparse matrices are faster
+MIN_END_DISTANCE = 1e-3  # smallest distance of a block from the end of a beam, relative to the length of the beam
+EXTRA_VECTORS = 6  # number of iterated vectors in addition to the requested modes
 TOLERANCE = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
 MAX_ROUNDS = 300  # maximum number of subspace iterations
-CONSTRAINT_FLEXIBILITY = 1e-12  # compliance of constraints, relative to links; redundant ones leave the matrix regular
+CONSTRAINT_FLEXIBILITY = 1e-12  # relative to the links; redundant constraints need a compliance
 
 
 class VibratingStructure:
-    """Matrices of a mechanism of one design at some positions, with drives held.
+    """Matrices of one design of a mechanism at selected positions, with locked drives.
 
     Attributes
     ----------
     stiffness, mass
-        Matrices of all links' coordinates, shape (positions, n, n); inner coordinates have unit stiffness and no
-        coupling.
+        Matrices for the coordinates of all links, shape (positions, n, n). Inner coordinates have unit stiffness and
+        are not coupled in stiffness.
     constraints
-        Joint constraints: combinations of coordinates that must be zero, shape (rows, positions, n).
-    level
-        Smallest number of inner polynomials for which each coordinate is used, shape (n,); constraints involve only
-        level 0.
+        Constraints of the joints: combinations of coordinates that must be zero, shape (rows, positions, n).
+        level
+        Smallest number of inner polynomials that uses each coordinate, shape (n,). Constraints involve only level 0.
     """
 
     def __init__(
@@ -82,9 +81,12 @@ class VibratingStructure:
             self._add_joint(number, place, joints.get(place.joint.name, JointCompliance()))
 
     def frequencies(self, modes: int, inner: int) -> Reals:
-        """Lowest frequencies [rad/s], ascending, shape (modes, positions), for `inner` polynomials; inf if massless."""
+        """Compute the lowest frequencies with `inner` polynomials per beam [rad/s], shape (modes, positions).
+
+        They are in ascending order, and inf for massless modes.
+        """
         omega = np.full((modes, len(self.mass)), np.inf)
-        if self.mass.shape[-1] > LARGE:
+        if self.mass.shape[-1] > MAX_DENSE:
             kept = self.level <= inner
             rows = np.array(self.constraints).swapaxes(0, 1)[..., kept]
             stiffness, mass = (whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass))
@@ -97,9 +99,10 @@ class VibratingStructure:
 
     @cached_property
     def _unconstrained(self) -> list[tuple[Integers, Matrices, Integers]]:
-        """Mass per stiffness of the unconstrained coordinates, grouped by rank: positions, matrices, levels.
+        """Mass per stiffness of the unconstrained coordinates: positions, matrices and levels for each rank.
 
-        Constraints involve only end coordinates. Inner coordinates are uncoupled in stiffness and remain unchanged.
+        The rank is that of the constraints, which involve only end coordinates. Inner coordinates are not coupled in
+        stiffness and remain unchanged.
         """
         at_ends = self.level == 0
         rows = (
@@ -117,9 +120,9 @@ class VibratingStructure:
         return unheld
 
     def _per_stiffness(self, chosen: Integers, free: Matrices, at_ends: Flags, within: Integers) -> Matrices:
-        """Symmetric matrices with eigenvalues 1/omega^2, so that massless coordinates are allowed.
+        """Return symmetric matrices with the eigenvalues 1/omega^2, which also exist with massless coordinates.
 
-        `free`: basis of the unconstrained end coordinates, shape (positions, n free, n ends).
+        `free` is the basis of the unconstrained end coordinates, shape (positions, n free, n ends).
         """
         stiffness = free @ self.stiffness[chosen][:, at_ends][:, :, at_ends] @ free.swapaxes(-1, -2)
         scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
@@ -140,12 +143,12 @@ class VibratingStructure:
         return float(max(ways)) or 1.0
 
     def _at_positions(self, value: Columns) -> Numbers:
-        """Take a quantity of the motion at the positions of this design."""
+        """Return a quantity of the motion for this design at the selected positions."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
 
     def _link(self, at: int, sections: Sequence[Section], first_beam: int, inner: int) -> list[VibratingLink]:
-        """Assemble a link once for all positions, or once per position if blocks divide its beams."""
+        """Assemble a link once for all positions, or for each position if sliding blocks divide its beams."""
         link, scaled = of_design(self._motion.mechanism.links[at], sections, self._scale, self._design)
         marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
         for number, rails in self._rails.items():
@@ -163,19 +166,19 @@ class VibratingStructure:
 
     @cached_property
     def _flank(self) -> Mapping[int, Reals]:
-        """Loaded flanks of the gears under the loads of the motion."""
+        """Loaded tooth flanks of the gears under the loads of the motion."""
         return balancing_forces(self._motion).flank
 
     def _in_link_axes(self, at: int, arm: Columns) -> Complexes:
-        """Convert a vector from ground axes to link axes in units of length, shape (positions,)."""
+        """Convert a vector in ground axes to link axes and the unit of length, shape (positions,)."""
         return np.asarray(
             self._at_positions(arm) / self._at_positions(self._motion.direction[at]) / self._scale, complex
         )
 
     def _point_displacement(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
-        """Displacement, complex, in ground axes, and rotation of a link's point, per coordinate.
+        """Return the displacement, complex, in ground axes and the rotation of a point of a link, per unit coordinate.
 
-        `arm`: vector from the link's origin to the point in ground axes, used for links without beams.
+        `arm` is the vector from the origin of the link to the point in ground axes, used for links without beams.
         """
         shape = self.mass.shape[:2]
         shift, turned = np.zeros(shape, complex), np.zeros(shape)
@@ -193,12 +196,12 @@ class VibratingStructure:
         return shift, turned
 
     def _joint_displacement(self, number: int, at: int) -> tuple[Complexes, Reals]:
-        """Displacement and rotation of a link at a joint, see `_point_displacement`."""
+        """Return the displacement and rotation of a link at a joint, see `_point_displacement`."""
         point = self._places[number].joint.point(at)
         return self._point_displacement(at, _block(number) if point is None else point, self._arm(number, at))
 
     def _add_joint(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
-        """Add the constraints of a joint; a compliance becomes a spring."""
+        """Add the constraints of a joint, or springs if the joint has a compliance."""
         joint = place.joint
         at_child, at_parent = (
             self._joint_displacement(number, joint.child),
@@ -217,7 +220,7 @@ class VibratingStructure:
             self._add_constraint([followed - self._gear_input(number, place)], compliance)
 
     def _gear_input(self, number: int, place: JointPlace) -> Reals:
-        """Motion that a gear imposes on its follower, per coordinate; teeth touch on the loaded flank."""
+        """Return the motion that a gear imposes on its follower per unit coordinate; the loaded flank is in contact."""
         flank = None
         teeth = place.teeth
         hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
@@ -239,7 +242,7 @@ class VibratingStructure:
         return gear_input(place, moved, flank)
 
     def _along(self, along: Columns, shift: Complexes) -> Reals:
-        """Component of displacements along a slider's line."""
+        """Return the component of displacements along the line of a slider."""
         return (np.conj(self._at_positions(along))[:, None] * shift).real
 
     def _add_constraint(self, rows: list[Matrices], compliance: float) -> None:
@@ -251,7 +254,7 @@ class VibratingStructure:
 
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
-    """Beam of a link on which a point lies, and the point's xi, kept away from the beam's ends."""
+    """Return the beam of a link nearest to a point, and xi of the point, kept at a distance from the ends."""
     candidates: list[tuple[float, int, float]] = []
     for beam in beams:
         start, end = (
@@ -264,12 +267,12 @@ def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
 
 
 def _block(number: int | None) -> str:
-    """Name of the point under a joint's block."""
+    """Return the name of the point under the block of a joint."""
     return f"under joint {number}"
 
 
 def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
-    """Lowest frequencies of stacked structures, from the largest eigenvalues of mass per stiffness."""
+    """Return the lowest frequencies of stacked structures from the largest eigenvalues of mass per stiffness."""
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
     moving = greatest > MIN_MODAL_MASS * np.maximum(greatest[:1], 0.0)
     omega = np.full((modes, len(per_stiffness)), np.inf)
@@ -278,17 +281,18 @@ def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
 
 
 def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, modes: int) -> Reals:
-    """Compute the lowest frequencies of one structure [rad/s], ascending, shape (modes,); inf for massless modes.
+    """Compute the lowest frequencies of one structure by subspace iteration [rad/s], shape (modes,).
 
-    The method is subspace iteration: solve under the inertia loads of the last shapes, then solve the small eigenvalue
-    problem.
+    Each iteration solves for the displacements under the inertia loads of the last shapes, and then solves the
+    eigenvalue problem reduced to these displacements. The frequencies are in ascending order, and inf for massless
+    modes.
 
     Parameters
     ----------
     stiffness, mass
-        Shape (n, n); the mass matrix is semidefinite.
+        Matrices of shape (n, n). The mass matrix may be singular.
     constraints
-        Combinations of coordinates that must be zero, shape (rows, n); rows may be redundant.
+        Combinations of coordinates that must be zero, shape (rows, n). Rows may be redundant.
 
     References
     ----------
@@ -312,7 +316,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, mo
         inertia = weight @ shapes
         moved = solver.solve(np.concatenate([inertia, np.zeros((rows, count))]))[:size]
         given, energy = moved.T @ (weight @ moved), moved.T @ inertia
-        # eigenvalues are mass per stiffness, largest first; massless shapes get zero
+        # eigenvalues are mass per stiffness in descending order, and zero for massless shapes
         values, turn = eigh(given, energy + 1e-14 * np.trace(energy) * np.eye(count))
         values, turn = values[::-1], turn[:, ::-1]
         shapes = moved @ turn

@@ -149,4 +149,4 @@ def _refuse_pieces(link: Link) -> None:
     for _ in link.beams:
         reached.update(*(ends for ends in waiting if ends & reached))
     if any(not ends & reached for ends in waiting):
-        raise MechanismError(f'link "{link.name}": its beams do not hang together')
+        raise MechanismError(f'link "{link.name}": its beams are not connected')

@@ -332,7 +332,7 @@ def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
         ratio = buckling_ratio(bent, cycle.counted)
-        return Largest(ratio.ratio[owners], ratio.position[owners]), ratio.beside[owners]
+        return Largest(ratio.ratio[owners], ratio.position[owners]), ratio.neighbour_drop[owners]
     bound = buckling_bound(bent)[owners]
     bound = np.where(cycle.counted & ~np.isnan(bound), bound, 0.0)
     value = bound.max(axis=-1)
