@@ -1,7 +1,7 @@
-"""Independent check of mechanism deflection by finite elements (scikit-fem), and meshes for ParaView.
+"""Independent check of the deflection of a mechanism by finite elements (scikit-fem), and meshes for ParaView.
 
-The check reuses motion, masses, loads and sections of a mechanism; it recomputes distributed loads, statics and
-displacements. `fem_check.nonlinear` also recomputes the motion.
+The check uses the motion, masses, loads and sections of a mechanism, but computes distributed loads, joint forces and
+displacements itself. `fem_check.nonlinear` also computes the motion itself.
 """
 
 from fem_check.balance import MomentumBalance, balance

@@ -1,4 +1,4 @@
-"""Pairs of links at pins and welds, found from the points that the links share."""
+"""Pairs of links at pins and welds, derived from the points that the links share."""
 
 from collections.abc import Iterator
 
@@ -9,9 +9,9 @@ from rigid.arrays import Complex
 
 
 def pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, Complex | None]]:
-    """Yield point, parent, child, and the angle of a weld or None.
+    """Yield the point, parent and child of each pin or weld, and the direction of a weld (None for a pin).
 
-    Links that share a point are attached to the first, or to an earlier one they are welded to.
+    Links that share a point are attached to the first of them, or to an earlier one to which they are welded.
     """
     turns: dict[tuple[str, int, int], Complex] = {}
     for weld in mechanism.welds:
@@ -29,7 +29,7 @@ def pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, Complex | None]]
 
 
 def gap_sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
-    """Sign of gaps: -1 if parent and child are swapped in the mechanism's joint tree."""
+    """Return the sign of gaps: -1 if parent and child are swapped in the structure of the mechanism."""
     found = (joint for joint in structure(mechanism).joints if joint.name == name)
     return next(
         1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}

@@ -1,4 +1,4 @@
-"""Series of VTU files of the moving, deformed beams and plane bodies for ParaView."""
+"""Series of VTU files of the deformed, moving beams for ParaView."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,24 +16,24 @@ from rigid.arrays import Complexes, Integers
 def write_vtu_series(
     answer: Deflection | Solution, folder: Path | str, name: str = "beams", stations: Sequence[float] | None = None
 ) -> Path:
-    """Write one VTU file per position and a .pvd file that lists them by time.
+    """Write one VTU file per position, and a .pvd file that lists them by time.
 
-    The points lie on the undeformed beams. `displacement` [m] is the vector from them to the deformed points
-    (exaggerate it with ParaView's "Warp By Vector" filter); `deformed` is the deformed position. The other point data
-    are the main fields of `elastic.FIELDS` by key, or N, V, M, u, w and phi for a finite element solution. The cell
-    data `beam` is the number in `Mechanism.beams`. Positions without an answer are skipped.
+    The points of the meshes lie on the undeformed beams. `displacement` [m] is the vector to the deformed point, which
+    ParaView's filter "Warp By Vector" can exaggerate, and `deformed` is the deformed position. The other point data are
+    the main fields of `elastic.FIELDS` by key, or N, V, M, u, w and phi for a finite element solution. The cell data
+    `beam` is the index in `Mechanism.beams`. Positions without a solution are skipped.
 
     Parameters
     ----------
     answer
         Closed-form or finite element solution of one design.
     folder
-        Created if missing.
+        Folder for the files, created if it does not exist.
     name
-        Prefix of the file names: `name.pvd`, `name_0000.vtu` and so on.
+        Prefix of the file names `name.pvd`, `name_0000.vtu`, ...
     stations
-        xi = x'/l of the points of each beam of a Deflection, by default 21 equally spaced; a Solution is written at its
-        nodes.
+        Values of xi = x'/l of the points on each beam of a Deflection, by default 21 evenly spaced points. A Solution
+        is written at its nodes.
 
     Returns
     -------
@@ -42,11 +42,11 @@ def write_vtu_series(
     Raises
     ------
     ValueError
-        Several designs, or stations given for a Solution.
+        If there are several designs, or stations are given for a Solution.
     """
     motion = answer.motion
     if len(motion.columns) > 1:
-        raise ValueError(f"{motion.columns[0]} designs: a series of meshes shows one")
+        raise ValueError(f"{motion.columns[0]} designs: a series of meshes contains only one")
     xi, fields = _sampled(answer, stations)
     with np.errstate(invalid="ignore"):
         start, way = _places(answer)
@@ -77,7 +77,7 @@ def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) ->
 
 
 def _places(answer: Deflection | Solution) -> tuple[Complexes, Complexes]:
-    """Starts of undeformed beams and vectors to their ends [m], complex, (beams, positions)."""
+    """Return the starts of the undeformed beams and the vectors to their ends [m], complex, (beams, positions)."""
     motion = answer.motion
     beams = motion.mechanism.beams
     starts = [position_of(motion, at, beam.start) for at, beam in beams]
@@ -87,13 +87,13 @@ def _places(answer: Deflection | Solution) -> tuple[Complexes, Complexes]:
 
 
 def _cells(beams: int, stations: int) -> tuple[Integers, Integers]:
-    """Lines between neighbouring points, and the beam number of each."""
+    """Return the line cells between neighbouring points, and the beam index of each cell."""
     first = (np.arange(beams)[:, None] * stations + np.arange(stations - 1)).ravel()
     return np.column_stack((first, first + 1)), np.repeat(np.arange(beams), stations - 1)
 
 
 def _space(plane: Any) -> Reals:
-    """Convert vectors of the plane to space, shape (n, 3)."""
+    """Convert complex vectors in the plane to vectors in space, shape (n, 3)."""
     flat = np.ravel(plane)
     return np.column_stack((flat.real, flat.imag, np.zeros(len(flat))))
 

@@ -111,7 +111,7 @@ def vibrating(**options):
     course = scene.course
     moved = course.at(course.times(180))
     found = elastodynamic(moved, course.at, course.period, scene.sections, scene.joints, 4e-5, 1e-6)
-    return balance(found.deflection, course.near, cycle=course.period, granted=1e-3, **options)
+    return balance(found.deflection, course.near, cycle=course.period, tolerance=1e-3, **options)
 
 
 def test_vibrating_links_pass():
@@ -160,7 +160,7 @@ def in_transient(name="lightest_arm"):
     moved = course.at(np.linspace(0.0, span, 61))
     found = transient(moved, course.at, scene.sections, scene.joints, 4e-5, 1e-6)
     near = partial(deflection_at, found), found.edges
-    return balance(found.deflection, course.near, granted=1e-3, transient=near), found.deflection, course
+    return balance(found.deflection, course.near, tolerance=1e-3, transient=near), found.deflection, course
 
 
 @pytest.mark.parametrize("name", ["lightest_arm", pytest.param("steel_four_bar", marks=pytest.mark.slow)])

@@ -317,7 +317,7 @@ class TestSoftJoints:
         )
         drawing = {"O": 0.0, "A": 0.1, "B": 0.3 + 0.22j, "D": 0.4, "C": 0.36 - 0.12j, "E": 0.2 - 0.3j}
         three = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), [0.0])
-        with pytest.raises(ValueError, match='"A" is 2 joints: which is meant'):
+        with pytest.raises(ValueError, match='2 joints are named "A"'):
             solve(three, [], joints={"A": JointCompliance(1e-6)})
 
 

@@ -50,7 +50,7 @@ class Buckling:
     ratio
         Largest ratio over the positions for each link, shape (links,): the ratio of a mode * (work of the forces of the
         link / largest work of any link). It is 0 if there is no such mode, and nan if unknown.
-        position
+    position
         Position of the largest ratio, shape (links,).
         neighbour_drop
         Largest drop of the ratio from this position to its neighbours, shape (links,). It bounds how much more the

@@ -198,5 +198,5 @@ def _displaced(
 
 
 def _number(load: PointLoad) -> int:
-    """Return the index of the slider whose block applies a load."""
+    """Return the index of the slider joint with the block that applies a load."""
     return int(load[1].removeprefix(UNDER))

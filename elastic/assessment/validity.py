@@ -63,7 +63,7 @@ class Exceedance:
         One of `KINDS`.
     beam
         Index of the beam in `Mechanism.beams`, or None for the whole mechanism.
-        position
+    position
         Index of the position, or None if the figure does not belong to a single position.
     figure, limit
         Figure and exceeded limit. In the order of `KINDS`, the figure is the deflection that beam theory neglects / the

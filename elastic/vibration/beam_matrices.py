@@ -35,7 +35,7 @@ class VibratingBeam:
         Matrices of shape (n, n).
     rigid
         Combinations of end coordinates that are zero because the beam cannot stretch or bend, shape (rows, 6).
-        level
+    level
         Smallest number of inner polynomials that uses each coordinate, shape (n,); 0 for end coordinates.
     """
 

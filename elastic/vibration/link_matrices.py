@@ -58,7 +58,7 @@ class LinkCoordinates:
     ----------
     names
         Points that a beam reaches, or the origin of a link without beams.
-        beams
+    beams
         Matrix of each beam that converts link coordinates to beam coordinates, shape (n of the beam, n).
     free
         Orthonormal basis of the motions that rigid beams permit, shape (n, n free).

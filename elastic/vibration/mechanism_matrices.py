@@ -44,7 +44,7 @@ class VibratingStructure:
         are not coupled in stiffness.
     constraints
         Constraints of the joints: combinations of coordinates that must be zero, shape (rows, positions, n).
-        level
+    level
         Smallest number of inner polynomials that uses each coordinate, shape (n,). Constraints involve only level 0.
     """
 

@@ -1,3 +1,3 @@
-"""Check of Newton's and Euler's laws for the whole mechanism by finite differences."""
+"""Check of the balance of momentum and angular momentum of the whole mechanism by finite differences."""
 
 from fem_check.balance.balance import MomentumBalance, balance

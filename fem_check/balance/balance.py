@@ -1,9 +1,9 @@
-"""Newton's and Euler's laws for the whole mechanism, by finite differences in time.
+"""Balance of momentum and angular momentum of the whole mechanism, by finite differences in time.
 
-The finite element check shares the motion and its accelerations with the answer. This check does not: joints must
-close, velocities must equal the rates of the positions, and the momentum of all masses must change as gravity, the
-given loads and the ground forces require. From `rigid` it reads only the mechanism, positions, velocities and ground
-forces. Derivation: docs/validity.md, "Momentum".
+The finite element check uses the same motion and accelerations as the solution that it checks. This check does not. It
+tests that the joints are closed, that the velocities equal the rates of the positions, and that the momentum of all
+masses changes as gravity, given loads and ground forces require. From `rigid` it uses only the mechanism, positions,
+velocities and ground forces. The derivation is in docs/validity.md, "Momentum".
 """
 
 import math
@@ -17,7 +17,7 @@ from elastic import Deflection
 from fem_check.balance.forces import applied, ground_moment, openings, shifted
 from fem_check.balance.masses import (
     EIGHTH,
-    GRANTED,
+    TOLERANCE,
     Masses,
     MotionNear,
     Rates,
@@ -34,32 +34,30 @@ from rigid.plane import cross
 
 SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
 SECOND_SIXTH = (3 / 2, -3 / 20, 1 / 90, 0.0)
-"""Central differences for second derivatives, of orders eight and six, without the weight of the middle point."""
+"""Weights of central differences of orders eight and six for second derivatives, without that of the middle point."""
 STEP_SHARE = 0.025
-"""Difference step for a vibration, relative to the time element, in which it is a polynomial."""
+"""Step of the differences for a vibration, relative to the time element in which it is a polynomial."""
 
 Transient = tuple[Callable[[Motion], Deflection], Reals]
-"""Deflection of vibrating links at any positions; boundaries of its smooth intervals [s], (edges,)."""
+"""Function that returns the deflection for a motion, and boundaries of its smooth intervals [s], shape (edges,)."""
 
 
 @dataclass(frozen=True)
 class MomentumBalance:
-    """Relative residuals of the joints and of Newton's and Euler's laws.
-
-    Each is relative to the largest contribution over the positions.
+    """Residuals of the joints and of the balance of momentum, each relative to the largest term over the positions.
 
     Attributes
     ----------
     opening
-        Largest gap of a joint, relative to the mechanism's size.
+        Largest gap of a joint, relative to the size of the mechanism.
     velocity
-        Largest difference between the velocities of the masses and the rates of their positions.
+        Largest difference between the velocity of a mass and the rate of its position.
     force, moment
-        Largest difference between the rate of momentum and the acting forces including the ground force; the same for
+        Largest difference between the rate of momentum and the forces including the ground force, and the same for the
         moments about the centre of the links.
     compared
-        Number of compared positions. Kinks of a law and positions where friction locks are excluded.
-    granted
+        Number of compared positions. Positions at kinks of a law, or locked by friction, are excluded.
+        tolerance
         Largest accepted residual.
     """
 
@@ -68,7 +66,7 @@ class MomentumBalance:
     force: float
     moment: float
     compared: int
-    granted: float = GRANTED
+    tolerance: float = TOLERANCE
 
     @property
     def largest(self) -> float:
@@ -77,8 +75,8 @@ class MomentumBalance:
 
     @property
     def passed(self) -> bool:
-        """Whether positions were compared and no residual exceeds `granted`."""
-        return self.compared > 0 and self.largest <= self.granted
+        """Whether positions were compared and no residual exceeds `tolerance`."""
+        return self.compared > 0 and self.largest <= self.tolerance
 
 
 def balance(
@@ -86,32 +84,32 @@ def balance(
     motion_near: MotionNear,
     span: tuple[float, float] = (-math.inf, math.inf),
     cycle: float | None = None,
-    granted: float = GRANTED,
+    tolerance: float = TOLERANCE,
     exact: bool = False,
     transient: Transient | None = None,
 ) -> MomentumBalance:
-    """Compare the rate of momentum of all masses with the forces of an answer.
+    """Compare the rate of momentum of all masses with the forces of a solution.
 
     Parameters
     ----------
     deflection
-        The answer, columns (positions,).
+        The solution for one design, with columns (positions,).
     motion_near
-        Rigid motion at some times [s] near a given posture, for the finite differences.
+        Function that returns the rigid motion at some times [s] near given positions, for the finite differences.
     span
         Time interval over which the motion is known [s].
     cycle
-        Period of the vibration of the links [s]. Their displacement adds momentum, which is differentiated over equally
-        spaced positions of the whole cycle. If there are too few positions, none is compared. None for a quasi-static
-        answer, which has no such momentum.
-    granted
-        Largest accepted residual; for vibrating links, the error of the answer in time and in its coordinates.
+        Period of vibrating links [s], or None for a quasi-static solution. The displacement of vibrating links adds
+        momentum, which is differentiated over equally spaced positions of the whole cycle. If there are too few
+        positions, none is compared.
+        tolerance
+        Largest accepted residual; for vibrating links, the discretization error of the solution.
     exact
-        Whether the answer holds for large displacements. If not, products of displacements are omitted, as in linear
+        True for a solution with large displacements. Otherwise products of displacements are omitted, as in linear
         elastodynamics.
     transient
-        Vibrating links without a periodic state: their momentum is also differentiated in time, at positions far enough
-        from discontinuities.
+        Given for vibrating links that are not periodic. Their momentum is differentiated in time at positions that are
+        far enough from discontinuities.
     """
     motion = deflection.motion
     masses = masses_of(motion.mechanism)
@@ -127,10 +125,10 @@ def balance(
         if cycle is not None:
             further = of_displacements(deflection, masses, centre, cycle, exact)
             out_of_force, out_of_moment = out_of_force + further[0], out_of_moment + further[1]
-            if unresolved(further[0]) > granted:
+            if unresolved(further[0]) > tolerance:
                 out_of_force = np.full(motion.columns, np.nan)
         elif transient is not None:
-            further = of_transient(deflection, masses, centre, rates, motion_near, transient, granted, exact)
+            further = of_transient(deflection, masses, centre, rates, motion_near, transient, tolerance, exact)
             out_of_force, out_of_moment = out_of_force + further[0], out_of_moment + further[1]
         known = rates.known & np.isfinite(out_of_force) & np.isfinite(out_of_moment)
         forces = np.abs(inertia).sum(axis=0) + np.abs(force)
@@ -141,24 +139,24 @@ def balance(
             _share(out_of_force, _largest(forces, known), known),
             _share(out_of_moment, _largest(moments, known), known),
             int(known.sum()),
-            granted,
+            tolerance,
         )
 
 
 def _centre(motion: Motion) -> complex:
-    """Mean position of the links, the reference point of moments [m], complex."""
+    """Return the mean position of the links, which is the reference point of moments [m], complex."""
     return (
         complex(np.mean(motion.origin, where=np.isfinite(motion.origin))) if np.isfinite(motion.origin).any() else 0.0
     )
 
 
 def _largest(values: Any, known: Any) -> float:
-    """Largest magnitude over the known positions (last axis)."""
+    """Return the largest magnitude over the known positions (last axis)."""
     return float(np.abs(values)[..., known].max(initial=0.0))
 
 
 def _share(difference: Any, scale: float, known: Any) -> float:
-    """Largest difference relative to a scale; zero if there is no difference."""
+    """Return the largest difference relative to a scale, or zero if there is no difference."""
     apart = _largest(difference, known)
     return apart / scale if apart else 0.0
 
@@ -166,10 +164,11 @@ def _share(difference: Any, scale: float, known: Any) -> float:
 def of_displacements(
     deflection: Deflection, masses: Masses, centre: complex, cycle: float, exact: bool
 ) -> tuple[Complexes, Reals]:
-    """Rates of momentum [N] and angular momentum [N m] that vibration adds.
+    """Return the rates of momentum [N] and angular momentum [N m] that a periodic vibration adds.
 
-    A point displaced by s that moves with v has the additional momentum m s' and angular momentum
-    m (r x s' + s x (v + s')), with s x s' of second order. Its force f adds the moment s x f, subtracted here.
+    A point with the velocity v and the displacement s has the additional momentum m s' and angular momentum
+    m (r x s' + s x (v + s')), in which s x s' is of second order. A force f at the point adds the moment s x f, which
+    is subtracted here.
     """
     motion = deflection.motion
     arm, velocity = places(motion, masses) - centre, velocities(motion, masses)
@@ -188,12 +187,12 @@ def of_transient(
     rates: Rates,
     motion_near: MotionNear,
     transient: Transient,
-    granted: float,
+    tolerance: float,
     exact: bool,
 ) -> tuple[Complexes, Reals]:
-    """Rates of the added momentum by finite differences; nan if unresolved.
+    """Return the rates of the added momentum by finite differences (nan if unresolved).
 
-    The rate of angular momentum is m (r x s'' + s x (a + s'')), with s x s'' of second order.
+    The rate of angular momentum is m (r x s'' + s x (a + s'')), in which s x s'' is of second order.
     """
     motion, (near, edges) = deflection.motion, transient
     count = len(EIGHTH)
@@ -215,7 +214,7 @@ def of_transient(
     momentum, resolved = ((masses.mass * change[0]).sum(axis=0) for change in (good, rough))
     spin = cross(arm, good[0]) + cross(middle[0], acceleration + exact * good[0])
     turning = (masses.mass * spin + masses.inertia * good[1].real).sum(axis=0)
-    converged = np.abs(momentum - resolved) <= granted / 10 * np.abs(momentum).max()
+    converged = np.abs(momentum - resolved) <= tolerance / 10 * np.abs(momentum).max()
     force, moment = unknown.astype(complex), unknown.copy()
     force[inside] = np.where(converged, momentum, np.nan)
     moment[inside] = turning
@@ -223,7 +222,7 @@ def of_transient(
 
 
 def rate_of(values: Numbers, cycle: float) -> Complexes:
-    """Rate of a periodic function, complex, from equally spaced positions; last axis: time."""
+    """Differentiate a periodic function, given at equal time steps along the last axis; the result is complex."""
     count = values.shape[-1]
     waves = np.fft.fftfreq(count, 1 / count)
     waves[np.abs(waves) == count / 2] = 0.0  # the phase of the highest wave is unknown
@@ -231,7 +230,7 @@ def rate_of(values: Numbers, cycle: float) -> Complexes:
 
 
 def unresolved(values: Any) -> float:
-    """Share of the highest third of the spectrum, large if positions are too few."""
+    """Return the share of the highest third of the spectrum, which is large if there are too few positions."""
     waves = np.abs(np.fft.fft(values))
     count = len(waves)
     highest = np.abs(np.fft.fftfreq(count, 1 / count)) >= count / 3

@@ -1,4 +1,4 @@
-"""Resultant forces and moments on a whole mechanism, and gaps of the joints."""
+"""Resultant forces and moments on the whole mechanism, and gaps of the joints."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -14,7 +14,10 @@ from rigid.plane import cross
 
 
 def openings(motion: Motion) -> Reals:
-    """Joint gaps [m], (joints, positions), of pins, welds, and blocks that left their line or rotated."""
+    """Return the gaps of pins, welds and sliders [m], shape (gaps, positions).
+
+    A weld or slider also has a gap if it is rotated, which is the angle times the size of the mechanism.
+    """
     mechanism = motion.mechanism
     names = sorted({name for link in mechanism.links for name in link.points})
     rows = [np.zeros(motion.columns)]
@@ -39,12 +42,12 @@ def openings(motion: Motion) -> Reals:
 
 
 def ground_moment(deflection: Deflection, centre: Complex) -> Reals:
-    """Moment of the mechanism on the ground about a point [N m], shape (positions,)."""
+    """Return the moment of the mechanism on the ground about a point [N m], shape (positions,)."""
     return deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
 
 
 def applied(motion: Motion, masses: Masses, centre: Complex) -> tuple[Complexes, Reals]:
-    """Resultant of gravity and all given loads: force [N], complex, and moment [N m]."""
+    """Return the resultant of gravity and all given loads: force [N], complex, and moment [N m]."""
     weight = masses.mass * (motion.mechanism.gravity + 0j)
     force = np.zeros(motion.columns, complex) + weight.sum()
     moment = cross(places(motion, masses) - centre, weight).sum(axis=0)
@@ -60,7 +63,7 @@ def _point_load(motion: Motion, load: Any) -> Sequence[tuple[Any, Any, Any]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]:
-    """Point forces of a line load at the Gauss points of the beam."""
+    """Return the point forces at the Gauss points of the beam that are equivalent to a line load."""
     at = motion.mechanism.index[load.link]
     link = motion.mechanism.links[at]
     beam = link.beams[load.beam]
@@ -78,14 +81,14 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
 
 
 def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
-    """Additional moment of gravity and forces due to the displacement of their points [N m]."""
+    """Return the additional moment of gravity and point forces due to the displacement of their points [N m]."""
     motion = deflection.motion
     pushed: Reals = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
             pushed = pushed + cross(displacement_of(deflection, link, point), force)
     for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
-        if joint.parent == 0 and not joint.turns:  # a block displaced on the ground shifts its ground force
+        if joint.parent == 0 and not joint.turns:  # the ground force moves with a block that is displaced on the ground
             pushed = pushed + cross(
                 displacement_of(deflection, joint.child, motion.mechanism.slider_points[joint.name]), force
             )

@@ -1,4 +1,4 @@
-"""Moving masses as points: positions, velocities, elastic displacements, and their rates by differences."""
+"""Moving masses as point masses: positions, velocities, elastic displacements, and their rates by differences."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,30 +10,30 @@ from elastic import Deflection, displacement_of, rotation_of, sample
 from rigid import Mechanism, Motion, Posture, posture
 from rigid.arrays import Complexes, Integers, Reals
 
-GAUSS_POINTS = 8  # Gauss points along a beam
-GRANTED = 1e-6
-"""Largest accepted residual, relative to the largest ground force or moment, velocity or size."""
+GAUSS_POINTS = 8  # number of Gauss points along a beam
+TOLERANCE = 1e-6
+"""Default of the largest accepted residual, see `balance`."""
 STEP = 0.01
-"""Step of the differences, relative to the time in which the fastest link turns by 1 rad."""
+"""Step of the differences, relative to the time in which the fastest link rotates by 1 rad."""
 EIGHTH = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 SIXTH = (3 / 4, -3 / 20, 1 / 60, 0.0)
-"""Central differences of orders eight and six; their difference estimates the error."""
+"""Weights of central differences of orders eight and six, the difference of which estimates the error."""
 
 MotionNear = Callable[[Reals, Posture], Motion]
 
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """All moving masses as points; arrays of shape (masses, 1) except `link`.
+    """All moving masses as point masses, in arrays of shape (masses, 1) except `link`.
 
     Attributes
     ----------
     link
-        Number of the link, shape (masses,).
+        Index of the link, shape (masses,).
     place
-        Position in the link's axes [m], complex.
+        Position in the axes of the link [m], complex.
     mass, inertia
-        Mass [kg] and rotary inertia about the point [kg m^2]; for beams, the sections' rotary inertia.
+        Mass [kg] and rotary inertia about the point [kg m^2]; for beams, the rotary inertia of the sections.
     """
 
     link: Integers
@@ -43,7 +43,7 @@ class Masses:
 
 
 def masses_of(mechanism: Mechanism) -> Masses:
-    """Gauss points of the beams, beam by beam, then the centres of the lumps."""
+    """Return the point masses: the Gauss points of all beams, followed by the centres of the lumps."""
     rows: list[tuple[int, Any, Any, Any]] = []
     for at, beam in mechanism.beams:
         points = mechanism.links[at].points
@@ -65,24 +65,24 @@ def masses_of(mechanism: Mechanism) -> Masses:
 
 
 def gauss() -> tuple[Reals, Reals]:
-    """Gauss points and weights on [0, 1]."""
+    """Return Gauss points and weights on [0, 1]."""
     points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     return (points + 1) / 2, weights / 2
 
 
 def places(motion: Motion, masses: Masses) -> Complexes:
-    """Positions of the masses [m], complex, shape (masses, positions)."""
+    """Return the positions of the masses [m], complex, shape (masses, positions)."""
     return motion.origin[masses.link] + motion.direction[masses.link] * masses.place
 
 
 def velocities(motion: Motion, masses: Masses) -> Complexes:
-    """Velocities of the masses from the motion [m/s], complex, shape (masses, positions)."""
+    """Return the velocities of the masses in the rigid motion [m/s], complex, shape (masses, positions)."""
     turning = 1j * motion.angular_velocity[masses.link] * motion.direction[masses.link]
     return motion.velocity[masses.link] + turning * masses.place
 
 
 def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
-    """Displacements [m], complex, and rotations [rad], shape (masses, positions)."""
+    """Return the displacements [m], complex, and rotations [rad] of the masses, shape (masses, positions)."""
     motion = deflection.motion
     mechanism = motion.mechanism
     u, w, phi = (sample(deflection, field, gauss()[0]) for field in ("u", "w", "phi"))
@@ -103,9 +103,9 @@ def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Velocities [m/s], accelerations [m/s^2], complex, and angular accelerations [1/s^2].
+    """Velocities [m/s], accelerations [m/s^2], complex, and angular accelerations [1/s^2], shape (masses, positions).
 
-    Shape (masses, positions); `known` marks positions with resolved differences.
+    `known` is True at the positions at which the differences are accurate, shape (positions,).
     """
 
     velocity: Any
@@ -115,7 +115,7 @@ class Rates:
 
 
 def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tuple[float, float]) -> Rates:
-    """Differentiate over a few short steps before and after each position."""
+    """Differentiate positions and velocities over a few short steps before and after each position."""
     step = STEP * _pace(motion)
     far = len(EIGHTH) * step
     inside = (motion.time - far >= span[0]) & (motion.time + far <= span[1])
@@ -130,19 +130,19 @@ def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tupl
     good, rough = (np.tensordot(weights, steps, 1) / step for weights in (EIGHTH, SIXTH))
     largest = np.abs(good).max(axis=(1, 2), initial=0.0, where=np.isfinite(good), keepdims=True)
     known = inside.copy()
-    known[inside] = (np.abs(good - rough) <= GRANTED / 10 * largest).all(axis=(0, 1))
+    known[inside] = (np.abs(good - rough) <= TOLERANCE / 10 * largest).all(axis=(0, 1))
     rates = np.full((*good.shape[:2], *motion.columns), np.nan, complex)
     rates[..., inside] = good
     return Rates(rates[0], rates[1], rates[2].real, known)
 
 
 def _carried(motion: Motion, masses: Masses) -> Complexes:
-    """Positions and velocities of the masses and their angular velocities, (3, masses, positions)."""
+    """Return positions, velocities and angular velocities of the masses, shape (3, masses, positions)."""
     return np.array([places(motion, masses), velocities(motion, masses), motion.angular_velocity[masses.link]])
 
 
 def _pace(motion: Motion) -> float:
-    """Shortest time of a 1 rad rotation or a displacement by the mechanism's size [s]."""
+    """Return the time in which the fastest link rotates by 1 rad or moves by the size of the mechanism [s]."""
     known = np.isfinite(motion.velocity)
     turns = np.abs(motion.angular_velocity).max(initial=0.0, where=known)
     goes = np.abs(motion.velocity).max(initial=0.0, where=known)
@@ -152,7 +152,7 @@ def _pace(motion: Motion) -> float:
 
 
 def size_of(motion: Motion, known: Any) -> float:
-    """Larger of the width and height of the area that the points of the links sweep [m]."""
+    """Return the larger of the width and height of the area that the points of the links sweep [m]."""
     points = [motion.origin[at] + motion.direction[at] * point
               for at, link in enumerate(motion.mechanism.links) for point in link.points.values()]  # fmt: skip
     reached = np.array(points)[:, known]

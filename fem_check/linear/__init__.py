@@ -1,1 +1,1 @@
-"""The quasi-static answer by finite elements, and its difference from the closed forms."""
+"""Quasi-static solution by finite elements, and its comparison with the closed forms."""

@@ -1,4 +1,4 @@
-"""Lengths, compliances and loads of all beams, as multiples of unit beams."""
+"""Lengths, compliances and loads of all beams, which are scaled unit beams."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from rigid.kinematics import repeated, stacked
 
 @dataclass(frozen=True, eq=False)
 class LoadedBeams:
-    """Lengths, directions, compliances and loads of all beams; rows of shape (beams, ..., positions).
+    """Lengths, directions, compliances and loads of all beams, in arrays of shape (beams, ..., positions).
 
     Attributes
     ----------
     length, axis
-        [m], and unit vector of x' in the ground's axes.
+        Length [m], and unit vector of x' in ground axes.
     stretch, bend, shear, strain
-        1/EA, 1/EI, 1/kGA at the start, and free strain.
+        1/EA, 1/EI and 1/kGA at the start, and free strain.
     along, across
-        q_x; and q_y followed by the moments per length divided by the length [N/m], at the unit beams' stations. Shapes
-        (stations, beams, ..., positions) and (2 stations, beams, ..., positions).
+        Distributed loads at the stations of the unit beams [N/m]. `along` is q_x, shape (stations, beams, ...,
+        positions). `across` is q_y, followed by the moments per length divided by the length of the beam, shape
+        (2 stations, beams, ..., positions).
     units
         Unit beam of each beam.
     blocks
-        Slider blocks on beams.
+        Responses to the sliding blocks on beams.
     """
 
     length: Reals
@@ -51,20 +52,20 @@ class LoadedBeams:
 
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
-        """Unit beams, each with the numbers of its beams, or a slice for all."""
+        """Distinct unit beams, each with the indices of its beams, or a slice if there is only one."""
         units = {id(unit): unit for unit in self.units}
         if len(units) == 1:
             return [(self.units[0], slice(None))]
         return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in units.values()]
 
     def per_beam(self, values: Any) -> Reals:
-        """Evaluate a function of each beam's unit beam, shape (n, beams, 1, ...)."""
+        """Evaluate a function of the unit beam of each beam, shape (n, beams, 1, ...)."""
         found = {id(unit): values(unit) for unit in self.units}
         table = np.array([found[id(unit)] for unit in self.units])
         return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
 
     def numbered(self, number: int) -> LoadedBeams:
-        """Select one beam, rows of shape (..., positions)."""
+        """Select one beam, with arrays of shape (..., positions)."""
         rows = ("length", "axis", "stretch", "bend", "shear", "strain")
         own = {name: getattr(self, name)[number] for name in rows}
         return replace(
@@ -77,19 +78,20 @@ class LoadedBeams:
         )
 
     def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Flexibility of a beam at one of its points, scaled from the unit beam.
+        """Return the flexibility of a beam at one of its points, scaled from the unit beam.
 
         Parameters
         ----------
         size
-            Scale of rotations and moments [m]: rotations are multiplied and moments divided by it.
+            Reference length for rotations and moments [m]. Rotations are multiplied and moments divided by it.
         u, w, phi, slide
-            See `UnitBeam`. u: under an axial force; w, phi: under a transverse force and a moment; slide: under a
-            transverse force.
+            Values of a `UnitBeam` at the point: u under an axial force, w and phi under a transverse force and a
+            moment, and slide under a transverse force.
 
         Returns
         -------
-        Axial and transverse displacement and rotation per axial and transverse force and moment, (3, 3, ...) [m/N].
+        Axial displacement, transverse displacement and rotation per axial force, transverse force and moment [m/N],
+        shape (3, 3, ...).
         """
         matrix = np.zeros((3, 3, *self.length.shape))
         matrix[0, 0] = self.length * self.stretch * u
@@ -101,7 +103,7 @@ class LoadedBeams:
         return matrix
 
     def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Displacement by the distributed loads and the free strain, shape (3, ...) [m]."""
+        """Return the displacement due to the distributed loads and the free strain [m], shape (3, ...)."""
         along, across = self.along, self.across
         displacement = np.empty((3, *self.length.shape))
         displacement[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
@@ -124,7 +126,7 @@ def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
 
 
 def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> LoadedBeams:
-    """Compute length, direction, compliance and load of all beams."""
+    """Compute the length, direction, compliance and loads of all beams."""
     motion, columns = frame.motion, frame.motion.columns
     bodies = frame.bodies[: len(sections)]
     tapers = (taper for _, beam in motion.mechanism.beams for taper in (beam.mass_taper, beam.rotary_taper))

@@ -1,7 +1,7 @@
-"""Slider blocks on beams: subdivide the element under the block at each position.
+"""Sliding blocks on beams: the element under the block is subdivided at each position.
 
-Assembly and condensation are vectorised over positions here. scikit-fem would need a mesh and a matrix per position;
-the tests subdivide the element in scikit-fem's mesh.
+Assembly and condensation are vectorised over the positions here, because scikit-fem would need a mesh and a matrix for
+each position. The tests compare with an element that is subdivided in a mesh of scikit-fem.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from fem_check.linear.lines import ElementRow
 from fem_check.linear.unit_beam import UnitBeam
 from rigid.arrays import Reals
 
-MIN_NODE_DISTANCE = 1e-14  # smallest distance of a block from a node, relative to the element's length
+MIN_NODE_DISTANCE = 1e-14  # smallest distance of a block from a node, relative to the length of the element
 
 
 class Divided:
-    """Element under a block, split in two at the block, with inner dofs condensed.
+    """Element under a block, split in two at the block, with condensed inner dofs.
 
-    Shapes use (...) for the columns and m for the dofs of a node. Values are those of elements of length 1.
+    In shapes, (...) stands for the columns and m for the number of dofs of a node. Values are for elements of length 1.
 
     Attributes
     ----------
     number
-        Element number, shape (...).
+        Index of the element, shape (...).
     place
         Position of the block in the element, from 0 to 1.
     carry
-        Displacement of the block per displacement of the element's ends, shape (..., m, 2 m).
+        Displacement of the block per unit displacement of the ends of the element, shape (..., m, 2 m).
     """
 
     def __init__(self, line: ElementRow, xi: Any) -> None:
@@ -57,7 +57,7 @@ class Divided:
         self.carry = self._carried(-self.soft @ matrix[..., inner, ends])
 
     def _carried(self, carry: Any) -> Reals:
-        """Correct the nearer end's share by a rigid motion, to limit round-off."""
+        """Compute the share of the nearer end from rigid motion, to limit round-off."""
         m, rigid = self.line.kind.nodal, self.line.kind.rigid
         by_start, by_end = carry[..., :m], carry[..., m:]
         from_start = np.concatenate((rigid(self.place) - by_end @ rigid(1.0), by_end), axis=-1)
@@ -65,12 +65,12 @@ class Divided:
         return np.where(self.place[..., None, None] < 0.5, from_start, from_end)
 
     def _along(self, low: Reals, length: Reals) -> Reals:
-        """Quadrature points of a part of the element, as xi of the line, (..., points)."""
+        """Return the quadrature points of a part of the element as xi of the beam, shape (..., points)."""
         inside = low[..., None] + length[..., None] * self.line.kind.points
         return (self.number[..., None] + inside) / self.line.elements
 
     def of_nodes(self, values: Reals) -> Reals:
-        """Block displacement from nodal values (m, loads, nodes) or (m, loads, ..., nodes)."""
+        """Return the displacement of the block from nodal values, shape (m, loads, nodes) or (m, loads, ..., nodes)."""
         moving = values.ndim > 3
         m = len(values)
         ends = []
@@ -83,7 +83,7 @@ class Divided:
         return found.reshape(m, *found.shape[1:])
 
     def of_spread(self, load_at: Any, couples: bool = False) -> Reals:
-        """Block displacement by loads or couples along the clamped element, (m, loads, ...)."""
+        """Return the displacement of the block due to loads or couples along the clamped element, (m, loads, ...)."""
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for low, length, dofs in self.parts:
@@ -97,7 +97,7 @@ class Divided:
         return total
 
     def of_point(self, other: Divided) -> Reals:
-        """Block displacement by unit loads of a block on the same clamped element, (m, m, ...)."""
+        """Return the displacement of the block due to unit loads of another block on the element, shape (m, m, ...)."""
         if other is self:
             return np.moveaxis(self.soft[..., : self.line.kind.nodal], (-2, -1), (0, 1))
         kind, m = self.line.kind, self.line.kind.nodal
@@ -115,11 +115,11 @@ class Divided:
         return total
 
     def pushed(self) -> tuple[Reals, Reals]:
-        """Nodal values and element forces under unit loads of the block.
+        """Return nodal values and element forces under unit loads of the block.
 
         Returns
         -------
-        Shapes (m, m loads, ..., nodes) and (dofs of an element, m loads, ..., elements).
+        Arrays of shape (m, m loads, ..., nodes) and (dofs of an element, m loads, ..., elements).
         """
         m, elements = self.line.kind.nodal, np.arange(self.line.elements)
         values, forces = self.line.influence
@@ -133,17 +133,17 @@ class Divided:
 
 
 class BlockResponse:
-    """Unit beam's response to loads of a block, and the block's displacement.
+    """Response of a unit beam to the loads of a block, and displacement of the block.
 
     Attributes
     ----------
     beam, xi
-        Beam number and position of the block on it, shape (...).
+        Index of the beam, and position of the block on it, shape (...).
     w, phi, u, slide
         Displacement of the block under the loads of `UnitBeam`, shape (loads, ...).
     nodes
-        u, w, phi, slide, N, V, M at the nodes, shape (loads, ..., nodes). Loads: an axial force for u and N; a
-        transverse force and a moment for w, phi, V and M; a transverse force for slide.
+        u, w, phi, slide, N, V, M at the nodes, shape (loads, ..., nodes). The loads are an axial force for u and N, a
+        transverse force and a moment for w, phi, V and M, and a transverse force for slide.
     """
 
     def __init__(self, beam: int, xi: Reals, unit: UnitBeam) -> None:
@@ -183,7 +183,7 @@ class BlockResponse:
         }
 
     def under(self, other: BlockResponse) -> tuple[Reals, Reals, Reals, Reals]:
-        """u, w, phi, slide of this block under unit loads of another on its beam, (loads, ...)."""
+        """Return u, w, phi, slide of this block under unit loads of another block on the beam, shape (loads, ...)."""
         n = float(self.unit.bending.elements)
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi))
         given = np.array((other.nodes["w"], other.nodes["phi"] / n))
@@ -194,5 +194,5 @@ class BlockResponse:
 
 
 def _at_nodes(starts: Reals, ends: Reals) -> Reals:
-    """Section force at the nodes: at each element's start and at the last one's end."""
+    """Return a section force at the nodes: at the start of each element and at the end of the last one."""
     return np.concatenate((starts, ends[..., -1:]), axis=-1)

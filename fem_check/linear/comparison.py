@@ -1,4 +1,4 @@
-"""Comparison of closed forms with finite elements."""
+"""Comparison of the closed forms with finite elements."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,23 +11,27 @@ from rigid import Reals
 from rigid.arrays import Columns
 
 TOLERANCE = 1e-8
-"""Tolerance for beams without taper: their nodal values are exact except for round-off."""
+"""Tolerance for prismatic beams, for which nodal values are exact except for round-off."""
 MAX_TOLERANCE = 1e-3
-"""Largest tolerance for tapered beams; their nodal values converge with order four."""
+"""Largest tolerance for tapered beams, for which nodal values converge with order four."""
 TAPER_DIVISOR = 250.0
-"""Divisor of the fourth power of the rigidity change per element; errors were 1/7 to 1/2 of this."""
+"""The tolerance is the fourth power of the relative rigidity change per element, divided by this.
+
+Measured errors were 1/7 to 1/2 of the tolerance.
+"""
 MIN_REFERENCE = 1e-6
-"""Smallest reference of a field's relative difference, relative to the related fields."""
+"""Smallest reference for the relative difference of a field, relative to the related fields."""
 MIN_NODE_DISTANCE = 1e-9
-"""Distance of a block from a node, in beam lengths, below which jumping section forces are skipped."""
+"""Discontinuous section forces are not compared at a node closer than this to a block [beam lengths]."""
 
 
 @dataclass(frozen=True)
 class Worst:
     """Largest difference of a field.
 
-    `beam`, `xi` and `position` (or (design, position)) locate it. `difference` [units of the field] is absolute;
-    `relative` refers to `scale`, the field's largest magnitude over all beams, nodes and positions.
+    It occurs at `beam`, `xi` and `position`, which is (design, position) if there are several designs. `difference` is
+    absolute [unit of the field]. `relative` is relative to `scale`, the largest magnitude of the field over all beams,
+    nodes and positions.
     """
 
     field: str
@@ -48,14 +52,15 @@ class Comparison:
     worst
         Largest difference of each field, in the order of `elastic.PRIMARY`.
     relative
-        Largest difference per field and beam over the cycle, relative to the field's largest magnitude on any beam,
-        shape (6, beams). It decides `passed`.
+        Largest difference of each field on each beam over the cycle, relative to the largest magnitude of the field on
+        any beam, shape (6, beams). `passed` depends on it.
     own
-        The same relative to the field's largest magnitude on that beam, a stricter measure for stiff beams.
+        The same, relative to the largest magnitude of the field on that beam, which is a stricter measure for stiff
+        beams.
     compared
-        Number of positions with an answer on both sides (all positions if there are no beams). If only one side has an
-        answer, the difference is infinite. Positions with a slider's block beyond its beam are excluded, and so are N,
-        V and M at a node under a block.
+        Number of positions for which both solutions exist (all positions if there are no beams). If only one of them
+        exists, the difference is infinite. Positions with a block beyond its beam are excluded, as are N, V and M at a
+        node under a block.
     tolerance
         Largest accepted value of `relative`.
     """
@@ -78,26 +83,27 @@ class Comparison:
 
 
 def compare(deflection: Deflection, solution: Solution, tolerance: float | None = None) -> Comparison:
-    """Compare closed forms and finite elements at the nodes, by field and beam.
+    """Compare the closed forms with finite elements at the nodes, by field and beam.
 
     Parameters
     ----------
     tolerance
-        Default `TOLERANCE`; for tapered beams the discretisation error 1/elements^4, more for steep tapers.
+        Largest accepted relative difference. The default is `TOLERANCE`, or for tapered beams the discretisation error,
+        which is 1/elements^4 or more for steep tapers.
 
     Raises
     ------
     ValueError
-        The numbers of beams or positions differ.
+        If the numbers of beams or positions differ.
     """
     expected = (len(deflection.sections), *deflection.motion.columns)
     if expected != solution.w.shape[:-1]:
         raise ValueError(f"a deflection of {expected} beams and positions, a solution of {solution.w.shape[:-1]}")
     if tolerance is None:
-        tolerance = _granted([section.taper for section in solution.sections if section.taper], solution.elements)
+        tolerance = _tolerance_for([section.taper for section in solution.sections if section.taper], solution.elements)
     values = np.array([sample(deflection, field, solution.xi) for field in PRIMARY])
     checked = np.array([getattr(solution, field) for field in PRIMARY])
-    _leave_out(deflection, solution.xi, values, checked)
+    _exclude(deflection, solution.xi, values, checked)
     known, checked_known = np.isfinite(values), np.isfinite(checked)
     magnitude = np.where(known, np.abs(values), 0.0)
     difference = np.where(
@@ -126,8 +132,8 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     )
 
 
-def _granted(tapers: Sequence[Taper], elements: int) -> float:
-    """Tolerance for tapered beams with this number of elements."""
+def _tolerance_for(tapers: Sequence[Taper], elements: int) -> float:
+    """Return the default tolerance for tapered beams with a number of elements."""
     if not tapers:
         return TOLERANCE
     xi = np.linspace(0.0, 1.0, 65)
@@ -139,8 +145,8 @@ def _granted(tapers: Sequence[Taper], elements: int) -> float:
     return float(max(TOLERANCE, min(MAX_TOLERANCE, left)))
 
 
-def _leave_out(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -> None:
-    """Exclude ill-conditioned positions, blocks beyond beams, and jumping section forces."""
+def _exclude(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -> None:
+    """Set values to nan at ill-conditioned positions, with blocks beyond beams, and at jumps of section forces."""
     for array in (values, checked):
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
@@ -152,7 +158,7 @@ def _leave_out(deflection: Deflection, xi: Reals, values: Reals, checked: Reals)
 
 
 def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
-    """Raise magnitudes to `MIN_REFERENCE` times those of related fields on a beam of this size."""
+    """Increase magnitudes to at least `MIN_REFERENCE` times those of the related fields on a beam of this size."""
     force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         force = np.maximum(force, np.nan_to_num(greatest[2] / length))
@@ -162,14 +168,14 @@ def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns)
 
 
 def _ratio(difference: Reals, scale: Reals) -> Reals:
-    """Difference divided by scale; zero if there is no difference."""
+    """Return the difference divided by the scale, or zero if there is no difference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Reals = np.where(difference == 0.0, 0.0, difference / scale)
     return ratio
 
 
 def _worst(field: str, difference: Reals, scale: float, xi: Reals) -> Worst:
-    """Locate the largest difference in an array (beams, ..., positions, nodes)."""
+    """Locate the largest difference in an array of shape (beams, ..., positions, nodes)."""
     beam, *position, node = (int(number) for number in np.unravel_index(np.argmax(difference), difference.shape))
     value = float(difference[beam, *position, node])
     where = position[0] if len(position) == 1 else tuple(position)

@@ -1,8 +1,8 @@
 """Tables of the two element types of beams, for an element of length 1.
 
-The element starts at the origin: scikit-fem builds its Hermite element from powers of the coordinate, which lose
-digits far from it. Slider blocks and moving nodes need different elements at each position. The tables evaluate
-thousands at once; scikit-fem would need a `Basis` per position.
+The element starts at the origin, because scikit-fem constructs its Hermite element from powers of the coordinate, which
+lose digits far from the origin. Sliding blocks and moving nodes need different elements at each position. The tables
+evaluate thousands of them at once, whereas scikit-fem would need a `Basis` for each position.
 """
 
 from dataclasses import dataclass
@@ -18,24 +18,27 @@ QUADRATURE_DEGREE = 13  # degree of exact integration: rigidities up to degree 1
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElementKind:
-    """Element type, of length 1.
+    """Element type, for an element of length 1.
 
     Attributes
     ----------
     element, form
-        scikit-fem's element class (its Hermite elements store mesh data), and the weak form of the stiffness.
+        Element class of scikit-fem, and weak form of the stiffness. A class is stored because Hermite elements keep
+        data of their mesh.
     nodal
-        Number of dofs per node; the dofs of both end nodes come first.
+        Number of dofs per node. The dofs of both end nodes come first.
     order
         The stiffness scales with length to the power -order.
     turns
-        Per dof: 1 for a slope times the length, 0 for a displacement.
+        1 for each dof that is a slope times the length, 0 for a displacement.
     opens
-        Deformations per dof, shape (2, dofs); `opened` are the dofs equal to them if all others are zero.
+        Deformations per unit dof, shape (2, dofs). `opened` are the dofs that equal the deformations if all others are
+        zero.
     whole
-        Factor that makes the prismatic stiffness integer.
+        Factor that makes the stiffness of a prismatic element an integer matrix.
     shape, strain, points, weights
-        Shape functions, and curvature or strain, at the quadrature points, shape (dofs, points).
+        Shape functions and their curvature or strain at the quadrature points, shape (dofs, points), with points and
+        weights.
     """
 
     element: type
@@ -55,20 +58,20 @@ class ElementKind:
         return f"ElementKind({self.element.__name__})"
 
     def stiffness(self, rigidity: Reals, length: Any = 1.0) -> Reals:
-        """Stiffness matrices for given lengths and rigidities.
+        """Return stiffness matrices for given rigidities and lengths, vectorised over elements.
 
-        Equals scikit-fem's `form.elemental(basis, rigidity=...)`, vectorised over elements.
+        The result equals `form.elemental(basis, rigidity=...)` of scikit-fem.
 
         Parameters
         ----------
         rigidity
-            Shape (..., points).
+            Rigidity at the quadrature points, shape (..., points).
         length
-            Shape (...).
+            Lengths of the elements, shape (...).
 
         Returns
         -------
-        Shape (..., dofs, dofs).
+        Array of shape (..., dofs, dofs).
         """
         matrix = np.einsum("...g,ig,jg->...ij", rigidity * self.weights, self.strain, self.strain)
         scale = np.power.outer(np.asarray(length, float), self.turns)
@@ -76,7 +79,7 @@ class ElementKind:
         return matrix * unit * scale[..., :, None] * scale[..., None, :]
 
     def rigid(self, distance: Any) -> Reals:
-        """Rigid-body motion of a node per motion of another, `distance` before it, (..., m, m)."""
+        """Return the rigid-body motion of a node per unit motion of a node at `distance` before it, (..., m, m)."""
         matrix = np.zeros((*np.shape(distance), self.nodal, self.nodal))
         matrix[...] = np.eye(self.nodal)
         for slope in np.flatnonzero(self.turns[: self.nodal]):
@@ -84,13 +87,13 @@ class ElementKind:
         return matrix
 
     def sampled(self, stations: Any, derivative: bool = False) -> Reals:
-        """Shape functions, or their slopes, at stations from 0 to 1, shape (dofs, stations)."""
+        """Evaluate the shape functions or their slopes at stations from 0 to 1, shape (dofs, stations)."""
         basis = basis_of_one(self.element, (np.atleast_2d(stations), np.ones(np.size(stations))))
         return np.array([_values(function[0].grad if derivative else function[0]) for function in basis.basis])
 
 
 def basis_of_one(element: type, quadrature: Any = None) -> Any:
-    """scikit-fem's basis on the element from 0 to 1."""
+    """Return the basis of scikit-fem on the element from 0 to 1."""
     from skfem import Basis, MeshLine
 
     given = {"intorder": QUADRATURE_DEGREE} if quadrature is None else {"quadrature": quadrature}
@@ -103,7 +106,7 @@ def _values(field: Any) -> Reals:
 
 @lru_cache(maxsize=1)
 def hermite() -> ElementKind:
-    """Cubic elements for bending: dofs w, slope, w, slope."""
+    """Return the cubic element for bending, with the dofs w, slope, w, slope."""
     from skfem import ElementLineHermite
 
     from fem_check.linear.forms import bending
@@ -114,7 +117,7 @@ def hermite() -> ElementKind:
 
 @lru_cache(maxsize=1)
 def quadratic() -> ElementKind:
-    """Quadratic Lagrange elements for tension and shear: dofs start, end, middle."""
+    """Return the quadratic Lagrange element for tension and shear, with dofs at start, end and middle."""
     from skfem import ElementLineP2
 
     from fem_check.linear.forms import stretching

@@ -1,7 +1,8 @@
-"""Equilibrium and compatibility of the frame: constraint forces and body displacements.
+"""Equilibrium and compatibility of the frame: constraint forces and displacements of the bodies.
 
-The beams enter by the flexibility of their ends, which solves all positions in one call and avoids the round-off of a
-fine mesh. The tests compare with the full matrix, assembled and condensed by scikit-fem (tests/fem_direct.py).
+The beams are represented by the flexibility of their ends. All positions are then solved in one call, without the
+round-off of a fine mesh. The tests compare with the full matrix, assembled and condensed by scikit-fem
+(tests/fem_direct.py).
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,11 +22,11 @@ from rigid.plane import cross
 
 @dataclass(frozen=True, eq=False)
 class Wrenches:
-    """Wrenches on the bodies by unit multipliers of the constraints; last row: loads.
+    """Wrenches on the bodies due to unit multipliers of the constraints, and due to the loads (last row).
 
-    Forces [N], and moments divided by `size` [N]. `total`: about the start of each body in the ground's axes, shape
-    (..., positions, rows + 1, bodies, 3). `spots`: the part that acts at the frame's spots, in the beams' own axes,
-    shape (..., positions, rows + 1, spots, 3).
+    A wrench is a force [N] and a moment divided by `size` [N]. `total` is the wrench about the start of each body in
+    ground axes, shape (..., positions, rows + 1, bodies, 3). `spots` is the part that acts at the spots of the frame,
+    in beam axes, shape (..., positions, rows + 1, spots, 3).
     """
 
     total: Reals
@@ -39,7 +40,10 @@ def wrenches_of(
     beams: LoadedBeams,
     more: Sequence[tuple[FramePlace | None, Columns, Columns]] = (),
 ) -> Wrenches:
-    """Wrenches of all constraints and loads; `more` loads: place, force [N], moment [N m]."""
+    """Compute the wrenches of all constraints and loads.
+
+    `more` contains additional loads: place, force [N], moment [N m].
+    """
     columns = frame.motion.columns
     total = np.zeros((*columns, len(rows) + 1, len(frame.bodies), 3))
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
@@ -71,7 +75,7 @@ def wrenches_of(
 
 
 def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
-    """Resultants of distributed loads about the beams' starts: force and moment."""
+    """Return the force and moment resultants of the distributed loads about the starts of the beams."""
     if not beams.units:
         return beams.length * beams.axis, beams.length
     along, across, turn = (
@@ -86,11 +90,12 @@ def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
 
 
 def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> tuple[Reals, Reals]:
-    """Solve the frame for constraint multipliers and body displacements.
+    """Solve for the multipliers of the constraints and the displacements of the bodies.
 
     Returns
     -------
-    Shapes (..., positions, rows) [N, moments over the size] and (..., positions, bodies, 3) [m, rad].
+    Multipliers of shape (..., positions, rows) [N] (moments divided by the size), and displacements of shape (...,
+    positions, bodies, 3) [m, rad].
     """
     system = _System(motion.columns, rows, beams, wrenches)
     regular = motion.condition <= SINGULAR
@@ -109,18 +114,19 @@ def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: 
 
 
 class _System:
-    """Linear system of the frame: constraint gaps and body equilibrium.
+    """Linear system of the frame: gaps of the constraints, and equilibrium of the bodies.
 
-    Gaps are scaled by the largest compliance.
+    Gaps are divided by the largest compliance.
 
     Attributes
     ----------
     unit
-        [m/N].
+        Largest compliance [m/N].
     soft
-        Compliance of the constraints, shape (rows,).
+        Compliance of the constraints divided by `unit`, shape (rows,).
     known
-        Resultants on the bodies by unit multipliers and by the loads, shape (..., positions, rows + 1, freedoms).
+        Resultants on the bodies due to unit multipliers and due to the loads, shape (..., positions, rows + 1,
+        freedoms).
     """
 
     def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> None:
@@ -140,7 +146,7 @@ class _System:
             self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
 
     def opened(self, loads: Reals) -> Reals:
-        """Constraint gaps (..., loads, rows) under loads on the spots (..., loads, spots, 3)."""
+        """Return the gaps of the constraints, (..., loads, rows), under loads on the spots, (..., loads, spots, 3)."""
         moved = np.zeros_like(loads)
         ends = self._ends.shape[-3]
         moved[..., :ends, :] = np.einsum("...rki,...kij->...rkj", loads[..., :ends, :], self._ends)
@@ -149,9 +155,10 @@ class _System:
         return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
 
     def left(self, solved: Reals | None) -> Reals:
-        """Negative residual of gaps and equilibrium; for None, of the zero solution.
+        """Return the negative residual of gaps and equilibrium for a solution, or for zero if it is None.
 
-        Evaluated beam by beam: sums in the matrix lose the small compliance of stiff beams next to soft ones.
+        The residual is evaluated beam by beam, because sums in the matrix lose the small compliance of stiff beams next
+        to soft ones.
         """
         count = len(self.soft)
         loads = self._spots[..., -1:, :, :]
@@ -166,12 +173,12 @@ class _System:
 
 
 def _ends(beams: LoadedBeams, size: float) -> tuple[Reals, Reals]:
-    """Flexibility of the beams' ends, and their displacement by distributed loads and strain.
+    """Return the flexibility of the ends of the beams, and their displacement due to distributed loads and strain.
 
     Returns
     -------
-    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m]; rotations are times `size` and
-    moments over it.
+    Arrays of shape (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m], with rotations multiplied
+    and moments divided by `size`.
     """
     if not beams.units:
         shape = (*beams.length.shape[1:], 0, 3)
@@ -191,7 +198,7 @@ def _ends(beams: LoadedBeams, size: float) -> tuple[Reals, Reals]:
 
 
 def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]]:
-    """Yield block couplings: loaded spot, moved spot, flexibility (..., positions, 3, 3)."""
+    """Yield the couplings by blocks: loaded spot, displaced spot, flexibility of shape (..., positions, 3, 3)."""
     ends = len(beams.length)
     for number, block in enumerate(beams.blocks, ends):
         beam = beams.numbered(block.beam)
@@ -207,7 +214,7 @@ def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]
 
 
 def _block_bent(beams: LoadedBeams, size: float) -> Reals:
-    """Block displacements by distributed loads and free strain, (..., positions, blocks, 3)."""
+    """Return the displacements of blocks due to distributed loads and free strain, (..., positions, blocks, 3)."""
     bent = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
         for block in beams.blocks
@@ -216,7 +223,7 @@ def _block_bent(beams: LoadedBeams, size: float) -> Reals:
 
 
 def _solved(matrix: Reals, right: Reals, regular: Flags) -> Reals:
-    """Solve the regular positions; nan at singular ones."""
+    """Solve at the regular positions; the solution is nan at singular ones."""
     good = regular & np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
     solution = np.full_like(right, np.nan)
     try:

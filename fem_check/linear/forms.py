@@ -1,4 +1,4 @@
-"""Weak forms of beams, in scikit-fem's terms."""
+"""Weak forms of beams for scikit-fem."""
 
 from typing import Any
 
@@ -14,17 +14,17 @@ def bending(w: Any, v: Any, given: Any) -> Any:
 
 @BilinearForm
 def stretching(u: Any, v: Any, given: Any) -> Any:
-    """Virtual work of axial forces on strains (EA), or of shear forces on shear strains (kGA)."""
+    """Virtual work of axial forces on strains (`rigidity` is EA), or of shear forces on shear strains (kGA)."""
     return given.rigidity * dot(grad(u), grad(v))
 
 
 @LinearForm
 def pushed(v: Any, given: Any) -> Any:
-    """Virtual work of a force per length, `load`, on v."""
+    """Virtual work of the force per length `load` on v."""
     return given.load * v
 
 
 @LinearForm
 def twisted(v: Any, given: Any) -> Any:
-    """Virtual work of a moment per length, `load`, on the slope of v."""
+    """Virtual work of the moment per length `load` on the slope of v."""
     return given.load * grad(v)[0]

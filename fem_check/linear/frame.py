@@ -1,4 +1,4 @@
-"""Mechanism as bodies: each beam is a body clamped to its own axes at its start."""
+"""Mechanism as a frame of bodies; each beam is a body with axes clamped to its start."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,16 +8,16 @@ import numpy as np
 from rigid import Link, MechanismError, Motion, Slider, position_of
 from rigid.arrays import Columns, Complexes
 
-MAX_MISALIGNMENT = 1e-9  # largest sine of the angle, plus offset relative to length, of a beam on a slider's line
-MAX_OVERSHOOT = 1e-12  # [beam lengths] largest overshoot of a block that counts as on the beam
+MAX_MISALIGNMENT = 1e-9  # largest sine of the angle plus offset / length of a beam on the line of a slider
+MAX_OVERSHOOT = 1e-12  # [beam lengths] a block less than this beyond a beam is on the beam
 
 
 @dataclass(frozen=True, eq=False)
 class FrameBody:
     """Beam, or moving link without beams.
 
-    `start` is the reference point and `way` the vector to the other end, in the link's axes [m]. A link without beams
-    has its origin as start and no `way`.
+    `start` is the reference point, and `way` the vector to the other end, in link axes [m]. A link without beams starts
+    at its origin and has no `way`.
     """
 
     link: int
@@ -27,7 +27,7 @@ class FrameBody:
 
 @dataclass(frozen=True, eq=False)
 class FramePlace:
-    """Point of a body: its start or one of `spots`, plus an arm in the ground's axes [m]."""
+    """Point of a body: its start or one of `Frame.spots`, plus an arm in ground axes [m]."""
 
     body: int
     spot: int | None = None
@@ -35,24 +35,24 @@ class FramePlace:
 
 
 Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
-"""Location of a joint on a link: a place, None (ground), or places with weights 1 (active) and 0."""
+"""Location of a joint on a link: a place, None (ground), or several places with weights 1 (active) and 0."""
 
 
 class Frame:
-    """Bodies of a mechanism and the locations of its points; beams first, as in `Mechanism.beams`.
+    """Bodies of a mechanism, and the locations of its points.
 
     Attributes
     ----------
     bodies
-        Beams, then links without beams.
+        Beams in the order of `Mechanism.beams`, followed by links without beams.
     spots
-        Points of beams displaced by bending: beam and xi, shape () or (..., positions). First the end of each beam,
-        then slider blocks on beams; nan if a block is beyond its beam.
+        Points of beams that bending displaces: beam, and xi of shape () or (..., positions). These are the end of each
+        beam, followed by the blocks on beams, with nan if a block is beyond its beam.
 
     Raises
     ------
     MechanismError
-        The beams of a link are not connected, no beam carries a slider, or no beam reaches a requested point.
+        If the beams of a link are not connected, no beam carries a slider, or no beam reaches a requested point.
     """
 
     def __init__(self, motion: Motion) -> None:
@@ -72,11 +72,11 @@ class Frame:
             if at and not link.beams:
                 self.root[at] = len(self.bodies)
                 self.bodies.append(FrameBody(at, 0.0))
-            _refuse_pieces(link)
+            _require_connected(link)
         self.sides = {slider.name: self._sides(slider) for slider in motion.mechanism.sliders}
 
     def place(self, at: int, point: str) -> FramePlace | None:
-        """Place of a link's loaded point: a beam end, or any point of a rigid link."""
+        """Return the place of a loaded point of a link: a beam end, or any point of a rigid link."""
         if (at, point) in self.ends:
             return self.ends[at, point][0]
         link = self.motion.mechanism.links[at]
@@ -87,15 +87,15 @@ class Frame:
         return self._carried(at, self.motion.direction[at] * link.points[point])
 
     def along(self, slider: Slider) -> Complexes:
-        """Unit vector of a slider's line in the ground's axes."""
+        """Return the unit vector of the line of a slider in ground axes."""
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
     def _carried(self, at: int, arm: Complexes) -> FramePlace | None:
-        """Place on a link without beams; `arm` from the link's origin in the ground's axes."""
+        """Return a place on a link without beams; `arm` is the vector from its origin in ground axes."""
         return FramePlace(self.root[at], arm=arm) if at else None
 
     def _sides(self, slider: Slider) -> tuple[Side, FramePlace | None]:
-        """Current locations of a slider's point on the guiding and on the sliding link."""
+        """Return the locations of the point of a slider on the guiding link and on the sliding link."""
         motion = self.motion
         owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
         arm = position_of(motion, link, slider.point) - motion.origin[owner]
@@ -121,7 +121,7 @@ class Frame:
         return tuple(zip(places, shares, strict=True)), self.place(link, slider.point)
 
     def _rails(self, slider: Slider, owner: int) -> list[int]:
-        """Beams of a link along a slider's line."""
+        """Return the beams of a link along the line of a slider."""
         line, rails = slider.direction, []
         for number, body in enumerate(self.bodies):
             if body.link == owner:
@@ -136,13 +136,13 @@ class Frame:
 
 
 def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:
-    """Distribute a force and a moment over the locations of a joint's side."""
+    """Distribute a force and a moment over the places of one side of a joint."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)
     return ((side, force, moment),)
 
 
-def _refuse_pieces(link: Link) -> None:
+def _require_connected(link: Link) -> None:
     """Raise MechanismError if the beams of a link are not connected."""
     waiting = [{beam.start, beam.end} for beam in link.beams]
     reached = set(waiting[0]) if waiting else set()

@@ -1,4 +1,4 @@
-"""Joint friction as loads on the bodies, computed from the frame's own constraint forces."""
+"""Joint friction as loads on the bodies, computed from the constraint forces of the frame."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from fem_check.linear.ties import Tie
 from rigid import Friction, Slider, velocity_of
 from rigid.arrays import Reals
 
-MAX_CHANGE = 1e-13  # largest change of converged efforts, relative to the largest force
-REST_SPEED = 1e-9  # speed of a joint at rest, relative to the largest speed
+MAX_CHANGE = 1e-13  # largest change of the efforts at convergence, relative to the largest force
+REST_SPEED = 1e-9  # a joint slower than this is at rest; relative to the largest speed
 
 Load = tuple[FramePlace | None, Any, Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Rubbing:
-    """Current estimate of joint friction: efforts on the moving side, by joint name.
+class JointFriction:
+    """Current iterate of joint friction: efforts on the child of each joint, by joint name.
 
-    `unsettled`: whether the last iteration changed them, bool, shape (..., positions).
+    `changing` is True at the positions at which the last iteration changed the efforts, shape (..., positions).
     """
 
     frame: Frame
     efforts: Any = None
-    unsettled: Any = True
+    changing: Any = True
 
     @property
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """Whether the last iteration changed no effort."""
-        return not self.frame.motion.mechanism.friction or not np.any(self.unsettled)
+        return not self.frame.motion.mechanism.friction or not np.any(self.changing)
 
     @property
-    def known(self) -> Rubbing:
-        """Copy with nan at positions that have not converged."""
-        efforts = {name: np.where(self.unsettled, np.nan, effort) for name, effort in (self.efforts or {}).items()}
+    def where_converged(self) -> JointFriction:
+        """Copy with NaN at the positions that did not converge."""
+        efforts = {name: np.where(self.changing, np.nan, effort) for name, effort in (self.efforts or {}).items()}
         return replace(self, efforts=efforts)
 
     @property
     def loads(self) -> Sequence[Load]:
-        """Place, force [N], complex, and moment [N m] of friction on both sides of each joint."""
+        """Friction on both sides of each joint: place, force [N], complex, and moment [N m]."""
         return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))
 
     def _loads(self, name: str, effort: Reals) -> Iterator[Load]:
@@ -57,8 +57,8 @@ class Rubbing:
             yield block, effort * self.frame.along(slider), 0.0
             yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
 
-    def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> Rubbing:
-        """Update the friction from the constraint forces it was applied with."""
+    def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> JointFriction:
+        """Return the next iterate, computed from the constraint forces that this one leads to."""
         friction = self.frame.motion.mechanism.friction
         efforts, row = {}, 0
         for tie in held:
@@ -69,11 +69,11 @@ class Rubbing:
         known = self.efforts or {}
         greatest = np.abs(multipliers).max(axis=-1, initial=0.0) * max(size, 1.0)
         changes = [np.abs(effort - known.get(name, 0.0)) for name, effort in efforts.items()]
-        unsettled = np.max(changes, axis=0) > MAX_CHANGE * greatest if changes else np.False_
-        return replace(self, efforts=efforts, unsettled=unsettled)
+        changing = np.max(changes, axis=0) > MAX_CHANGE * greatest if changes else np.False_
+        return replace(self, efforts=efforts, changing=changing)
 
     def _effort(self, tie: Tie, friction: Friction, multipliers: Reals, size: float) -> Reals:
-        """Effort on the second link of a pin or on a slider's block, from its multipliers."""
+        """Return the effort on the second link of a pin or on the block of a slider, from the multipliers."""
         motion, slider = self.frame.motion, _slider(self.frame, tie.name)
         part, across = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
         omega = motion.angular_velocity
@@ -89,7 +89,7 @@ class Rubbing:
         return -friction.coefficient * press * moves - friction.viscosity * rate
 
     def _slide(self, slider: Slider) -> Reals:
-        """Sliding velocity of the block along the line [m/s]."""
+        """Return the sliding velocity of the block along its line [m/s]."""
         motion = self.frame.motion
         owner = motion.mechanism.index[slider.on]
         line = self.frame.along(slider)
@@ -108,6 +108,6 @@ def _slider(frame: Frame, name: str) -> Slider | None:
 
 
 def _links(frame: Frame, point: str) -> tuple[int, int]:
-    """Numbers of the two links of a pin."""
+    """Return the indices of the two links of a pin."""
     first, second = (at for at, link in enumerate(frame.motion.mechanism.links) if point in link.points)
     return first, second

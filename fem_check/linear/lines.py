@@ -1,13 +1,13 @@
-"""Rows of equal finite elements, clamped at the first node, which model each beam.
+"""Model of a beam: a row of equal finite elements, clamped at the first node.
 
-scikit-fem numbers, integrates, assembles and condenses. Two measures here limit round-off, which grows with the fourth
-power of the number of elements in a plain assembly (docs/validity.md):
+Numbering, integration, assembly and condensation are done by scikit-fem. In a plain assembly, round-off grows with the
+fourth power of the number of elements (docs/validity.md). Two measures prevent this:
 
-- Each element is integrated on [0, 1], where scikit-fem is exact. The `Basis` has the numbering of the row and a mesh
-  of coincident elements.
-- Residuals use the stiffness against the two deformations of an element, because rigid motion costs no energy. For
-  constant rigidity these stiffnesses are small integers (thirds in tension), so their products with displacements are
-  exact.
+- Each element is integrated on [0, 1], where scikit-fem is exact. The `Basis` combines the numbering of the row with a
+mesh of coincident elements.
+- Residuals are computed from the stiffness against the two deformations of an element, because a rigid motion needs no
+energy. For constant rigidity, these stiffnesses are small integers (thirds in tension), so their products with
+displacements are exact.
 """
 
 from functools import cached_property
@@ -19,8 +19,8 @@ from fem_check.linear.elements import QUADRATURE_DEGREE, ElementKind
 from rigid import Reals
 
 PRISMATIC = (1.0,)
-REFINEMENTS = 3  # rounds of refinement; each gains the digits left by the factorisation, four at a thousand elements
-EXACT_BITS = 44  # bits of a nodal value: 53 minus those of a stiffness and of a row sum
+REFINEMENTS = 3  # rounds of refinement; each adds the accuracy of the factorisation, 4 digits for 1000 elements
+EXACT_BITS = 44  # bits used of a nodal value: 53 minus the bits of a stiffness and of a row sum
 
 
 class ElementRow:
@@ -31,7 +31,7 @@ class ElementRow:
     kind, elements
         Element type and number of elements.
     rigidity
-        Polynomial in xi, from 0 at the first node to 1 at the last.
+        Polynomial in xi, which runs from 0 at the first node to 1 at the last.
     """
 
     def __init__(self, kind: ElementKind, elements: int, rigidity: tuple[float, ...] = PRISMATIC) -> None:
@@ -45,7 +45,7 @@ class ElementRow:
 
     @cached_property
     def basis(self) -> Any:
-        """scikit-fem's basis: numbered as a row, with each element on [0, 1]."""
+        """Basis of scikit-fem, numbered as a row, with each element on [0, 1]."""
         from skfem import Basis, MeshLine
 
         cells = np.arange(2 * self.elements).reshape(-1, 2)
@@ -59,14 +59,14 @@ class ElementRow:
 
     @cached_property
     def resists(self) -> Reals:
-        """Element stiffness against the two deformations, (elements, 2, 2); integer if prismatic."""
+        """Element stiffness against the two deformations, shape (elements, 2, 2); integer for constant rigidity."""
         local = self.kind.form.elemental(self.basis, rigidity=self._rigid_at).tolocal()
         resists: Reals = self.kind.whole * local[:, self.kind.opened][:, :, self.kind.opened]
         return np.round(resists) if self.rigidity == PRISMATIC else resists
 
     @cached_property
     def _factor(self) -> Any:
-        """Factorised clamped matrix, kept for all loads and refinements."""
+        """Factorisation of the clamped stiffness matrix, used for all loads and refinements."""
         from scipy.sparse.linalg import splu
         from skfem import condense
 
@@ -75,18 +75,18 @@ class ElementRow:
         return splu(inner.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def spread(self, functions: Reals, couples: bool = False) -> Reals:
-        """Virtual work of distributed loads on the shape functions of each element.
+        """Return the virtual work of distributed loads on the shape functions of each element.
 
         Parameters
         ----------
         functions
             Loads at `xi`, shape (loads, elements, points).
         couples
-            Whether the loads are moments per length, which work on slopes.
+            True if the loads are moments per length, which do work on slopes.
 
         Returns
         -------
-        Shape (loads, elements, dofs of an element).
+        Array of shape (loads, elements, dofs of an element).
         """
         from fem_check.linear.forms import pushed, twisted
 
@@ -94,17 +94,18 @@ class ElementRow:
         return np.array([form.elemental(self.basis, load=load).tolocal() for load in functions])
 
     def respond(self, spread: Reals, nodal: Reals) -> tuple[Reals, Reals]:
-        """Nodal values and element forces under distributed and nodal loads.
+        """Return nodal values and element forces under distributed and nodal loads.
 
-        Iterative refinement to round-off of the result. The residual is exact for prismatic lines and nearly so for
-        tapered ones. Corrections are kept separate, because forces are small differences of large displacements.
+        Iterative refinement makes the result accurate to round-off. The residual is exact for prismatic beams and
+        almost exact for tapered ones. The forces are summed over the corrections, because they are small differences
+        of large displacements.
 
         Parameters
         ----------
         spread
             Loads on the dofs of the elements, shape (loads, elements, dofs of an element).
         nodal
-            Loads on the dofs of the line, shape (dofs, more loads).
+            Loads on the dofs of the row, shape (dofs, more loads).
 
         Returns
         -------
@@ -132,7 +133,7 @@ class ElementRow:
 
     @cached_property
     def influence(self) -> tuple[Reals, Reals]:
-        """Responses to unit loads on each nodal dof, see `respond`; zero at the clamp."""
+        """Responses to unit loads on each nodal dof, see `respond`; zero for the clamped dofs."""
         ends = self.kind.nodal * (self.elements + 1)
         unit = np.eye(self.size)[:, :ends]
         unit[: self.kind.nodal] = 0.0
@@ -140,7 +141,7 @@ class ElementRow:
 
 
 def _halves(values: Reals) -> tuple[Reals, Reals]:
-    """Split values by column so that their products with stiffnesses sum without round-off."""
+    """Split the values of each column into two parts with products with stiffnesses that sum without round-off."""
     _, exponent = np.frexp(np.abs(values).max(axis=0))
     coarse = np.ldexp(np.rint(np.ldexp(values, EXACT_BITS - exponent)), exponent - EXACT_BITS)
     return coarse, values - coarse

@@ -1,4 +1,4 @@
-"""Distributed and concentrated loads of the bodies, including inertia."""
+"""Distributed and concentrated loads on the bodies, including inertia."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,14 +12,14 @@ from rigid.plane import cross
 
 
 def distributed(frame: Frame, stations: Reals) -> Complexes:
-    """Load per length of each beam at stations, in the beam's own axes.
+    """Return the load per length of each beam at stations, in beam axes.
 
-    Inertia and weight, `m' (g - a)` with the local acceleration a, plus the line loads.
+    It is the inertia and weight `m' (g - a)` with the local acceleration a, plus the line loads.
 
     Parameters
     ----------
     stations
-        xi = x'/l, shape (stations,).
+        Values of xi = x'/l, shape (stations,).
 
     Returns
     -------
@@ -47,11 +47,11 @@ def distributed(frame: Frame, stations: Reals) -> Complexes:
 
 
 def couples(frame: Frame, stations: Reals) -> Reals:
-    """Moment per length on each beam by the rotary inertia of its sections.
+    """Return the moment per length of each beam at stations due to the rotary inertia of its sections.
 
     Returns
     -------
-    [N], shape (stations, beams, ..., positions).
+    Moment per length [N], shape (stations, beams, ..., positions).
     """
     motion, mechanism = frame.motion, frame.motion.mechanism
     moments = np.zeros((len(stations), len(mechanism.beams), *motion.columns))
@@ -63,7 +63,7 @@ def couples(frame: Frame, stations: Reals) -> Reals:
 
 
 def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
-    """Yield lump inertia, weights and point loads: place, force [N], complex, moment [N m]."""
+    """Yield the inertia and weight of lumps, and the point loads: place, force [N], complex, and moment [N m]."""
     motion, mechanism = frame.motion, frame.motion.mechanism
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps:
@@ -83,7 +83,7 @@ def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
 
 
 def _acceleration(frame: Frame, at: int, local: Any) -> Complexes:
-    """Acceleration of a point given in a link's axes [m/s^2], complex."""
+    """Return the acceleration of a point that is given in link axes [m/s^2], complex."""
     motion = frame.motion
     turning = 1j * motion.angular_acceleration[at] - motion.angular_velocity[at] ** 2
     return motion.acceleration[at] + turning * motion.direction[at] * local

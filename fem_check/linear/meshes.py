@@ -1,6 +1,6 @@
-"""Contact points of gear teeth, and forces of a unit tooth effort on both wheels.
+"""Contact points of gear teeth, and the tooth forces on both wheels.
 
-The check finds pitch points and lines of action from pitch radii, independently of `rigid`.
+Pitch points and lines of action are computed from pitch radii, independently of `rigid`.
 """
 
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from rigid import Gear, PinDrive, SliderDrive, position_of
 from rigid.arrays import Columns, Complexes
 
 Flanks = Mapping[int, Any]
-"""Loaded flank of each gear, by number: sign of the effort along the follower's coordinate."""
+"""Loaded flank by gear index: the sign of the effort along the coordinate of the follower."""
 MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Wheel:
-    """Toothed wheel or rack with the joint that connects it to the carrier.
+    """Toothed wheel or rack, with the joint that connects it to the carrier.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Wheel:
     hub
         Position of the joint [m], complex.
     sign
-        1 if the joint's coordinate is that of the wheel or rack relative to the carrier, -1 if it is the opposite.
+        1 if the coordinate of the joint is that of the wheel or rack relative to the carrier, -1 if it is the opposite.
     """
 
     place: Side
@@ -38,7 +38,7 @@ class Wheel:
 
 
 class Pitch(NamedTuple):
-    """Pitch point [m], direction of a positive effort on the follower, and normal of the follower's flanks; complex."""
+    """Pitch point [m], direction of a positive effort on the follower, and normal of its flanks, complex."""
 
     point: Complexes
     tangent: Complexes
@@ -46,14 +46,14 @@ class Pitch(NamedTuple):
 
 
 def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
-    """Compute the tooth forces on follower and driver for a unit effort along the follower's coordinate.
+    """Compute the tooth forces on follower and driver for a unit effort along the coordinate of the follower.
 
-    The force acts at the pitch point. The line of action is the tangent, turned by the pressure angle.
+    The force acts at the pitch point. The line of action is the tangent, rotated by the pressure angle.
 
     Returns
     -------
-    Place, force and moment on the follower and on the driver. None if there is no pitch point: a gear without teeth or
-    without a common carrier, a ratio of 1, coincident axes, or two racks.
+    Place, force and moment on the follower and on the driver. The result is None if there is no pitch point, i.e. for a
+    gear without teeth or without a common carrier, a ratio of 1, coincident axes, or two racks.
     """
     mechanism = frame.motion.mechanism
     carriers = {*mechanism.ends(gear.follower)} & {*mechanism.ends(gear.driver)}
@@ -80,12 +80,12 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 
 
 def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Find the pitch from both hubs and the ratio of the speeds relative to the carrier; None for two racks."""
+    """Compute the pitch from both hubs and the ratio of the speeds relative to the carrier (None for two racks)."""
     racks = [end for end in (gear.driver, gear.follower) if not end.turns]
     if not racks:
         return _pitch_of_wheels(rate, driver, follower)
     line = frame.along(frame.motion.mechanism.slider(racks[0].joint))
-    if gear.driver.turns:  # the wheel's rim moves with the rack
+    if gear.driver.turns:  # the rim of the wheel moves with the rack
         radius = -1j * rate * line
         return Pitch(driver + radius, line, radius / np.abs(radius))
     if gear.follower.turns:
@@ -95,21 +95,21 @@ def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: C
 
 
 def _pitch_of_wheels(rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Find the pitch of two wheels: the instantaneous centre of the relative motion is on the line of the hubs."""
+    """Compute the pitch of two wheels: the instantaneous centre of the relative motion, on the line of the hubs."""
     distance = np.abs(follower - driver)
     if rate == 1 or not np.any(distance):
         return None
     towards = (follower - driver) / distance
-    radius = distance / np.abs(1 - rate)  # radius of the follower's pitch circle
+    radius = distance / np.abs(1 - rate)  # pitch radius of the follower
     if rate < 0:
         return Pitch(follower - radius * towards, -1j * towards, towards)
-    if rate < 1:  # the follower is a ring: its flank normal is opposite
+    if rate < 1:  # the follower is a ring gear, with the opposite flank normal
         return Pitch(follower - radius * towards, -1j * towards, -towards)
     return Pitch(follower + radius * towards, 1j * towards, -towards)
 
 
 def _wheel(frame: Frame, end: PinDrive | SliderDrive, carrier: int) -> Wheel:
-    """Find the wheel or rack at one end of a gear: the link of the joint that is not the carrier."""
+    """Return the wheel or rack at one end of a gear, i.e. the link of the joint that is not the carrier."""
     motion, mechanism = frame.motion, frame.motion.mechanism
     on, link = mechanism.ends(end)
     body, sign = (link, 1) if on == carrier else (on, -1)

@@ -11,7 +11,7 @@ from fem_check.linear.beams import LoadedBeams, beams_of, over_designs
 from fem_check.linear.block import BlockResponse
 from fem_check.linear.equilibrium import Wrenches, balanced, wrenches_of
 from fem_check.linear.frame import Frame
-from fem_check.linear.friction import Load, Rubbing
+from fem_check.linear.friction import JointFriction, Load
 from fem_check.linear.meshes import Flanks
 from fem_check.linear.ties import Tie, ties
 from fem_check.linear.unit_beam import UnitBeam, unit_beam
@@ -19,8 +19,8 @@ from rigid import Motion, Reals
 from rigid.arrays import Numbers
 
 MAX_ROUNDS = 100  # maximum number of friction iterations
-MAX_FLANK_ROUNDS = 4  # maximum number of iterations for the loaded flanks of gear teeth
-MIN_EFFORT = 1e-10  # effort that loads no flank, relative to the largest force or moment at the position
+MAX_FLANK_ROUNDS = 4  # maximum number of iterations for the loaded flanks
+MIN_EFFORT = 1e-10  # a smaller effort loads no flank; relative to the largest force or moment at the position
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,19 +79,19 @@ class Solution:
 def solve(
     motion: Motion, sections: Sequence[Section], elements: int = 16, joints: Mapping[str, JointCompliance] | None = None
 ) -> Solution:
-    """Section forces and displacements of all beams at all positions by finite elements.
+    """Compute the section forces and displacements of all beams at all positions by finite elements.
 
     Each beam has Hermite elements for bending and quadratic elements for tension and shear. Welds and joints are
-    constraints, drives are locked, and a slider's block subdivides the element under it. Friction is iterated with the
-    constraint forces; nan if this does not converge. Loads and statics are recomputed from the motion. Statically
-    indeterminate mechanisms need no special treatment.
+    constraints, drives are locked, and the block of a slider subdivides the element under it. Friction and constraint
+    forces are iterated; the solution is nan at positions that do not converge. Loads and joint forces are computed from
+    the motion alone. Statically indeterminate mechanisms need no special treatment.
 
     Parameters
     ----------
     motion
-        Motion of a mechanism; links without beams are rigid.
+        Motion of a mechanism. Links without beams are rigid.
     sections
-        One per beam, in the order of `Mechanism.beams`; infinite rigidities are rigid.
+        One per beam, in the order of `Mechanism.beams`. Rigidities may be infinite.
     elements
         Number of elements per beam.
     joints
@@ -99,18 +99,18 @@ def solve(
 
     Returns
     -------
-    Solution, nan at singular positions and where a block is beyond its beam.
+    The solution, with nan at singular positions and at positions with a block beyond its beam.
 
     Raises
     ------
     ValueError
-        The sections do not match the beams, there is no element, or a joint name is unknown.
+        If the number of sections is wrong, there is no element, or a joint name is unknown.
     MechanismError
-        The beams of a link are not connected, do not reach a loaded point, or do not carry a slider.
+        If the beams of a link are not connected, do not reach a loaded point, or do not carry a slider.
 
     Examples
     --------
-    A cantilever of 2 m under 12 N at its end: F l^3/3EI = 32 mm.
+    The deflection of a cantilever of 2 m under 12 N at its end is F l^3/(3 EI) = 32 mm.
 
     >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad, motion
     >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A"),))
@@ -143,9 +143,9 @@ def solve(
 
 @dataclass(frozen=True, eq=False)
 class SolvedFrame:
-    """Constraint multipliers and body displacements of a frame, see `balanced`.
+    """Multipliers of the constraints and displacements of the bodies of a frame, see `balanced`.
 
-    `friction`: place, force [N], complex, and moment [N m] of friction on both sides of each joint.
+    `friction` contains the friction on both sides of each joint: place, force [N], complex, and moment [N m].
     """
 
     frame: Frame
@@ -160,12 +160,12 @@ class SolvedFrame:
 def solved_frame(
     motion: Motion, sections: Sequence[Section], elements: int, joints: Mapping[str, JointCompliance]
 ) -> SolvedFrame:
-    """Iterate the loaded tooth flanks and the friction; nan if the friction does not converge."""
+    """Solve the frame, iterating the loaded tooth flanks and the friction (nan if the friction does not converge)."""
     frame = Frame(motion)
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)
         flanks: Flanks = {}
-        friction = Rubbing(frame)
+        friction = JointFriction(frame)
         for _ in range(MAX_ROUNDS if motion.mechanism.friction else MAX_FLANK_ROUNDS):
             held = list(ties(frame, joints, flanks))
             rows = [row for tie in held for row in tie.rows]
@@ -174,17 +174,17 @@ def solved_frame(
             before, flanks = flanks, _loaded_flanks(held, multipliers)
             alike = all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks)
             friction = friction.after(held, multipliers, wrenches.size)
-            if alike and friction.settled:
+            if alike and friction.converged:
                 break
         else:
-            multipliers = np.where(friction.unsettled[..., None], np.nan, multipliers)
-            carried = np.where(friction.unsettled[..., None, None], np.nan, carried)
-            friction = friction.known
+            multipliers = np.where(friction.changing[..., None], np.nan, multipliers)
+            carried = np.where(friction.changing[..., None, None], np.nan, carried)
+            friction = friction.where_converged
         return SolvedFrame(frame, beams, held, wrenches, multipliers, carried, friction.loads)
 
 
 def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
-    """Flanks of the gear teeth loaded by the multipliers."""
+    """Return the flanks of the gear teeth that the multipliers load."""
     gears = [tie.gear for tie in held for _ in tie.rows]
     greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
     loaded = {}
@@ -198,7 +198,7 @@ def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
 def _tie_forces(
     motion: Motion, held: Sequence[Tie], multipliers: Reals, size: float
 ) -> tuple[tuple[TieForce, ...], Reals]:
-    """Convert multipliers to joint forces and moments, and to drive efforts."""
+    """Convert multipliers to joint forces and moments, and to the efforts of drives."""
     forces, number = [], 0
     efforts = np.full((len(motion.mechanism.drives), *motion.columns), np.nan)
     for tie in held:
@@ -216,14 +216,14 @@ def _tie_forces(
 
 
 def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Reals]:
-    """Compute N, V, M, u, w, phi at the nodes from unit responses and body motion.
+    """Compute N, V, M, u, w, phi at the nodes from the unit responses and the displacements of the bodies.
 
     Parameters
     ----------
     spots
-        Force and moment at the frame's spots, shape (3, spots, ..., positions).
+        Force and moment at the spots of the frame, shape (3, spots, ..., positions).
     carried
-        Displacement, in the ground's axes, and rotation of the bodies, shape (3, bodies, ..., positions).
+        Displacement in ground axes and rotation of the bodies, shape (3, bodies, ..., positions).
     """
     length, count = beams.length, len(beams.length)
     move = np.conj(beams.axis) * (carried[0, :count] + 1j * carried[1, :count])
@@ -277,7 +277,7 @@ def _add_kind(
 
 
 def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Reals) -> None:
-    """Add the response of a beam to its block."""
+    """Add the response of a beam to the loads of a block."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))
     along, force, moment = (np.where(np.isnan(block.xi), np.nan, part)[..., None] for part in load)

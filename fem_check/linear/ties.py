@@ -14,7 +14,7 @@ from rigid import Mechanism, PinDrive, SliderDrive, structure
 from rigid.arrays import Columns
 
 Part = tuple[FramePlace | None, Any, Any]
-"""Place (None: ground), with force, complex, and moment of the row's unit multiplier."""
+"""Place (None for the ground), and force, complex, and moment on it due to a unit multiplier of the row."""
 Sides = tuple[Side, FramePlace | None]
 
 
@@ -22,8 +22,9 @@ Sides = tuple[Side, FramePlace | None]
 class Row:
     """Scalar constraint on displacements.
 
-    The sum of the parts' displacements times force or moment equals `wanted` - `soft` multiplier. The child comes
-    first. If the row `turns`, it constrains an angle by a moment [N m]; otherwise a displacement by a force.
+    The work of a unit multiplier, i.e. the sum of force or moment times displacement over the parts, equals
+    `wanted` - `soft` * multiplier. The child is the first part. If `turns` is True, the row constrains an angle by a
+    moment [N m], otherwise a displacement by a force [N].
     """
 
     parts: tuple[Part, ...]
@@ -34,9 +35,9 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """Constraints of a weld, joint, drive or gear, by name.
+    """Constraints of a weld, joint, drive or gear.
 
-    `drive` is the number of the drive, `gear` that of a gear with teeth.
+    `drive` is the index of a drive, and `gear` the index of a gear with teeth.
     """
 
     name: str
@@ -53,12 +54,12 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     joints
         Compliance and misfit of joints, by name.
     flanks
-        Loaded flanks of gear teeth; 0 for a missing gear.
+        Loaded flanks of gear teeth. A missing gear has the flank 0.
 
     Raises
     ------
     ValueError
-        A joint name is unknown or ambiguous.
+        If a joint name is unknown or ambiguous.
     """
     mechanism = frame.motion.mechanism
     _require_joints(mechanism, joints)
@@ -92,7 +93,7 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
 
 
 def _moved(sides: Sides, direction: Columns) -> Row:
-    """Prevent displacement of the child from the parent along a unit vector."""
+    """Return the constraint that prevents displacement of the child relative to the parent along a unit vector."""
     parent, child = sides
     return Row(((child, direction, 0.0), *parts_on(parent, -direction, 0.0)))
 
@@ -107,7 +108,7 @@ def _not_turned(sides: Sides) -> Row:
 
 
 def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple[int, int], Row]:
-    """Name, links and constraint row of a drive's or gear's coordinate."""
+    """Return the name, the links and the constraint row of the coordinate of a drive or gear."""
     mechanism = frame.motion.mechanism
     name, (parent, child) = drive.joint, mechanism.ends(drive)
     if drive.turns:
@@ -121,7 +122,7 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
     for name in joints:
         count = names.count(name)
         if count != 1:
-            meant = f'"{name}" is {count} joints: which is meant' if count else f'no joint is named "{name}"'
+            meant = f'{count} joints are named "{name}"' if count else f'no joint is named "{name}"'
             raise ValueError(f"joint compliance or misfit: {meant}")
 
 

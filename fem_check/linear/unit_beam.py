@@ -1,4 +1,4 @@
-"""Cantilever with unit length and unit rigidities at its start, solved by scikit-fem."""
+"""Cantilever of unit length with unit rigidities at its start, solved by scikit-fem."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,35 +11,36 @@ from fem_check.linear.elements import hermite, quadratic
 from fem_check.linear.lines import ElementRow
 from rigid import Reals
 
-DEGREE = 3  # smallest degree of distributed loads: inertia for a mass per length of degree 2
+DEGREE = 3  # smallest degree of the distributed loads, which suffices for inertia with a mass per length of degree 2
 Key = tuple[tuple[float, ...], ...]
 
 
 def stations_of(degree: int) -> Reals:
-    """Stations of the distributed load; unit loads are their Lagrange polynomials."""
+    """Return the stations of the distributed load. The unit loads are the Lagrange polynomials of the stations."""
     return (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class UnitBeam:
-    """Response of a cantilever to unit loads, at its nodes.
+    """Response of a cantilever to unit loads at its nodes.
 
-    Shear has its own deflection; its slope is the shear strain. Timoshenko's energy is then
-    `EI (w_bending'')^2 + kGA w_shear'^2`, and neither part of the elements can lock.
+    Deflections due to bending and due to shear are separate; the slope of the latter is the shear strain. The energy of
+    Timoshenko's beam is then `EI (w_bending'')^2 + kGA w_shear'^2`, and the elements cannot lock.
 
     Attributes
     ----------
     xi
         Nodes, shape (nodes,).
     stations
-        Stations of distributed loads, shape (stations,).
+        Stations of the distributed loads, shape (stations,).
     w, phi, V, M
-        Without shear, shape (2 stations + 2, nodes). Loads: transverse, 1 at one of `stations` and 0 at the others; the
-        same as moments per length; a force and a moment at the end.
+        Response without shear, shape (2 stations + 2, nodes). The loads are transverse loads per length with the value
+        1 at one of `stations` and 0 at the others, the same as moments per length, a force at the end, and a moment at
+        the end.
     u, N
-        Under the same axial loads, then under a force at the end, shape (stations + 1, nodes).
+        Response to the same loads in axial direction and to an axial force at the end, shape (stations + 1, nodes).
     slide
-        Shear part of w under transverse loads, moments per length (zero), and a force at the end, shape
+        Part of w due to shear under transverse loads, moments per length (zero), and a force at the end, shape
         (2 stations + 1, nodes).
     bending, stretching, sliding
         Rows of elements.
@@ -59,12 +60,12 @@ class UnitBeam:
     sliding: ElementRow
 
     def load_at(self, xi: Reals) -> Reals:
-        """Unit loads at points along the beam, shape (stations, ...)."""
+        """Evaluate the unit loads at points along the beam, shape (stations, ...)."""
         return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
 
 
 def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -> UnitBeam:
-    """Cantilever of equal elements: Hermite for bending, quadratic for tension and shear.
+    """Solve a cantilever of equal elements: Hermite elements for bending, quadratic ones for tension and shear.
 
     Parameters
     ----------
@@ -78,17 +79,17 @@ def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -
     Raises
     ------
     ValueError
-        Fewer than one element.
+        If there is less than one element.
 
     Examples
     --------
-    A force at the end bends it by 1/3.
+    A unit force at the end causes a deflection of 1/3.
 
     >>> float(unit_beam(4).w[-2, -1].round(12))
     0.333333333333
     """
     if elements < 1:
-        raise ValueError(f"{elements} elements: a beam takes one or more")
+        raise ValueError(f"{elements} elements: a beam needs at least one")
     own = taper or Taper()
     return _unit_beam(elements, degree, tuple(tuple(float(c) for c in part) for part in (own.EA, own.EI, own.kGA)))
 
@@ -125,7 +126,7 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
 
 
 def _along(line: ElementRow, loads: Reals) -> tuple[Reals, Reals]:
-    """Nodal displacements and forces in tension under distributed loads and an end force."""
+    """Return axial nodal displacements and forces under distributed loads and a force at the end."""
     n = float(line.elements)
     tip = np.zeros((line.size, 1))
     tip[line.dofs[-1, 1]] = 1 / n
@@ -134,7 +135,7 @@ def _along(line: ElementRow, loads: Reals) -> tuple[Reals, Reals]:
 
 
 def _lagrange(stations: Reals, k: int, xi: Any) -> Reals:
-    """Lagrange polynomial, 1 at one station and 0 at the others."""
+    """Evaluate the Lagrange polynomial that is 1 at one station and 0 at the others."""
     value = np.ones(np.shape(xi))
     for other in np.delete(stations, k):
         value = value * ((xi - other) / (stations[k] - other))
@@ -142,5 +143,5 @@ def _lagrange(stations: Reals, k: int, xi: Any) -> Reals:
 
 
 def _at_nodes(starts: Reals, ends: Reals) -> Reals:
-    """Section force at the nodes: at each element's start and at the last one's end."""
+    """Return a section force at the nodes: at the start of each element and at the end of the last one."""
     return np.concatenate((starts, ends[:, -1:]), axis=1)

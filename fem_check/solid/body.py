@@ -1,4 +1,4 @@
-"""Link as a body of quadratic quadrilaterals: stiffness, loads and supports."""
+"""Finite element model of a link as a plane body of quadratic quadrilaterals: stiffness, loads and supports."""
 
 from functools import cached_property
 from typing import Any
@@ -9,19 +9,20 @@ from fem_check.solid.outline import Powers, SolidOutline, grid
 from rigid import Reals
 from rigid.arrays import Integers
 
-PIN_RADIUS = 0.5  # radius over which a joint force is spread, in depths of the thinnest beam that ends there
+PIN_RADIUS = 0.5  # radius of the disk that carries a joint force, relative to the depth of the thinnest beam there
 QUADRATURE_DEGREE = 6  # degree of exact integration on a straight element
 
 
 class SolidLink:
-    """Link in plane stress with nine-node elements.
+    """Link in plane stress, meshed with nine-node elements.
 
-    The thickness t makes E t h equal to the beam's EA; with the outline's depth h, E t h^3/12 is its EI.
+    The thickness t is such that E t h equals EA of the beam, where h is the depth of the outline. E t h^3/12 then
+    equals EI.
 
     Parameters
     ----------
     outline
-        SolidOutline of the link.
+        Outline of the link.
     poisson
         Poisson's ratio.
     across
@@ -32,7 +33,7 @@ class SolidLink:
     grid, basis
         Mesh, and scikit-fem's vector basis on it.
     xi
-        Position along the beam of all quadrature points, shape (elements, points), clipped to the beam's ends.
+        Position of all quadrature points along the beam, limited to 0 to 1, shape (elements, points).
     """
 
     def __init__(self, outline: SolidOutline, poisson: float, across: int) -> None:
@@ -50,7 +51,7 @@ class SolidLink:
         self.xi = np.clip(((self.places - starts[:, None]) / ways[:, None]).real, 0.0, 1.0)
 
     def along(self, values: Any) -> Reals:
-        """Evaluate a function of strip and xi at all quadrature points, (elements, points)."""
+        """Evaluate a function of strip and xi at all quadrature points, shape (elements, points)."""
         at_points: Reals = np.empty_like(self.xi)
         for k, strip in enumerate(self.outline.strips):
             own = self.grid.strip == k
@@ -64,36 +65,36 @@ class SolidLink:
 
     @cached_property
     def spread(self) -> Reals:
-        """Beam length per area at the quadrature points [1/m]; it converts loads per length to loads per area."""
+        """Beam length per area at the quadrature points [1/m], which converts loads per length to loads per area."""
         area = self.basis.dx.sum(axis=1)
         return np.broadcast_to((self.grid.share / area)[:, None], self.xi.shape)
 
     def stiffness(self) -> Any:
-        """Sparse stiffness matrix of all dofs."""
+        """Assemble the sparse stiffness matrix of all dofs."""
         from fem_check.solid.forms import plane_stress
 
         membrane = self.stretching / (1.0 - self.poisson**2)
         return plane_stress.assemble(self.basis, membrane=membrane, poisson=self.poisson)
 
     def under(self, load: Any) -> Reals:
-        """Load vector of a force per area [N/m^2], complex, shape (elements, points)."""
+        """Return the load vector of a force per area [N/m^2], complex, given with shape (elements, points)."""
         from fem_check.solid.forms import pushed
 
         load = np.broadcast_to(load, self.xi.shape)
         return pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
 
     def strained(self, strip: int) -> Reals:
-        """Load vector of a unit isotropic free strain of a beam."""
+        """Return the load vector of a unit isotropic free strain of a beam."""
         from fem_check.solid.forms import swollen
 
         own = (self.grid.strip == strip)[:, None]
         return swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
 
     def pin(self, point: int) -> Reals:
-        """Load vectors of unit forces along x and y and a unit moment at a joint, (3, dofs).
+        """Return the load vectors of unit forces along x and y and of a unit moment at a joint, shape (3, dofs).
 
-        They are spread over a disk about the point with the smooth weight `(1 - r^2/R^2)^2`. Multiplied by
-        displacements they give the mean displacement and rotation of the disk.
+        The loads are distributed over a disk about the point with the smooth weight `(1 - r^2/R^2)^2`. Their products
+        with the displacements are the mean displacement and rotation of the disk.
         """
         center = self.outline.points[point]
         arm = self.places - center
@@ -108,7 +109,7 @@ class SolidLink:
 
     @cached_property
     def rigid(self) -> Reals:
-        """Displacements of all dofs by rigid motions along x and y and about the origin, (3, dofs)."""
+        """Displacements of all dofs in rigid motions along x, along y and about the origin, shape (3, dofs)."""
         rows = np.zeros((3, self.basis.N))
         x, y = self.basis.split_indices()
         rows[0, x], rows[1, y] = 1.0, 1.0
@@ -116,16 +117,16 @@ class SolidLink:
         return rows
 
     def held(self) -> Integers:
-        """Supports against rigid motions: two dofs of a node, one of a distant node."""
+        """Return the dofs that are fixed to prevent rigid motions: two of one node and one of a distant node."""
         first, last = self.grid.axis[0][0], self.grid.axis[0][-1]
         way = self.outline.way(self.outline.strips[0])
         dofs = self.basis.nodal_dofs
         return np.array((*dofs[:, first], dofs[1 if abs(way.real) >= abs(way.imag) else 0, last]))
 
     def displaced(self, loads: Reals) -> Reals:
-        """Displacements of all dofs under balanced loads, shapes (loads, dofs).
+        """Compute the displacements of all dofs under balanced loads, both of shape (loads, dofs).
 
-        Equals scikit-fem's `solve(*condense(...))`, with one factorisation for all loads.
+        The result equals `solve(*condense(...))` of scikit-fem, but all loads share one factorisation.
         """
         from scipy.sparse.linalg import splu
         from skfem import condense

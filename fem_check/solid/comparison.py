@@ -1,4 +1,4 @@
-"""Error of beam theory: closed forms compared with plane-stress bodies."""
+"""Error of beam theory, measured by a comparison with plane-stress bodies."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,32 +9,32 @@ from elastic import Deflection, sample
 from fem_check.solid.solution import ACROSS, POISSON, SolidSolution, solve_solid
 from rigid import Reals
 
-STATIONS = 33  # points along a beam without a body, to find its largest deflection
-MIN_DEFLECTION = 1e-6  # deflection below which a link counts as undeflected, relative to the mechanism's largest
+STATIONS = 33  # number of points at which the largest deflection of a beam without a body is searched
+MIN_DEFLECTION = 1e-6  # smallest reference deflection of a link, relative to the largest of the mechanism
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SolidComparison:
-    """Differences of chord deflections.
+    """Differences of the chord deflection between beam theory and plane-stress bodies.
 
     Attributes
     ----------
     largest
-        Largest deflection of each beam from its chord by beam theory [m], shape (beams,).
+        Largest chord deflection of each beam by beam theory [m], shape (beams,).
     difference
-        Largest difference from the plane-stress bodies over places and positions [m], shape (beams,); nan for beams
-        without a body.
+        Largest difference from the plane-stress bodies over all stations and positions [m], shape (beams,); nan for
+        beams without a body.
     peak
-        Largest deflection of the plane-stress bodies [m], shape (beams,).
+        Largest chord deflection of the plane-stress bodies [m], shape (beams,).
     by_link
-        By link name, the largest difference on its beams, relative to their largest deflection.
+        Largest difference on the beams of each link, relative to their largest deflection, by link name.
     left_out
-        By link name, the reason why a link has no plane body.
+        Reason why a link has no plane body, by link name.
     refinement
-        Largest change compared with elements of twice the size, relative to the largest deflection; at least three
-        quarters of it are the error of the coarser elements.
+        Largest change from elements of twice the size, relative to the largest deflection. It is at least three
+        quarters of the error of the coarser elements.
     compared
-        Number of positions with an answer on both sides.
+        Number of positions for which both solutions exist.
     """
 
     largest: Reals
@@ -47,7 +47,7 @@ class SolidComparison:
 
     @property
     def relative(self) -> float:
-        """Largest difference relative to the largest deflection; nan if nothing was compared."""
+        """Largest difference, relative to the largest deflection; nan if nothing was compared."""
         known = np.isfinite(self.difference)
         if not known.any() or not self.largest[known].max() > 0:
             return float("nan")
@@ -60,24 +60,25 @@ class SolidComparison:
 def compare_solid(
     deflection: Deflection, poisson: float | Sequence[float] = POISSON, across: int = ACROSS
 ) -> SolidComparison:
-    """Compare the deflections of beam theory and plane-stress bodies.
+    """Compare the chord deflections of beam theory and plane-stress bodies.
 
-    The deflection is that of the axis from the chord through the mean positions of the pins at the beam's ends.
+    The chord deflection of a body is that of the axis from the line through the mean positions of the pins at the ends
+    of the beam.
 
     Parameters
     ----------
     poisson
-        Poisson's ratio, common or per beam.
+        Poisson's ratio, one for all beams or one per beam.
     across
-        Number of elements across the depth, a multiple of 4; the change compared with half as many is reported.
+        Number of elements across the depth, a multiple of 4. The change from half as many elements is reported.
 
     Raises
     ------
     ValueError
-        See `solve_solid`.
+        If `across` is not a multiple of 4; see also `solve_solid`.
     """
     if across % 4:
-        raise ValueError(f"{across} elements across: expected a multiple of 4, to be compared with half as many")
+        raise ValueError(f"{across} elements across: expected a multiple of 4, to compare with half as many")
     asked = deflection.motion, deflection.sections, poisson
     fine = solve_solid(*asked, across, deflection.joints)
     coarse = solve_solid(*asked, across // 2, deflection.joints)
@@ -100,7 +101,7 @@ def compare_solid(
 
 
 def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, Reals, Reals]:
-    """Per beam: largest beam deflection, largest difference, largest body deflection [m]."""
+    """Return the largest deflection by beam theory, difference, and deflection of the body, for each beam [m]."""
     differences = np.zeros((3, len(solid.xi)))
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)
@@ -114,6 +115,6 @@ def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, R
 
 
 def _greatest(values: Reals) -> float:
-    """Largest magnitude of the known values, or nan."""
+    """Return the largest magnitude of the finite values, or nan if there are none."""
     known = np.abs(values[np.isfinite(values)])
     return float(known.max()) if known.size else float("nan")

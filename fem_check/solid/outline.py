@@ -1,7 +1,7 @@
 """Outlines of links as plane bodies, and their quadrilateral meshes.
 
-Each beam is a strip along its axis with the depth of the rectangle of the same EA and EI. Strips of a link meet in
-mitres; a beam that meets no other at its end extends beyond the pin by half its depth.
+Each beam is a strip along its axis, with the depth of the rectangle that has the same EA and EI. The strips of a link
+are joined at mitres. A beam that ends alone extends beyond its pin by half its depth.
 """
 
 from collections.abc import Iterator
@@ -12,33 +12,33 @@ import numpy as np
 from rigid import Reals
 from rigid.arrays import Columns, Complexes, Integers
 
-MAX_MITRE = 1.0  # [depths] largest distance of a corner from the beams' common point: a sharp tip carries no load
-MAX_CORNER_REACH = 0.4  # largest reach of a corner between two beams, relative to a beam's length
-MIN_SINE = 0.05  # sine of the angle below which continuing beams have no corner
-MAX_ELEMENTS = 75  # maximum number of elements along a beam before they become more than twice as long as deep
-ELEMENT_GROWTH = 0.4  # growth of element length per distance from the beam's end
-SKEW_LENGTH = 3.0  # [mitre lengths] distance from a mitre over which element rows are oblique
-MERGE_DISTANCE = 1e-9  # distance of coincident mesh points, relative to the link's size
+MAX_MITRE = 1.0  # [depths] largest distance of a corner from the common point of the beams; a sharp tip carries no load
+MAX_CORNER_REACH = 0.4  # largest extent of a corner along a beam, relative to the length of the beam
+MIN_SINE = 0.05  # beams that continue each other at an angle with a smaller sine have no corner
+MAX_ELEMENTS = 75  # maximum number of elements along a beam unless they would be more than twice as long as deep
+ELEMENT_GROWTH = 0.4  # increase of the element length per distance from the end of the beam
+SKEW_LENGTH = 3.0  # [mitre lengths] distance from a mitre over which the rows of elements are oblique
+MERGE_DISTANCE = 1e-9  # mesh points closer than this are merged; relative to the size of the link
 
 Powers = np.polynomial.polynomial.polyval
 
 
 class OutlineError(ValueError):
-    """The link has no plane body: beams meet too sharply, or are deeper than long."""
+    """Raised if a link has no plane body because beams meet too sharply or are deeper than long."""
 
 
 @dataclass(frozen=True)
 class Strip:
-    """Beam of a link, hashable.
+    """Beam of a link. Strips are hashable.
 
     Attributes
     ----------
     start, end
-        Numbers of the link's points.
+        Indices of the points of the link.
     EA, EI
-        [N], [N m^2], as polynomials in xi.
+        Axial [N] and bending rigidity [N m^2], as polynomials in xi.
     mass
-        Mass per length [kg/m], as a polynomial.
+        Mass per length [kg/m], as a polynomial in xi.
     """
 
     start: int
@@ -48,44 +48,44 @@ class Strip:
     mass: tuple[float, ...] = (0.0,)
 
     def depth(self, xi: Columns) -> Columns:
-        """Depth of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
+        """Return the depth of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
         return np.sqrt(12.0 * Powers(xi, self.EI) / Powers(xi, self.EA))
 
 
 @dataclass(frozen=True)
 class SolidOutline:
-    """Link as strips between its points [m], complex, in the link's axes."""
+    """Link as strips between its points [m], complex, in the axes of the link."""
 
     points: tuple[complex, ...]
     strips: tuple[Strip, ...]
 
     def way(self, strip: Strip) -> complex:
-        """Vector from a strip's first point to its second."""
+        """Return the vector from the start to the end of a strip."""
         return self.points[strip.end] - self.points[strip.start]
 
     def ends_at(self, point: int) -> list[tuple[int, int]]:
-        """Strips that end at a point, with the number of the end (0 or 1)."""
+        """Return the strips that end at a point, each with the index of the end (0 or 1)."""
         found = [(k, 0) for k, strip in enumerate(self.strips) if strip.start == point]
         return found + [(k, 1) for k, strip in enumerate(self.strips) if strip.end == point]
 
     def depth_at(self, point: int) -> float:
-        """Smallest depth of the strips that end at a point."""
+        """Return the smallest depth of the strips that end at a point."""
         return min(float(self.strips[k].depth(float(end))) for k, end in self.ends_at(point))
 
 
 @dataclass(frozen=True, eq=False)
 class QuadGrid:
-    """Quadrilaterals of a link.
+    """Quadrilateral mesh of a link.
 
     Attributes
     ----------
     points, cells
         Positions [m], complex, and the four corners of each element, counter-clockwise, shape (elements, 4).
     strip, share
-        Strip of each element, and its share of the beam length [m]. The shares add up to the strip's length and are
-        zero for the overhangs.
+        Strip of each element, and its share of the beam length [m]. The shares add up to the length of the strip and
+        are zero in the overhangs.
     axis, xi
-        Points on the axis of each strip, from end to end, and their xi.
+        Points on the axis of each strip from start to end, and their xi.
     """
 
     points: Complexes
@@ -97,12 +97,12 @@ class QuadGrid:
 
 
 def grid(outline: SolidOutline, across: int) -> QuadGrid:
-    """Mesh a link with `across` elements (an even number) over each beam's depth.
+    """Mesh a link with `across` elements (an even number) over the depth of each beam.
 
     Raises
     ------
     OutlineError
-        Two beams meet at too sharp an angle, or a beam is deeper than it is long.
+        If two beams meet at too sharp an angle, or a beam is deeper than it is long.
     """
     corners = [corner for point in range(len(outline.points)) for corner in _corners(outline, point)]
     sides = {(k, end, side): place for k, end, side, place in corners}
@@ -131,7 +131,7 @@ def grid(outline: SolidOutline, across: int) -> QuadGrid:
 
 
 def _corners(outline: SolidOutline, point: int) -> Iterator[tuple[int, int, int, complex]]:
-    """Yield corners of neighbouring strips at a point: strip, end, side (+1 or -1), place [m]."""
+    """Yield the corners of neighbouring strips at a point: strip, end, side (+1 or -1), position [m]."""
     ends = outline.ends_at(point)
     if len(ends) < 2:
         return
@@ -145,7 +145,7 @@ def _corners(outline: SolidOutline, point: int) -> Iterator[tuple[int, int, int,
 
 
 def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
-    """Intersection of a strip's left edge with the next one's right edge, from the point [m]."""
+    """Return where the left edge of a strip meets the right edge of the next, relative to their common point [m]."""
     (k, end, first_way), (j, stop, turned) = one, other
     first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
     d, e = first_way / abs(first_way), turned / abs(turned)
@@ -165,7 +165,7 @@ def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[i
 def _rows(
     outline: SolidOutline, k: int, sides: dict[tuple[int, int, int], complex], across: int
 ) -> tuple[Complexes, Reals, Reals, int]:
-    """Points of a strip by row, beam length between rows, xi, and rows of the overhang."""
+    """Return the points of a strip by row, beam length between rows, xi, and number of rows in the first overhang."""
     strip = outline.strips[k]
     way, start = outline.way(strip), outline.points[strip.start]
     length, axis = abs(way), way / abs(way)
@@ -206,7 +206,7 @@ def _deepest(strip: Strip) -> float:
 
 
 def _stations(strip: Strip, length: float, across: int) -> Reals:
-    """Rows along a beam: square elements at the ends, up to twice as long inside."""
+    """Return xi of the rows along a beam: elements are square at the ends and up to twice as long in the middle."""
     fine = np.linspace(0.0, 1.0, 2001)
     depth = strip.depth(fine)
     near = (depth + 4 * ELEMENT_GROWTH * length * np.minimum(fine, 1 - fine)) / across
@@ -218,7 +218,7 @@ def _stations(strip: Strip, length: float, across: int) -> Reals:
 
 
 def _merged(places: Complexes, size: float) -> tuple[Complexes, Integers]:
-    """Merge coincident points, and return the new number of each old one."""
+    """Merge coincident points, and return the new index of each old point."""
     pairs = np.round(np.stack((places.real, places.imag), axis=1) / (MERGE_DISTANCE * size) + np.pi)
     _, kept, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
     return places[kept], number.reshape(-1)

@@ -1,4 +1,4 @@
-"""Responses of a link to unit loads, reused for all positions."""
+"""Responses of a link to unit loads, which are used for all positions."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +16,13 @@ from rigid.arrays import Complexes
 class Responses:
     """Displacements of a body under unit loads, up to a rigid motion.
 
-    The unit loads in order: uniform acceleration minus gravity along x and y [m/s^2]; acceleration proportional to
-    position, radial and tangential (-w^2 and eps) [1/s^2]; at each point a force along x, along y and a moment; for
-    each strip an axial and a transverse force per length that decreases from the start, then the same increasing to
-    the end [N/m], and a free strain.
+    The unit loads are, in this order:
+
+    - uniform acceleration minus gravity along x and y [m/s^2],
+    - radial and tangential acceleration proportional to the position (-w^2 and eps) [1/s^2],
+    - at each point, a force along x, a force along y, and a moment,
+    - on each strip, an axial and a transverse force per length that decrease linearly from the start to zero, the same
+    forces increasing from zero to the end [N/m], and a free strain.
 
     Attributes
     ----------
@@ -37,12 +40,15 @@ class Responses:
 
     @property
     def nodes(self) -> Complexes:
-        """Displacements of the elements' corners, complex, shape (loads, corners)."""
+        """Displacements of the corners of the elements, complex, shape (loads, corners)."""
         x, y = self.body.basis.nodal_dofs[:2]
         return self.values[:, x] + 1j * self.values[:, y]
 
     def on_axis(self, strip: int) -> Complexes:
-        """Displacements along a strip's axis, with the pins' own displacements at its ends, (loads, stations)."""
+        """Return the displacements along the axis of a strip, shape (loads, stations).
+
+        At the ends of the axis, they are the mean displacements of the pins.
+        """
         own = self.body.outline.strips[strip]
         found = self.nodes[:, self.body.grid.axis[strip]]
         found[:, 0], found[:, -1] = self.points[:, own.start], self.points[:, own.end]
@@ -51,15 +57,15 @@ class Responses:
 
 @lru_cache(maxsize=64)
 def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, across: int) -> Responses:
-    """Compute the responses of a link to its unit loads.
+    """Compute the responses of a link to the unit loads.
 
     Parameters
     ----------
     outline
-        SolidOutline of the link.
+        Outline of the link.
     carrying
-        Support points that balance each unit load; balanced loads do not depend on them. Two points act as two
-        supports, a single one also takes a moment.
+        Points at which reactions balance each unit load. Combinations of loads that are in equilibrium do not depend on
+        them. Two points act as two supports; a single one also takes a moment.
     poisson
         Poisson's ratio.
     across
@@ -74,13 +80,13 @@ def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, 
 
 
 def _distributed(body: SolidLink) -> Reals:
-    """Inertia of unit accelerations, -m' a, shape (4, dofs)."""
+    """Return the inertia loads -m' a of unit accelerations, shape (4, dofs)."""
     mass = body.along(lambda strip, xi: Powers(xi, strip.mass)) * body.spread
     return np.array([body.under(-mass * felt) for felt in (1.0, 1j, body.places, 1j * body.places)])
 
 
 def _of_strip(body: SolidLink, k: int) -> Reals:
-    """Axial and transverse unit loads of a strip, and its free strain, shape (5, dofs)."""
+    """Return the loads of the axial and transverse unit loads of a strip and of its free strain, shape (5, dofs)."""
     way = body.outline.way(body.outline.strips[k])
     axis = way / abs(way)
     own = body.spread * (body.grid.strip == k)[:, None] * axis
@@ -89,7 +95,10 @@ def _of_strip(body: SolidLink, k: int) -> Reals:
 
 
 def _supports(outline: SolidOutline, pins: list[Any], carrying: tuple[int, ...]) -> Reals:
-    """Reactions: force at the first point, and transverse force or moment, (3, dofs)."""
+    """Return the load vectors of unit reactions, shape (3, dofs).
+
+    These are two forces at the first point, and a transverse force at a second point or a moment at the first one.
+    """
     first = carrying[0] if carrying else 0
     arms = [outline.points[point] - outline.points[first] for point in carrying]
     far = max(range(len(arms)), key=lambda k: abs(arms[k]), default=0)
@@ -100,6 +109,6 @@ def _supports(outline: SolidOutline, pins: list[Any], carrying: tuple[int, ...])
 
 
 def _balanced(body: SolidLink, loads: Reals, supports: Reals) -> Reals:
-    """Add the reactions of the supports, so that the resultant vanishes."""
+    """Add the reactions of the supports that balance each load."""
     carried = np.linalg.solve(supports @ body.rigid.T, (loads @ body.rigid.T).T)
     return loads - carried.T @ supports

@@ -1,4 +1,4 @@
-"""All links modelled as plane-stress bodies at all positions, by superposition of unit responses."""
+"""Solution for all links as plane-stress bodies at all positions, by superposition of unit responses."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,15 +27,15 @@ class SolidSolution:
     Attributes
     ----------
     motion, across
-        Input of the problem; `across`: number of elements across the depth of each beam.
+        Motion, and number of elements across the depth of each beam.
     bodies, loads
-        By link number: unit responses, and load factors, shape (loads, positions).
+        Unit responses, and load factors of shape (loads, positions), by link index.
     left_out
-        By link name, the reason why a link has no body: a beam is rigid or thin-walled, a slider's block moves along
-        it, or its beams have no valid outline.
+        Reason why a link has no body, by link name: a beam is rigid or thin-walled, the block of a slider moves along
+        the link, or its beams have no valid outline.
     xi, chord
-        Per beam, places on its axis and their displacement from the line through the mean positions of its pins [m],
-        shape (positions, stations); empty for beams of links without a body.
+        Stations on the axis of each beam, and their deflection from the line through the mean positions of the pins
+        [m], shape (positions, stations). Both are empty for beams of links without a body.
     """
 
     motion: Motion
@@ -47,9 +47,9 @@ class SolidSolution:
     chord: tuple[Reals, ...]
 
     def displacement(self, link: int, position: int) -> Complexes:
-        """Displacements of the element corners from the line through two pins [m], complex.
+        """Return the displacements of the element corners in the axes of the link [m], complex.
 
-        In the link's axes; the line passes through the ends of the first beam.
+        They are relative to the line through the pins at the ends of the first beam.
         """
         response = self.bodies[link]
         strip = response.body.outline.strips[0]
@@ -71,20 +71,20 @@ def solve_solid(
     across: int = ACROSS,
     joints: Mapping[str, JointCompliance] | None = None,
 ) -> SolidSolution:
-    """Deflection of the links from their chords as plane-stress bodies at all positions.
+    """Compute the chord deflection of the links as plane-stress bodies at all positions.
 
-    Line loads and inertia act on the body. Joint forces, from `solve`, and lumps are spread over disks at the pins.
-    Links without a plane body are skipped.
+    Line loads and inertia act on the whole body. Lumps and joint forces, which are those of `solve`, are distributed
+    over disks at the pins. Links without a plane body are skipped.
 
     Parameters
     ----------
     motion
         Motion of one design.
     sections
-        One per beam, in the order of `Mechanism.beams`. A body uses EA, EI and their tapers: its depth is that of the
-        rectangle with both.
+        One per beam, in the order of `Mechanism.beams`. A body has the depth of the rectangle with the same EA and EI
+        along the taper.
     poisson
-        Poisson's ratio, common or per beam; a link uses that of its first beam.
+        Poisson's ratio, one for all beams or one per beam. A link uses that of its first beam.
     across
         Number of elements across the depth; must be even.
     joints
@@ -93,11 +93,12 @@ def solve_solid(
     Raises
     ------
     ValueError
-        The sections do not match the beams; several designs; `across` is odd; or friction may lock the mechanism.
+        If the number of sections is wrong, there are several designs, `across` is odd, or friction may lock the
+        mechanism.
 
     Examples
     --------
-    A beam of 10 x 1 cm and 1 m under a uniform load sags by 5 q l^4/(384 EI), and a little more due to shear:
+    A beam of length l under a uniform load q sags by 5 q l^4/(384 EI), and a little more due to shear:
 
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
     >>> links = Link("ground", {"A": 0}), Link("beam", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})
@@ -147,7 +148,7 @@ def solve_solid(
 
 
 def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
-    """Reason why a link has no plane body, or None."""
+    """Return the reason why a link has no plane body, or None if it has one."""
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
     if any(section.thin_walled for section in sections):
@@ -172,7 +173,7 @@ def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
 
 
 def _pushes(solved: SolvedFrame) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
-    """Yield joint forces and concentrated loads at beam ends: link, point, force, moment."""
+    """Yield the joint forces and concentrated loads at beam ends: link, point, (force, moment)."""
     frame = solved.frame
     beamed, rows = frame.motion.mechanism.beams, [row for tie in solved.held for row in tie.rows]
 
@@ -200,7 +201,7 @@ def _loads(
     points: int,
     pushes: Sequence[tuple[int, tuple[Columns, Columns]]],
 ) -> Reals:
-    """Load factors of the unit loads of a link, shape (loads, positions)."""
+    """Return the factors of the unit loads of a link, shape (loads, positions)."""
     mechanism, back = motion.mechanism, np.conj(motion.direction[at])
     felt = back * (motion.acceleration[at] - mechanism.gravity)
     on_points = np.zeros((points, 3, *motion.columns))
@@ -227,7 +228,7 @@ def _loads(
 def _chord(
     frame: Frame, bodies: Mapping[int, Responses], loads: Mapping[int, Reals], number: int
 ) -> tuple[Reals, Reals]:
-    """Stations of a beam's axis and its transverse displacement from the chord [m]."""
+    """Return stations on the axis of a beam and its chord deflection there [m]."""
     at = frame.bodies[number].link
     if at not in bodies:
         return np.zeros(0), np.zeros((*frame.motion.columns, 0))

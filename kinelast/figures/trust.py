@@ -280,7 +280,7 @@ def _check(results: Results) -> list[Finding]:
         if balance.compared:
             text += (
                 f" Momentum of all masses against the forces ({theory}), at {balance.compared} positions: "
-                f"largest difference {number(balance.largest, 2)}, tolerance {number(balance.granted, 2)}."
+                f"largest difference {number(balance.largest, 2)}, tolerance {number(balance.tolerance, 2)}."
             )
     if not comparison.passed and any(section.taper for section in results.deflection.sections):
         text += (
