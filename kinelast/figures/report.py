@@ -166,7 +166,7 @@ class MomentumReport(Record, frozen=True):
     force: float | None
     moment: float | None
     compared: int
-    granted: float | None
+    tolerance: float | None
     largest: float | None
     passed: bool | None
 
