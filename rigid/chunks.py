@@ -93,8 +93,8 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
     for first in range(0, given[0].shape[-1], columns):
         drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
         turns = 0.0 if drawn is mechanism else _whole_turns(drawn, lead[:, 0])
-        way = None if lead is None else lead - turns
-        chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
+        path = None if lead is None else lead - turns
+        chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=path), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
             drawn, lead = _drawn_anew(drawn, lead, chunk[0])
         yield chunk.pop()  # drop the reference, so that the chunk does not displace the next one from the cache

@@ -84,8 +84,8 @@ def _scca_transitions(sine: float, cosine: float) -> tuple[float, float, float, 
     ends, flat = sine / 2, (1 - cosine) / 2
     speed = 2 * ends / pi
     travel = ends**2 * (2 / pi) * (1 - 2 / pi)
-    lasts = flat - ends
-    later_travel, later = travel + speed * lasts + lasts**2 / 2, speed + lasts
+    flat_time = flat - ends
+    later_travel, later = travel + speed * flat_time + flat_time**2 / 2, speed + flat_time
     peak = 1 / (2 * (later_travel + later * cosine / 2 + (cosine / pi) ** 2))  # half of the rise is 1/2
     return speed, travel, later, later_travel, peak
 
@@ -303,12 +303,12 @@ class SegmentedLaw:
         value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
         level: Any = self.start
         for k, segment in enumerate(self.segments):
-            here, lasts = at == k, segment.duration
-            z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)
+            here, duration = at == k, segment.duration
+            z = np.clip(1.0 + (time[here] - self._ends[k]) / duration, 0.0, 1.0)
             for step in INNER_JUMPS.get(segment.curve, ()):
-                z = np.where(np.abs(z - step) * lasts <= INSTANT_TOLERANCE * self._ends[-1], step, z)
-            rise, speed, bend = self.stretched(k, z)
-            value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
+                z = np.where(np.abs(z - step) * duration <= INSTANT_TOLERANCE * self._ends[-1], step, z)
+            rise, speed, curvature = self.stretched(k, z)
+            value[here], rate[here], acceleration[here] = level + rise, speed / duration, curvature / duration**2
             level += segment.rise
         over = time > self.duration * (1 + INSTANT_TOLERANCE)
         rate[over] = acceleration[over] = 0.0

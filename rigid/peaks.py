@@ -62,15 +62,15 @@ def law_peaks(law: MotionLaw) -> LawPeaks | None:
 def _segments(law: SegmentedLaw, repeated: bool) -> LawPeaks:
     sizes, ends, steps, begin = [], [], [], 0.0
     for number, segment in enumerate(law.segments):
-        speeds, lasts, rise = law.speeds[number], segment.duration, abs(segment.rise)
+        speeds, duration, rise = law.speeds[number], segment.duration, abs(segment.rise)
         run_up = segment.curve == "polynomial-345" and any(speeds)
         within = (
             polynomial_peaks(quintic(segment, speeds)) if run_up else [rise * size for size in PEAKS[segment.curve]]
         )
-        sizes.append([size / lasts**order for order, size in enumerate(within, 1)])
-        ends.append([float(each) / lasts**2 for each in law.stretched(number, np.array([0.0, 1.0]))[2]])
-        steps += [begin + lasts * share for share in INNER_JUMPS.get(segment.curve, ()) if segment.rise]
-        begin += lasts
+        sizes.append([size / duration**order for order, size in enumerate(within, 1)])
+        ends.append([float(each) / duration**2 for each in law.stretched(number, np.array([0.0, 1.0]))[2]])
+        steps += [begin + duration * share for share in INNER_JUMPS.get(segment.curve, ()) if segment.rise]
+        begin += duration
     speed, acceleration, jerk = (float(each) for each in np.max(sizes, axis=0))
     around = [ends[-1][1] if repeated else 0.0, *np.ravel(ends).tolist(), ends[0][0] if repeated else 0.0]
     meet = [0.0, *np.cumsum([segment.duration for segment in law.segments]).tolist()]

@@ -31,16 +31,16 @@ class Transmission:
     angle: Reals
 
 
-def transmission_angles(course: Motion) -> list[Transmission]:
+def transmission_angles(motion: Motion) -> list[Transmission]:
     """Return the transmission angles of all dyads, in the order of solution (for larger groups see `Motion.sine`)."""
-    links = course.mechanism.links
+    links = motion.mechanism.links
     angles = []
-    for closed in course.closures:
+    for closed in motion.closures:
         if closed.group.dyad is not None and closed.group.free:
             one, other = _lines(closed)
             angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
             names = tuple(links[link].name for link in closed.group.links)
-            angles.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
+            angles.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, motion.columns)))  # type: ignore[arg-type]
     return angles
 
 

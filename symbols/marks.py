@@ -148,8 +148,8 @@ class Mark:
             return self.spin(placed)
         if self.axis is None:
             return 1.0
-        link, way = self.axis
-        return np.asarray(placed.direction[placed.mechanism.index[link]]) * way
+        link, x_axis = self.axis
+        return np.asarray(placed.direction[placed.mechanism.index[link]]) * x_axis
 
     def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return the mark as JSON data. Links appear by their index in `links`, or by name if `links` is None."""

@@ -76,8 +76,8 @@ def _loads(mechanism: Mechanism) -> Iterator[Mark]:
         elif isinstance(load, TorsionSpring):
             yield torsion_spring(Spot(load.link, load.at))
         elif isinstance(load, PointLoad) and (force := complex(np.ravel(load.force)[0])):
-            way = force / abs(force)
-            yield arrow(Spot(load.link, load.point), (load.link if load.turning else GROUND, way))
+            direction = force / abs(force)
+            yield arrow(Spot(load.link, load.point), (load.link if load.turning else GROUND, direction))
 
 
 def _gears(placed: Placed) -> Iterator[Mark]:

@@ -36,9 +36,9 @@ def arrow(at: Spot, axis: tuple[str, complex] | None) -> Mark:
     return _arrow("load", at, np.array([0.0, LOAD_LENGTH], complex), 1.0, LOAD, axis=axis)
 
 
-def _arrow(kind: str, at: Spot, shaft: Any, way: complex, colour: str, **more: Any) -> Mark:
+def _arrow(kind: str, at: Spot, shaft: Any, direction: complex, colour: str, **more: Any) -> Mark:
     """Return a line with a filled arrow head. The line runs back on itself, so that it encloses no area."""
-    lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + way * HEAD, closed=True)
+    lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + direction * HEAD, closed=True)
     return Mark(kind, at, lines, stroke=colour, fill=colour, width=1.8, level=OVER, **more)
 
 

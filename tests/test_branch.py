@@ -261,7 +261,7 @@ class TestForwardDynamics:
     def test_a_bound_on_evaluations_keeps_the_results(self):
         with pytest.raises(ForwardError, match="it has taken 100 evaluations") as caught:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, evaluations=100)
-        reached = caught.value.course
+        reached = caught.value.motion
         assert 0 < reached.time[-1] == caught.value.time < 1.5
         assert np.isfinite(motion_during(reached, reached.time).direction).all()
 
@@ -277,7 +277,7 @@ class TestForwardDynamics:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, on_step=progress)
         assert len(instants) == 3
         assert caught.value.kind == "interrupted"
-        assert caught.value.course.time[-1] == instants[-1]
+        assert caught.value.motion.time[-1] == instants[-1]
         assert 0 < instants[0] < instants[1] < instants[2] < 1.5
 
 

@@ -21,7 +21,7 @@ from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
 from kinelast.tasks.request import Request
-from machine.cams import OUTER, Cam, cam_course, contact_modulus, cut_depth, line_pressure
+from machine.cams import OUTER, Cam, cam_flank, contact_modulus, cut_depth, line_pressure
 from rigid import drive_efforts
 
 TAPPET = """
@@ -176,7 +176,7 @@ class TestTranslatingFollower:
         for keys in ({}, {"roller": None, "roller_radius": None, "face": ["F", "G"]}):
             scene = scene_from_dict(with_cam(TAPPET, **keys))
             time = 0.011 + 1e-5 * np.arange(-1, 2)
-            flank = cam_course(scene.course.at(time), scene.cams["plate"])
+            flank = cam_flank(scene.course.at(time), scene.cams["plate"])
             before, here, after = flank.profile
             one, two = after - here, here - before
             bend = 2 * (two.conjugate() * one).imag / abs(one * two * (after - before))
@@ -386,7 +386,7 @@ class TestUndercut:
         time = np.linspace(0, 1, 400, endpoint=False)
         scene = scene_from_dict(tables(EQUIVALENT))
         moved = scene.course.at(0.2 * time)
-        flank = cam_course(moved, Cam(3, 0, 0j, 10 * np.pi, roller=scene.cams["disc"].roller, radius=0.07))
+        flank = cam_flank(moved, Cam(3, 0, 0j, 10 * np.pi, roller=scene.cams["disc"].roller, radius=0.07))
         assert flank.undercut.all()
         assert cut_depth(flank).max() > 0.01
 
@@ -525,10 +525,10 @@ def test_a_ring_is_undercut_if_the_roller_is_too_large():
     """The limit is the smallest concave radius of the path."""
     scene = scene_from_dict(steep(TAPPET))
     moved, cam = scene_motion(scene), scene.cams["plate"]
-    bend = -cam_course(moved, cam).pitch_curvature.min()
+    bend = -cam_flank(moved, cam).pitch_curvature.min()
     assert bend > 0
     for share, cut in ((0.95, False), (1.05, True)):
-        ring = cam_course(moved, replace(cam, radius=share / bend, flank=OUTER), outer=True)
+        ring = cam_flank(moved, replace(cam, radius=share / bend, flank=OUTER), outer=True)
         assert ring.undercut.any() == cut
 
 
@@ -537,10 +537,10 @@ def test_knife_edge():
     scene = scene_from_dict(tables(TAPPET))
     moved, cam = scene_motion(scene), scene.cams["plate"]
     effort = drive_efforts(moved, scene_deflection(scene, moved).forces)[0] + 3.0
-    edge = cam_course(moved, replace(cam, radius=0.0))
+    edge = cam_flank(moved, replace(cam, radius=0.0))
     assert not edge.undercut.any()
     assert np.isnan(edge.relative_curvature).all()
-    assert edge.force(effort) == pytest.approx(cam_course(moved, cam).force(effort), rel=1e-12)
+    assert edge.force(effort) == pytest.approx(cam_flank(moved, cam).force(effort), rel=1e-12)
     assert edge.profile == pytest.approx(edge.pitch, abs=0)
 
 

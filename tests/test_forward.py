@@ -393,7 +393,7 @@ class TestToggles:
 
         with pytest.raises(ForwardError, match="interrupted") as caught:
             forward(double_rocker(0.3), [Effort(5.0)], 0.3, 0.0, 5.0, 1e-8, on_step=stop)
-        course = caught.value.course
+        course = caught.value.motion
         assert 0.1 < course.time[-1] < 0.13
         assert len(course.stretches) > 1
         assert np.isfinite(motion_during(course, course.time[-1:]).drive).all()

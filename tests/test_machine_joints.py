@@ -8,13 +8,13 @@ import pytest
 from machine.joints import (
     Eye,
     Guide,
-    JointCourse,
+    JointHistory,
     Pin,
     Plain,
     Rolling,
     clearance_effects,
     contact_losses,
-    joint_course,
+    joint_history,
     knocks,
 )
 from rigid import Link, Mechanism, PinDrive, Slider, motion, position_of, reactions
@@ -26,7 +26,7 @@ def course(force, rate, angle=0.0, period=0.04):
     """Return a joint over a cycle, with the parent at rest."""
     shape = np.broadcast_shapes(np.shape(force), np.shape(rate), np.shape(angle), (N,))
     wide = [np.broadcast_to(np.asarray(each), shape) for each in (force + 0j, np.exp(1j * np.asarray(angle)))]
-    return JointCourse(*wide, np.ones(shape) + 0j, np.broadcast_to(rate, shape), np.full(shape, period / N), True)
+    return JointHistory(*wide, np.ones(shape) + 0j, np.broadcast_to(rate, shape), np.full(shape, period / N), True)
 
 
 TURN = 2 * np.pi * np.arange(N) / N
@@ -191,7 +191,7 @@ def test_the_force_history_of_a_joint_agrees_with_statics():
     links = (links[0], replace(links[1], lumps=(Lump("A", 2.0),)))
     turning = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1})
     moved = motion(turning, TURN, 3.0, time=TURN / 3.0)
-    found = joint_course(moved, reactions(moved), 0, np.full(N, 2 * np.pi / 3 / N))
+    found = joint_history(moved, reactions(moved), 0, np.full(N, 2 * np.pi / 3 / N))
     assert np.abs(found.force) == pytest.approx(18.0)
     assert found.mean_force() == pytest.approx(18.0)
     assert found.travel == pytest.approx(2 * np.pi)

@@ -18,7 +18,7 @@ from machine.life import (
     surface_factor,
 )
 from machine.life.damage import reversals
-from machine.life.stresses import _greatest as worst_of
+from machine.life.stresses import _largest_damage as worst_of
 from rigid import Beam, Link, Mechanism, PinDrive, motion
 
 STEEL = FatigueStrength(400e6, 250e6, 160e6, 5.0, 1e6)

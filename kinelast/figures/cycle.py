@@ -17,7 +17,7 @@ from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.figure import Figure, RowSearch, points_of
 from kinelast.tasks.progress import one_thread
 from machine.drives import time_weights
-from machine.joints import JointCourse, joint_course
+from machine.joints import JointHistory, joint_history
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
@@ -266,7 +266,7 @@ class Cycle:
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         return share.max(axis=0, initial=0.0)
 
-    def joint(self, number: int) -> JointCourse:
+    def joint(self, number: int) -> JointHistory:
         """Return the force and motion of a joint over the included positions."""
         return self.once(_joint, number)
 
@@ -340,8 +340,8 @@ def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
     return found, np.zeros(np.shape(value))
 
 
-def _joint(cycle: Cycle, number: int) -> JointCourse:
-    return joint_course(cycle.motion, cycle.deflection.forces, number, cycle.weights)
+def _joint(cycle: Cycle, number: int) -> JointHistory:
+    return joint_history(cycle.motion, cycle.deflection.forces, number, cycle.weights)
 
 
 def _rows_along(cycle: Cycle, key: str) -> Reals:

@@ -313,9 +313,9 @@ class IntegratedCourse(Course):
                 way = run.duration, run.tolerance, run.steps, self.on_step
                 return forward(self.mechanism, drives, start, rate, *way), None
             except ForwardError as error:
-                if error.course is None:
+                if error.motion is None:
                     raise
-                return error.course, error
+                return error.motion, error
 
     @property
     def span(self) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from machine.cams.courses import Cam, CamCourse, cam_course
+from machine.cams.flanks import Cam, CamFlank, cam_flank
 from machine.ranges import Range
 from rigid import Mechanism, Motion, with_rates
 from rigid.arrays import Flags, Real, Reals
@@ -55,47 +55,47 @@ class CamPush:
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
         """Yield link, point, force and moment of each force on a follower, in ground axes."""
-        courses = self._courses(motion)
-        for cam, course, force in zip(self.cams, courses, self._pressing(motion, courses), strict=True):
-            push = force * course.normal
+        flanks = self._flanks(motion)
+        for cam, flank, force in zip(self.cams, flanks, self._pressing(motion, flanks), strict=True):
+            push = force * flank.normal
             if cam.face is None:
                 yield cam.follower, cam.points[0], push, 0.0
                 continue
-            share = course.along / np.abs(cam.face[1] - cam.face[0])
+            share = flank.along / np.abs(cam.face[1] - cam.face[0])
             for point, part in zip(cam.points, (1.0 - share, share), strict=True):
                 yield cam.follower, point, np.where(force == 0.0, 0.0, part * push), 0.0
 
     def pressing(self, motion: Motion) -> Reals:
         """Return the contact forces on the followers [N], shape (cams, ..., positions)."""
-        return self._pressing(motion, self._courses(motion))
+        return self._pressing(motion, self._flanks(motion))
 
-    def _courses(self, motion: Motion) -> list[CamCourse]:
+    def _flanks(self, motion: Motion) -> list[CamFlank]:
         _, rates, accelerations = by_laws(self.laws, motion.time)
         passed = with_rates(motion, rates, accelerations)
-        return [cam_course(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
+        return [cam_flank(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
-    def _pressing(self, motion: Motion, courses: Sequence[CamCourse]) -> Reals:
+    def _pressing(self, motion: Motion, flanks: Sequence[CamFlank]) -> Reals:
         """Solve for the contact forces by virtual work: the drives that cams move need no effort."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [motion.units[cam.drive] for cam in self.cams]
         efforts = np.array([-_work(unit, *loads) for unit in units])
         levers = np.array(
-            [[np.broadcast_to(_lever(unit, course), motion.columns) for course in courses] for unit in units]
+            [[np.broadcast_to(_lever(unit, flank), motion.columns) for flank in flanks] for unit in units]
         )
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             forces = efforts / levers[0] if len(self.cams) == 1 else _solved(levers, efforts)
         return np.where(np.isfinite(forces), forces, 0.0)
 
 
-def _lever(unit: Motion, course: CamCourse) -> Any:
+def _lever(unit: Motion, flank: CamFlank) -> Any:
     """Return the drive effort that replaces a contact force of 1 N."""
-    cam = course.cam
-    arm = course.follower if cam.face is None else course.contact
+    cam = flank.cam
+    arm = flank.follower if cam.face is None else flank.contact
     velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (
         arm + cam.centre - unit.origin[cam.link]
     )
-    return dot(course.normal, velocity)
+    return dot(flank.normal, velocity)
 
 
 def _solved(levers: Reals, efforts: Reals) -> Reals:

@@ -100,10 +100,10 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
     limited to the value at which the motor reaches its rated or top speed; a drive without acceleration gets this
     limit. Range: efficiency and rotor do not depend on the ratio.
     """
-    passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
-    own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
+    transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
+    inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
     with np.errstate(divide="ignore", invalid="ignore"):
-        best = np.where(own > 0, (passed / np.where(own > 0, own, 1.0)) ** 0.25, np.inf)
+        best = np.where(inertial > 0, (transmitted / np.where(inertial > 0, inertial, 1.0)) ** 0.25, np.inf)
         bound = np.min(
             np.fmin(motor.rated_speed, motor.top_speed) / np.abs(np.broadcast_to(rate, np.shape(acceleration))), axis=-1
         )

@@ -18,4 +18,4 @@ from machine.joints.bearings import (
     Plain,
     Rolling,
 )
-from machine.joints.courses import JointCourse, clearance_effects, contact_losses, joint_course, knocks
+from machine.joints.histories import JointHistory, clearance_effects, contact_losses, joint_history, knocks

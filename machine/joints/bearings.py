@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from machine.joints.courses import JointCourse
+from machine.joints.histories import JointHistory
 from machine.ranges import Range
 from rigid.arrays import Real, Reals, of_designs
 
@@ -86,11 +86,11 @@ class Rolling:
         """Life exponent p, 3 or 10/3."""
         return EXPONENTS[self.kind]
 
-    def equivalent_load(self, course: JointCourse) -> Reals:
+    def equivalent_load(self, history: JointHistory) -> Reals:
         """Return the equivalent load P [N], shape (...): the power mean with exponent p over the angle of rotation."""
-        return course.mean_force(self.exponent)
+        return history.mean_force(self.exponent)
 
-    def revolutions(self, course: JointCourse) -> Reals:
+    def revolutions(self, history: JointHistory) -> Reals:
         """Return the life in revolutions, shape (...). A swing counts with the angle covered back and forth.
 
         References
@@ -99,11 +99,11 @@ class Rolling:
         `STATIC_RANGE`, `SLIP_RANGE`, and `OVERLAP_RANGE` for a swinging bearing.
         """
         with np.errstate(divide="ignore"):
-            ratio = of_designs(self.dynamic) / self.equivalent_load(course)
+            ratio = of_designs(self.dynamic) / self.equivalent_load(history)
             factor = LIFE_FACTORS[self.reliability] * of_designs(self.condition)
             return np.asarray(factor * ratio**self.exponent * MILLION)
 
-    def life(self, course: JointCourse) -> Reals:
+    def life(self, history: JointHistory) -> Reals:
         """Return the life [s], shape (...); infinite if the bearing does not turn.
 
         For a swinging bearing, the angle covered is converted to revolutions. Ranges: see `revolutions`.
@@ -113,26 +113,26 @@ class Rolling:
         Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th ed. 2007, section 11.10.
         """
         with np.errstate(divide="ignore"):
-            per_second = course.travel / (2.0 * np.pi) / (course.weight * course.known).sum(axis=-1)
-            return np.asarray(np.where(per_second > 0.0, self.revolutions(course) / per_second, np.inf))
+            per_second = history.travel / (2.0 * np.pi) / (history.weight * history.known).sum(axis=-1)
+            return np.asarray(np.where(per_second > 0.0, self.revolutions(history) / per_second, np.inf))
 
-    def static_safety(self, course: JointCourse) -> Reals:
+    def static_safety(self, history: JointHistory) -> Reals:
         """Return C0 / largest load, shape (...) (ISO 76:2006). Range: any load."""
         with np.errstate(divide="ignore"):
-            return np.asarray(of_designs(self.static) / course.size.max(axis=-1))
+            return np.asarray(of_designs(self.static) / history.size.max(axis=-1))
 
-    def load_share(self, course: JointCourse) -> Reals:
+    def load_share(self, history: JointHistory) -> Reals:
         """Return equivalent load / C, shape (...)."""
-        return np.asarray(self.equivalent_load(course) / of_designs(self.dynamic))
+        return np.asarray(self.equivalent_load(history) / of_designs(self.dynamic))
 
-    def overlap(self, course: JointCourse) -> Reals:
+    def overlap(self, history: JointHistory) -> Reals:
         """Return swing / critical swing, at which each rolling element reaches the next one's place, shape (...).
 
         The elements move half as far as the ring, so the critical swing of Z elements is 4 pi / Z. The result is nan
         at rest, or if the number of elements is unknown.
         """
-        turning = np.where(course.travel > 0.0, self.elements, np.nan)
-        return np.asarray(course.swing * turning / (4.0 * np.pi))
+        turning = np.where(history.travel > 0.0, self.elements, np.nan)
+        return np.asarray(history.swing * turning / (4.0 * np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,18 +142,18 @@ class Plain:
     diameter: Real
     width: Real
 
-    def pressure(self, course: JointCourse) -> Reals:
+    def pressure(self, history: JointHistory) -> Reals:
         """Return the mean pressure, force / projected area [Pa], shape (..., positions). Range: any load."""
-        return np.asarray(np.abs(course.force) / (self.diameter * self.width))
+        return np.asarray(np.abs(history.force) / (self.diameter * self.width))
 
-    def speed(self, course: JointCourse) -> Reals:
+    def speed(self, history: JointHistory) -> Reals:
         """Return the sliding speed [m/s], shape (..., positions)."""
-        return np.asarray(np.abs(course.rate) * self.diameter / 2.0)
+        return np.asarray(np.abs(history.rate) * self.diameter / 2.0)
 
-    def pressure_times_speed(self, course: JointCourse) -> Reals:
+    def pressure_times_speed(self, history: JointHistory) -> Reals:
         """Return the time average of p v [W/m^2], shape (...), for comparison with the manufacturer's limit."""
-        product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
-        return course.mean(product)
+        product = history.size / (self.diameter * self.width) * np.nan_to_num(self.speed(history))
+        return history.mean(product)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,12 +163,12 @@ class Guide:
     length: Real
     width: Real
 
-    def _parts(self, course: JointCourse) -> tuple[Reals, Reals]:
+    def _parts(self, history: JointHistory) -> tuple[Reals, Reals]:
         """Return the pressures due to the transverse force and, at the ends, the moment [Pa], (..., positions) each."""
-        even = np.abs(course.across) / (self.length * self.width)
-        return even, np.abs(course.moment) * 6.0 / (self.width * np.square(self.length))
+        even = np.abs(history.across) / (self.length * self.width)
+        return even, np.abs(history.moment) * 6.0 / (self.width * np.square(self.length))
 
-    def pressure(self, course: JointCourse) -> Reals:
+    def pressure(self, history: JointHistory) -> Reals:
         """Return the largest pressure, at an end of the block: F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
 
         The pressure varies linearly along a rigid block. With the eccentricity e = M/F it is F/(l b) (1 + 6 e/l). If e
@@ -179,24 +179,24 @@ class Guide:
         Timoshenko, Strength of Materials, part I, 3rd ed. 1955, article 58, eccentric load on a rectangle. Range: any
         eccentricity, because the block can bear on both sides.
         """
-        even, ends = self._parts(course)
+        even, ends = self._parts(history)
         return np.asarray(even + ends)
 
-    def speed(self, course: JointCourse) -> Reals:
+    def speed(self, history: JointHistory) -> Reals:
         """Return the sliding speed [m/s], shape (..., positions)."""
-        return np.abs(course.rate)
+        return np.abs(history.rate)
 
-    def pressure_times_speed(self, course: JointCourse) -> Reals:
+    def pressure_times_speed(self, history: JointHistory) -> Reals:
         """Return the mean of p v over time and area [W/m^2], shape (...), which governs the heating of the guide.
 
         If both sides bear, the pressure varies linearly from f - m to f + m, with f = F/(l b) and m = 6 M/(l^2 b). The
         mean of its magnitude is (f^2 + m^2)/(2 m).
         """
-        even, ends = self._parts(course)
+        even, ends = self._parts(history)
         with np.errstate(divide="ignore", invalid="ignore"):
             mean = np.where(ends > even, (even**2 + ends**2) / (2.0 * ends), even)
-        product = np.nan_to_num(mean * self.speed(course)) * course.known
-        return course.mean(product)
+        product = np.nan_to_num(mean * self.speed(history)) * history.known
+        return history.mean(product)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,12 +222,12 @@ class Pin:
     overhung: bool = False
     yield_stress: Real = np.nan
 
-    def shear(self, course: JointCourse) -> Reals:
+    def shear(self, history: JointHistory) -> Reals:
         """Return the largest shear stress, 4/3 of the mean, at the neutral axis [Pa], shape (..., positions)."""
         area = np.pi * np.square(self.diameter) / 4.0
-        return np.asarray(SHEAR_FACTOR * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
+        return np.asarray(SHEAR_FACTOR * np.abs(history.force) / ((1.0 if self.overhung else 2.0) * area))
 
-    def bending(self, course: JointCourse) -> Reals:
+    def bending(self, history: JointHistory) -> Reals:
         """Return the largest bending stress for uniform pressure in eye and cheeks [Pa], shape (..., positions).
 
         The moment is M = F (eye + 2 cheek + 4 gap)/8 between two cheeks. For an overhung pin, clamped at the cheek, it
@@ -239,11 +239,11 @@ class Pin:
         `PIN_RANGE`.
         """
         lever = self.gap + self.eye / 2.0 if self.overhung else (self.eye + 2.0 * self.cheek + 4.0 * self.gap) / 8.0
-        return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
+        return np.asarray(32.0 * np.abs(history.force) * lever / (np.pi * np.power(self.diameter, 3)))
 
-    def safety(self, course: JointCourse) -> Reals:
+    def safety(self, history: JointHistory) -> Reals:
         """Return yield stress / larger of bending stress and sqrt(3) times shear stress, shape (..., positions)."""
-        worst = np.maximum(self.bending(course), np.sqrt(3.0) * self.shear(course))
+        worst = np.maximum(self.bending(history), np.sqrt(3.0) * self.shear(history))
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
 
@@ -286,28 +286,28 @@ class Eye:
         factor = np.polyval([-51.667, 89.762, -52.714, 12.882], part)
         return np.where(HOLE_RANGE.holds(part) & EDGE_RANGE.holds(self.edge / self.width), factor, np.nan)
 
-    def bearing(self, course: JointCourse) -> Reals:
+    def bearing(self, history: JointHistory) -> Reals:
         """Return the bearing stress F/(d t) [Pa], shape (..., positions). Range: `EYE_RANGE`."""
-        return np.asarray(np.abs(course.force) / (self.diameter * self.thickness))
+        return np.asarray(np.abs(history.force) / (self.diameter * self.thickness))
 
-    def net(self, course: JointCourse) -> Reals:
+    def net(self, history: JointHistory) -> Reals:
         """Return the tensile stress in the net section, F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
         The full force is used for any direction.
         """
-        return np.asarray(np.abs(course.force) / self.net_area)
+        return np.asarray(np.abs(history.force) / self.net_area)
 
-    def tear_out(self, course: JointCourse) -> Reals:
+    def tear_out(self, history: JointHistory) -> Reals:
         """Return the shear stress F/(2 t (e - d/2)) in two planes from hole to end [Pa], shape (..., positions).
 
         Each plane is as long as the plate behind the hole. Range: `EYE_RANGE`.
         """
-        return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
+        return np.asarray(np.abs(history.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 
-    def safety(self, course: JointCourse) -> Reals:
+    def safety(self, history: JointHistory) -> Reals:
         """Return yield stress / largest of bearing, net and sqrt(3) times tear-out stress, shape (..., positions)."""
-        shear = np.sqrt(3.0) * self.tear_out(course)
-        worst = np.maximum(np.maximum(self.bearing(course), self.net(course)), shear)
+        shear = np.sqrt(3.0) * self.tear_out(history)
+        worst = np.maximum(np.maximum(self.bearing(history), self.net(history)), shear)
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
 

@@ -8,7 +8,7 @@ from machine.life.endurance import FatigueStrength, equivalent_amplitude
 from rigid.arrays import Integers, Reals
 
 
-def cycles_of(course: Any) -> Reals:
+def cycles_of(stress: Any) -> Reals:
     """Count the rainflow cycles of a repeating stress.
 
     The count starts and ends at the largest value, so that the largest range goes from peak to valley and all cycles
@@ -16,7 +16,7 @@ def cycles_of(course: Any) -> Reals:
 
     Parameters
     ----------
-    course
+    stress
         Stress over one repetition [Pa], shape (positions,).
 
     Returns
@@ -30,16 +30,16 @@ def cycles_of(course: Any) -> Reals:
     """
     from rainflow import extract_cycles
 
-    values = np.asarray(course, float)
+    values = np.asarray(stress, float)
     closed = np.roll(values, -int(values.argmax()))
     closed = np.append(closed, closed[0])
     rows = [(size, mean, count) for size, mean, count, *_ in extract_cycles(closed.tolist())]
     return np.array(rows, float).T if rows else np.zeros((3, 0))
 
 
-def reversals(courses: Any) -> Integers:
+def reversals(stresses: Any) -> Integers:
     """Return the number of turning points of repeating stresses along the last axis, shape (...)."""
-    signs = np.sign(np.diff(courses, axis=-1, append=courses[..., :1]))
+    signs = np.sign(np.diff(stresses, axis=-1, append=stresses[..., :1]))
     for _ in range(2):  # a constant interval takes the sign of the previous interval, cyclically
         at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
         last = np.maximum.accumulate(at, axis=-1)
@@ -48,7 +48,7 @@ def reversals(courses: Any) -> Integers:
     return np.asarray(np.count_nonzero(signs != np.roll(signs, 1, axis=-1), axis=-1))
 
 
-def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
+def damage(stress: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
     """Return Miner's sum of one repetition of a stress: the consumed share of the life.
 
     The sum is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles also count (see
@@ -56,7 +56,7 @@ def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -
 
     Parameters
     ----------
-    course
+    stress
         Stress [Pa], shape (positions,).
     strength
         Strength of a single design.
@@ -65,7 +65,7 @@ def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -
     ----------
     Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Range: as for the S-N line.
     """
-    values = np.asarray(course, float)
+    values = np.asarray(stress, float)
     most, least = float(values.max()), float(values.min())
     whole = float(equivalent_amplitude((most - least) / 2, (most + least) / 2, strength, criterion))
     if not whole > strength.limit:

@@ -86,9 +86,9 @@ class Fatigue:
         for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & np.isfinite(total)), strict=True):
             strength = _of_design(self.task.strengths[cell[0]], cell[1:], shape[1:])
             along = factors[cell[0], cell[1] if len(cell) > 1 and factors.shape[1] > 1 else 0]
-            courses = np.concatenate([side[cell] * along for side in self.stresses], axis=-1)
-            good = np.isfinite(courses).all(axis=-1)
-            total[cell], place[cell] = _greatest(courses[good].T, excess[cell], strength, self.task.criterion)
+            histories = np.concatenate([side[cell] * along for side in self.stresses], axis=-1)
+            good = np.isfinite(histories).all(axis=-1)
+            total[cell], place[cell] = _largest_damage(histories[good].T, excess[cell], strength, self.task.criterion)
         return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
 
 
@@ -116,9 +116,9 @@ def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
     safety, excess = (np.stack(rows, axis=1) for rows in zip(*parts, strict=True))
     worst, index = _least_place(safety)
     xi, fibre = _place(index)
-    at = np.nan_to_num(_course(sides, index), nan=-np.inf).argmax(axis=-1)
-    found = Largest(worst, np.where(np.isnan(worst), -1, at), xi, fibre)
-    return Fatigue(found, _taken(amplitude, index), _taken(mean, index), task, sides, excess)
+    at = np.nan_to_num(_stress_histories(sides, index), nan=-np.inf).argmax(axis=-1)
+    smallest = Largest(worst, np.where(np.isnan(worst), -1, at), xi, fibre)
+    return Fatigue(smallest, _taken(amplitude, index), _taken(mean, index), task, sides, excess)
 
 
 def _ends(values: Any) -> tuple[Reals, Reals]:
@@ -132,7 +132,7 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
     return np.where(some, least, np.nan), np.where(some, most, np.nan)
 
 
-def _course(sides: Sequence[Any], index: Any) -> Reals:
+def _stress_histories(sides: Sequence[Any], index: Any) -> Reals:
     """Return the stress histories at points given by index, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
@@ -161,7 +161,7 @@ def _place(index: Integers) -> tuple[Reals, Integers]:
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
 
-def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
+def _largest_damage(histories: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
     """Return the largest Miner's sum of stress histories, shape (points, positions), and the index of the point.
 
     A stress history is counted only if its upper bound exceeds the largest sum so far. The bound is the damage of the
@@ -169,11 +169,11 @@ def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: s
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
-    bound = whole * np.maximum(reversals(courses) / 2.0, 1.0)
+    bound = whole * np.maximum(reversals(histories) / 2.0, 1.0)
     best, place = 0.0, 0
     for at in np.argsort(-whole).tolist():
         if whole[at] > 0.0 and bound[at] > best:
-            value = damage(courses[at], strength, criterion)
+            value = damage(histories[at], strength, criterion)
             best, place = (value, at) if value > best else (best, place)
     return best, place
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from rigid.analysis.coordinates import Rated
 from rigid.arrays import Integers, Reals
-from rigid.kinematics import Motion, motion
+from rigid.kinematics import Motion
+from rigid.kinematics import motion as compute_motion
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
@@ -25,7 +26,7 @@ class Intervals:
 
     Attributes
     ----------
-    course
+    motion
         Motion of a single design.
     left, right
         Indices of the positions at the ends of each interval, shape (intervals,).
@@ -33,7 +34,7 @@ class Intervals:
         Drive coordinates at the left end, and their change over the interval, shape (drives, intervals).
     """
 
-    course: Motion
+    motion: Motion
     left: Integers
     right: Integers
     low: Reals
@@ -45,18 +46,18 @@ class Intervals:
         The time unit is one interval, so rates are per interval.
         """
         near = self.left[number]
-        here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
+        here = Posture(self.motion.mechanism, self.motion.origin[:, near], self.motion.direction[:, near])
         change = self.change[:, number]
-        return motion(self.course.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
+        return compute_motion(self.motion.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
     def rates(self, coordinate: Rated) -> tuple[Reals, Reals]:
         """Return the rates of a coordinate at the left and at the right end of each interval, per interval."""
-        influence = np.array([coordinate.rate(unit) for unit in self.course.units])
+        influence = np.array([coordinate.rate(unit) for unit in self.motion.units])
         low, high = ((influence[:, at] * self.change).sum(axis=0) for at in (self.left, self.right))
         return low, high
 
 
-def intervals(course: Motion) -> Intervals:
+def intervals(motion: Motion) -> Intervals:
     """Return the intervals between the positions of a motion.
 
     Raises
@@ -64,25 +65,25 @@ def intervals(course: Motion) -> Intervals:
     MechanismError
         If there are several designs, or fewer than two positions.
     """
-    if len(course.columns) != 1 or course.columns[0] < 2:
-        raise MechanismError(f"columns of shape {course.columns}: expected one design and at least two positions")
-    count = course.columns[0]
-    left = np.arange(count if turn_closes(course) else count - 1)
+    if len(motion.columns) != 1 or motion.columns[0] < 2:
+        raise MechanismError(f"columns of shape {motion.columns}: expected one design and at least two positions")
+    count = motion.columns[0]
+    left = np.arange(count if turn_closes(motion) else count - 1)
     right = (left + 1) % count
-    change = course.drive[:, right] - course.drive[:, left]
+    change = motion.drive[:, right] - motion.drive[:, left]
     if len(left) == count:
-        change[:, -1] = course.drive[:, -1] - course.drive[:, -2]
-    return Intervals(course, left, right, course.drive[:, left], change)
+        change[:, -1] = motion.drive[:, -1] - motion.drive[:, -2]
+    return Intervals(motion, left, right, motion.drive[:, left], change)
 
 
-def turn_closes(course: Motion) -> bool:
+def turn_closes(motion: Motion) -> bool:
     """Return whether one more step, equal to the last, would return all drives to the start (modulo full turns)."""
-    drive = course.drive
+    drive = motion.drive
     if drive.shape[-1] < 3:
         return False
     step = drive[:, -1] - drive[:, -2]
     beyond = drive[:, -1] + step - drive[:, 0]
-    turns = np.array([each.turns for each in course.mechanism.drives])
+    turns = np.array([each.turns for each in motion.mechanism.drives])
     rest = np.where(turns, beyond - 2 * np.pi * np.round(beyond / (2 * np.pi)), beyond)
     extent = np.ptp(drive, axis=-1)
     return bool(
@@ -90,15 +91,15 @@ def turn_closes(course: Motion) -> bool:
     )
 
 
-def positions(course: Motion, at: Integers) -> Motion:
+def positions(motion: Motion, at: Integers) -> Motion:
     """Select positions of a motion by index."""
-    here = Posture(course.mechanism, course.origin[:, at], course.direction[:, at])
-    return motion(
-        course.mechanism,
-        course.drive[:, at],
-        course.drive_rate[:, at],
-        course.drive_acceleration[:, at],
-        course.time[at],
+    here = Posture(motion.mechanism, motion.origin[:, at], motion.direction[:, at])
+    return compute_motion(
+        motion.mechanism,
+        motion.drive[:, at],
+        motion.drive_rate[:, at],
+        motion.drive_acceleration[:, at],
+        motion.time[at],
         here,
     )
 

@@ -58,19 +58,19 @@ class DeadPoint:
     joint: str
 
 
-def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
+def limits(motion: Motion, coordinate: Coordinate) -> list[LimitPosition]:
     """Return the extreme values of a coordinate over a motion, as zeros of its rate.
 
     The motion must have a single design. Two extremes between neighbouring positions are not detected. The ends of the
     motion do not count as extremes.
     """
-    between = intervals(course)
+    between = intervals(motion)
     turns = turning_points(between, coordinate)
     if not turns:
         return []
     numbers, parts, rising = (np.array(column) for column in zip(*turns, strict=True))
     here = between.at(numbers, parts)
-    begin = coordinate.value(course)[between.left[numbers]]
+    begin = coordinate.value(motion)[between.left[numbers]]
     values = begin + coordinate.difference(here, begin)
     return [
         LimitPosition("maximum" if rises else "minimum", float(value), drive)
@@ -82,7 +82,7 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
     """Return the reversals of a coordinate: interval index, fraction of the interval, and True for a maximum."""
     low, high = between.rates(coordinate)
     after = np.sign(np.roll(high, -1))
-    if not turn_closes(between.course):
+    if not turn_closes(between.motion):
         after[-1] = np.sign(low[-1])
     right = np.where(high == 0, after, np.sign(high))
     left = np.where(low == 0, right, np.sign(low))
@@ -91,7 +91,7 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
     return [(int(k), float(part), bool(left[k] > 0)) for k, part in zip(turns, parts, strict=True)]
 
 
-def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
+def swing(motion: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
     """Return the lowest minimum and the highest maximum of a coordinate.
 
     Raises
@@ -99,7 +99,7 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitP
     MechanismError
         If the coordinate has no minimum or no maximum in this motion.
     """
-    turned_back = limits(course, coordinate)
+    turned_back = limits(motion, coordinate)
     low = min((each for each in turned_back if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
     high = max((each for each in turned_back if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
     if low is None or high is None:
@@ -109,7 +109,7 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitP
     return low, high
 
 
-def time_ratio(course: Motion, coordinate: Coordinate) -> float:
+def time_ratio(motion: Motion, coordinate: Coordinate) -> float:
     """Return the time ratio of a quick-return motion: longer / shorter drive angle between the limits.
 
     Raises
@@ -117,36 +117,36 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
     MechanismError
         If the motion is not a full turn of one pin drive, or if the coordinate does not swing.
     """
-    if len(course.drive) != 1 or not course.mechanism.drives[0].turns or not turn_closes(course):
+    if len(motion.drive) != 1 or not motion.mechanism.drives[0].turns or not turn_closes(motion):
         raise MechanismError("a time ratio needs one drive that turns fully, without repeating the first position")
-    low, high = swing(course, coordinate)
+    low, high = swing(motion, coordinate)
     part = float(abs(high.drive[0] - low.drive[0])) % (2 * np.pi)
     return max(part, 2 * np.pi - part) / min(part, 2 * np.pi - part)
 
 
-def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
+def velocity_ratio(motion: Motion, output: Rated, source: Rated) -> Reals:
     """Return rate of one coordinate / rate of another, shape (..., positions).
 
     With a single drive, the ratio does not depend on the drive rate, which may be zero. With several drives, the rates
     of the motion are used.
     """
-    if len(course.drive) == 1:
-        (course,) = course.units
+    if len(motion.drive) == 1:
+        (motion,) = motion.units
     with np.errstate(divide="ignore", invalid="ignore"):
-        return output.rate(course) / source.rate(course)
+        return output.rate(motion) / source.rate(motion)
 
 
-def dead_points(course: Motion) -> list[DeadPoint]:
+def dead_points(motion: Motion) -> list[DeadPoint]:
     """Return the stops of a mechanism, and the singular positions that it passes.
 
     The motion must have a single design. Singular positions are found as minima of the sine of the angle between links.
     They are detected only if the positions are close enough.
     """
-    points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
-    between = intervals(course)
-    sine = course.sine
+    points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(motion)]
+    between = intervals(motion)
+    sine = motion.sine
     here = np.arange(len(between.left))
-    if not turn_closes(course):
+    if not turn_closes(motion):
         here = here[1:]
     before, after = sine[here - 1], sine[between.right[here]]
     low = here[(sine[here] <= before) & (sine[here] < after)]
@@ -193,12 +193,12 @@ def aligned_joint(place: Motion) -> str:
     return name
 
 
-def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
+def drive_values(motion: Motion, coordinate: Coordinate, value: float) -> Reals:
     """Return all drive coordinates of a motion at which a coordinate has a given value.
 
     Parameters
     ----------
-    course
+    motion
         Motion of a single design, which is the range of the search. For a closed cycle, the range includes the step
         from the last position to the first.
     coordinate
@@ -213,15 +213,15 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
     value that is only touched at a limit of the coordinate gives one solution. Two reversals of the coordinate between
     neighbouring positions are not detected.
     """
-    between = intervals(course)
+    between = intervals(motion)
     turns = turning_points(between, coordinate)
     number = np.concatenate([np.arange(len(between.left)), [k for k, _, _ in turns]]).astype(int)
     part = np.concatenate([np.zeros(len(between.left)), [part for _, part, _ in turns]])
     order = np.lexsort((part, number))
     number, part = number[order], part[order]
     rest = coordinate.difference(between.at(number, part), value)
-    beyond = coordinate.difference(positions(course, between.right[-1:]), value)
-    rest = np.where(np.abs(rest) <= TOUCH_TOLERANCE * _scale(course, coordinate, value), 0.0, rest)
+    beyond = coordinate.difference(positions(motion, between.right[-1:]), value)
+    rest = np.where(np.abs(rest) <= TOUCH_TOLERANCE * _scale(motion, coordinate, value), 0.0, rest)
     after = np.append(rest[1:], beyond)
     end = np.append(np.where(number[1:] == number[:-1], part[1:], 1.0), 1.0)
     with np.errstate(invalid="ignore"):
@@ -232,7 +232,7 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
     )
     hit = rest == 0
     step_number, part_of_step = np.concatenate([number[hit], at]), np.concatenate([part[hit], begin + inside * width])
-    if len(between.left) < course.columns[0] and abs(beyond[0]) <= TOUCH_TOLERANCE * _scale(course, coordinate, value):
+    if len(between.left) < motion.columns[0] and abs(beyond[0]) <= TOUCH_TOLERANCE * _scale(motion, coordinate, value):
         step_number, part_of_step = np.append(step_number, len(between.left) - 1), np.append(part_of_step, 1.0)
     order = np.lexsort((part_of_step, step_number))
     return np.asarray(between.low[:, step_number[order]] + part_of_step[order] * between.change[:, step_number[order]])
@@ -243,9 +243,9 @@ def _turns(coordinate: Coordinate) -> bool:
     return isinstance(coordinate, LinkAngle)
 
 
-def _scale(course: Motion, coordinate: Coordinate, value: float) -> float:
+def _scale(motion: Motion, coordinate: Coordinate, value: float) -> float:
     """Return the reference size for round-off of a coordinate."""
     if _turns(coordinate):
         return 1.0
-    sizes = np.abs(coordinate.value(course))
+    sizes = np.abs(coordinate.value(motion))
     return max(abs(value), float(np.nanmax(sizes, initial=0.0)))

@@ -53,8 +53,8 @@ def displacements(
                 turning[child] = turning[child] + imaginary(turning[parent].imag + turns[number])
             at_joint = _moved(shift, turning, parent, hinge.arm_parent) + gaps[number]
             if joint.gear is not None and closed.group.loop is None:
-                own = shift, turning, at_joint
-                gap, turn = hinge.driven(_gear_input(hinge, *own, None if flank is None else flank.get(number)))
+                moved = shift, turning, at_joint
+                gap, turn = hinge.driven(_gear_input(hinge, *moved, None if flank is None else flank.get(number)))
                 at_joint, turning[child] = at_joint + gap, turning[child] + imaginary(turn)
             shift[child] = at_joint - turning[child] * hinge.arm_child
             number += 1

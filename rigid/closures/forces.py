@@ -138,11 +138,11 @@ def joint_forces(
             _add_load(ring.joint.child, ring.arm_child, pull, couple, force, moment)
             _add_load(ring.joint.parent, ring.arm_parent, -pull, -couple, force, moment)
             rings.append((pull, couple))
-        held = [_generalised_load(closed, k, force, moment) for k in range(len(closed.group.free))]
+        generalised = [_generalised_load(closed, k, force, moment) for k in range(len(closed.group.free))]
         cuts = []
         for c, closing in enumerate(closed.cut):
             needed: Columns = ZERO
-            for k, load in enumerate(held):
+            for k, load in enumerate(generalised):
                 needed = needed + load * closed.duals[k, c]
             multiplier = (1j * needed).conjugate()
             if stressed is not None and stressed < len(closed.tensions):
@@ -181,7 +181,7 @@ def _load_gears(
     loop = closed.group.loop
     assert loop is not None
     hinges = [closed.tree[number] for number in loop.followers]
-    held = [_load_along(closed, *each, force, moment) for each in zip(hinges, loop.carried, strict=True)]
+    generalised = [_load_along(closed, *each, force, moment) for each in zip(hinges, loop.carried, strict=True)]
     sizes = [
         sum(abs(moment[link]) + abs(reach_from(closed, chain)) * abs(force[link]) for link, chain in carried)
         if hinge.turns
@@ -189,7 +189,7 @@ def _load_gears(
         for hinge, carried in zip(hinges, loop.carried, strict=True)
     ]
     for column, k, hinge in zip(loop.release.T, loop.followers, hinges, strict=True):
-        effort = -sum((share * load for share, load in zip(column, held, strict=True)), start=ZERO)
+        effort = -sum((share * load for share, load in zip(column, generalised, strict=True)), start=ZERO)
         at = first + k
         if hinge.teeth is not None and at not in flanks:
             size = sum((abs(share) * each for share, each in zip(column, sizes, strict=True)), start=ZERO)

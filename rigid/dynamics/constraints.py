@@ -238,10 +238,10 @@ def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
 def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
     """Return the angles of all links, with full turns that match the drive coordinates [rad], shape (links, 1)."""
     angle = angle.copy()
-    wanted = table.turn.astype(float).copy()[:, 0]
+    target = table.turn.astype(float).copy()[:, 0]
     driven = table.moved[: len(drive)]
     sense = np.diagonal(table.shares)[: len(drive)]
-    wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
+    target[driven] = np.where(table.slides[driven, 0], target[driven], drive * sense)
     fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
     fixed |= {number for number, joint in enumerate(table.joints) if not joint.freedoms}
     placed = {0}
@@ -251,6 +251,6 @@ def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
         placed.add(joint.child)
         if number in fixed:
             sign = 1.0 if table.block[number] == joint.child else -1.0
-            seen = angle[joint.child] - angle[joint.parent]
-            angle[joint.child] += 2 * np.pi * np.round((sign * wanted[number] - seen) / (2 * np.pi))
+            actual = angle[joint.child] - angle[joint.parent]
+            angle[joint.child] += 2 * np.pi * np.round((sign * target[number] - actual) / (2 * np.pi))
     return angle

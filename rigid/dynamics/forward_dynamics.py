@@ -94,9 +94,9 @@ def forward(
     for number, drive in enumerate(drives):
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
-    own = {number: float(start[number]) for number in free}
+    begin_coordinates = {number: float(start[number]) for number in free}
     lead, tracker, charted = Lead(mechanism, mechanism), Tracker(mechanism, start), tolerance >= MIN_CHART_TOLERANCE
-    system = RightHandSide(lead, tracker, drives, free, evaluations, own, charted=charted)
+    system = RightHandSide(lead, tracker, drives, free, evaluations, begin_coordinates, charted=charted)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive with a given effort moves no mass")
@@ -140,14 +140,14 @@ def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMot
         if isinstance(ended, tuple):
             system, begin = ended
             continue
-        course = None
+        result = None
         if stretches:
             times = np.concatenate([stretches[0].time[:1], *(stretch.time[1:] for stretch in stretches)])
-            course = IntegratedMotion(system.lead.mechanism, system.drives, times, tuple(stretches), system.evaluations)
-        if ended is None and course is not None:
-            return course
+            result = IntegratedMotion(system.lead.mechanism, system.drives, times, tuple(stretches), system.evaluations)
+        if ended is None and result is not None:
+            return result
         assert ended is not None
-        ended.course = course
+        ended.motion = result
         raise ended
 
 
@@ -246,9 +246,9 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
         return None
     if next_tracker.steepness > SEARCH_STEEPNESS:
         return None
-    own, charted = system.original_coordinates(angle), system.chart is not None
+    original, charted = system.original_coordinates(angle), system.chart is not None
     next_system = RightHandSide(
-        other, next_tracker, system.drives, system.free, system.most, own, system.evaluations, charted
+        other, next_tracker, system.drives, system.free, system.most, original, system.evaluations, charted
     )
     return next_system, np.concatenate([drive[system.free], rate[system.free]])
 
@@ -258,14 +258,14 @@ def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
     from scipy.integrate import OdeSolution
 
     times, pieces, origins, directions, angles = zip(*steps, strict=True)
-    courses = [system.original_coordinates(angle) for angle in angles]
+    coordinates = [system.original_coordinates(angle) for angle in angles]
     return Stretch(
         system.lead,
         np.array(times),
         np.concatenate(origins, axis=-1),
         np.concatenate(directions, axis=-1),
         OdeSolution(times, pieces[1:]),
-        {number: np.array([course[number] for course in courses]) for number in system.lead.replaced},
+        {number: np.array([each[number] for each in coordinates]) for number in system.lead.replaced},
     )
 
 

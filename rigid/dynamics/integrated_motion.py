@@ -25,10 +25,10 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 class ForwardError(MechanismError):
     """Error that ends an integration. `time` [s] is the last valid time.
 
-    `course` is the motion up to this time, or None. For the other attributes see `MechanismError`.
+    `motion` is the motion up to this time, or None. For the other attributes see `MechanismError`.
     """
 
-    course: IntegratedMotion | None = None
+    motion: IntegratedMotion | None = None
 
     def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
         super().__init__(message, **culprits)
@@ -72,21 +72,21 @@ class IntegratedMotion:
     evaluations: int
 
 
-def motion_during(course: IntegratedMotion, time: Any) -> Motion:
+def motion_during(integrated: IntegratedMotion, time: Any) -> Motion:
     """Evaluate an integrated motion at times [s] within its duration, shape (positions,)."""
     time = np.atleast_1d(np.asarray(time, float))
-    if time.min() < 0 or time.max() > course.time[-1]:
-        requested, integrated = f"{time.min():g} to {time.max():g} s", f"0 to {course.time[-1]:g} s"
-        raise ForwardError(f"the motion is requested from {requested}, but it is integrated from {integrated} only")
-    if len(course.stretches) == 1:
-        return _moving(course.stretches[0], course.drives, time)
-    which = np.searchsorted([stretch.time[-1] for stretch in course.stretches[:-1]], time)
-    drive, rate, rate2 = (np.zeros((len(course.drives), len(time))) for _ in range(3))
-    places = np.zeros((2, len(course.mechanism.links), len(time)), complex)
-    for number, stretch in enumerate(course.stretches):
+    if time.min() < 0 or time.max() > integrated.time[-1]:
+        requested, covered = f"{time.min():g} to {time.max():g} s", f"0 to {integrated.time[-1]:g} s"
+        raise ForwardError(f"the motion is requested from {requested}, but it is integrated from {covered} only")
+    if len(integrated.stretches) == 1:
+        return _moving(integrated.stretches[0], integrated.drives, time)
+    which = np.searchsorted([stretch.time[-1] for stretch in integrated.stretches[:-1]], time)
+    drive, rate, rate2 = (np.zeros((len(integrated.drives), len(time))) for _ in range(3))
+    places = np.zeros((2, len(integrated.mechanism.links), len(time)), complex)
+    for number, stretch in enumerate(integrated.stretches):
         within = which == number
         if within.any():
-            part = _moving(stretch, course.drives, time[within])
+            part = _moving(stretch, integrated.drives, time[within])
             original = stretch.lead.original_motion(part, _near(stretch, time[within]))
             drive[:, within], rate[:, within], rate2[:, within] = (
                 original.drive,
@@ -96,7 +96,7 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
             for led, value in stretch.lead.accelerations(part).items():
                 rate2[led, within] = value
             places[:, :, within] = part.origin, part.direction
-    return motion(course.mechanism, drive, rate, rate2, time, Posture(course.mechanism, *places))
+    return motion(integrated.mechanism, drive, rate, rate2, time, Posture(integrated.mechanism, *places))
 
 
 def _nearest(stretch: Stretch, time: Reals) -> Integers:
@@ -143,9 +143,9 @@ def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Real
     turned = turned + 2 * np.pi * np.round(np.nan_to_num(mean - turned) / (2 * np.pi))
     moved = here.origin[:, low + 1] - here.origin[:, low]
 
-    def cubic(way: Any, rates: Any) -> Any:
-        first, last = (np.where(np.isfinite(end), end * length, way) for end in (rates[:, low], rates[:, low + 1]))
-        return part * (first + part * (3 * way - 2 * first - last + part * (first + last - 2 * way)))
+    def cubic(change: Any, rates: Any) -> Any:
+        first, last = (np.where(np.isfinite(end), end * length, change) for end in (rates[:, low], rates[:, low + 1]))
+        return part * (first + part * (3 * change - 2 * first - last + part * (first + last - 2 * change)))
 
     direction = here.direction[:, low] * np.exp(1j * cubic(turned, at.angular_velocity))
     return Posture(variant, here.origin[:, low] + cubic(moved, at.velocity), direction)

@@ -39,8 +39,8 @@ def friction_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
 @lru_cache(maxsize=64)
 def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
     known = mechanism.friction
-    found = enumerate(structure(mechanism).joints)
-    return tuple((number, known[joint.name]) for number, joint in found if joint.name in known)
+    joints = enumerate(structure(mechanism).joints)
+    return tuple((number, known[joint.name]) for number, joint in joints if joint.name in known)
 
 
 def with_friction(
@@ -205,9 +205,9 @@ class _Contacts:
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
         rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i due to effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
-        found = np.zeros(good.shape)
-        found[good] = np.abs(np.linalg.eigvals(rows[good])).max(axis=-1)
-        return found
+        radius = np.zeros(good.shape)
+        radius[good] = np.abs(np.linalg.eigvals(rows[good])).max(axis=-1)
+        return radius
 
 
 def _efforts(
@@ -242,8 +242,8 @@ def _contacts(
     given = np.array([np.broadcast_to(-friction.viscosity * sliding[number], columns)
                       for number, friction in rubbing])  # fmt: skip
 
-    def pressing(found: JointForces) -> Reals:
-        return np.array([_pressing(place, friction, *found.without_friction(number), columns)
+    def pressing(joint_forces: JointForces) -> Reals:
+        return np.array([_pressing(place, friction, *joint_forces.without_friction(number), columns)
                          for place, (number, friction) in zip(places, rubbing, strict=True)])  # fmt: skip
 
     base = pressing(forces)

@@ -41,8 +41,8 @@ class Spring:
     >>> from rigid import Link, Mechanism, PinDrive, Spring, motion
     >>> links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 3.0}))
     >>> spring = Spring("arm", "A", anchor="O", stiffness=100.0, length=1.0)
-    >>> held = motion(Mechanism(links, (PinDrive("arm", "O"),), {}, loads=(spring,)), [0.0])
-    >>> next(iter(spring.forces(held)))[2].real
+    >>> stretched = motion(Mechanism(links, (PinDrive("arm", "O"),), {}, loads=(spring,)), [0.0])
+    >>> next(iter(spring.forces(stretched)))[2].real
     array([-200.])
     """
 

@@ -179,9 +179,9 @@ class TrackedBranch:
     def changes(self, number: int, low: Table, high: Table) -> Reals:
         """Return the change of a group's coordinates between knots, for angles in [-pi, pi], shape (knots, free)."""
         group = self.structure.groups[number]
-        way = high[f"free{number}"] - low[f"free{number}"]
+        change = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
-        return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
+        return np.where(turns, change - 2 * np.pi * np.round(change / (2 * np.pi)), change)
 
     # Certainty
 

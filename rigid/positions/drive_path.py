@@ -85,7 +85,9 @@ class Path:
     def grid(self, low: float, high: float) -> Reals:
         """Return knots that cover the range from `low` to `high`, and the drawing."""
         if self.vertices is None:
-            below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
+            below, above = (
+                int(np.ceil(distance / self.stride - 1e-9)) for distance in (self.begin - low, high - self.begin)
+            )
             number = np.arange(-max(below, 0), max(above, 0) + 1)
             # avoid round angles, at which many mechanisms are singular
             return np.asarray(

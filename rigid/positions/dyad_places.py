@@ -112,9 +112,9 @@ def _two_slides(
 ) -> Columns:
     along, across = _place_on_slider(placed, first), _place_on_slider(placed, second)
     starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (first, second)]
-    way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
-    placed.origin[first.child] = placed.origin[first.child] + way * along
-    placed.origin[second.child] = placed.origin[second.child] + opposite * across
+    along_first, along_second, sine = dyads.line_line(starts[1] - starts[0], along, across)
+    placed.origin[first.child] = placed.origin[first.child] + along_first * along
+    placed.origin[second.child] = placed.origin[second.child] + along_second * across
     return sine
 
 
@@ -143,6 +143,6 @@ def _slide_on_slide(
     _place_at_pin(placed, pin, center, placed.direction[slide.child] * toward)
     across = inner.along(placed)
     gap = point_of(placed, pin.child, inner.at(pin.child)) - point_of(placed, slide.child, inner.at(slide.child))
-    way, _, sine = dyads.line_line(gap, along, across)
-    placed.origin[slide.child] = placed.origin[slide.child] + way * along
+    travel, _, sine = dyads.line_line(gap, along, across)
+    placed.origin[slide.child] = placed.origin[slide.child] + travel * along
     return sine

@@ -94,7 +94,7 @@ def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: f
     if count > 0:
         here = sine[SIDE_KNOTS:-SIDE_KNOTS]
         before, after = (
-            np.array([sine[SIDE_KNOTS + k * way :][:count] for k in range(1, SIDE_KNOTS + 1)]) for way in (-1, 1)
+            np.array([sine[SIDE_KNOTS + k * sense :][:count] for k in range(1, SIDE_KNOTS + 1)]) for sense in (-1, 1)
         )
         inside = (
             uncertain[SIDE_KNOTS:-SIDE_KNOTS]

@@ -47,7 +47,7 @@ def branch_through(
     """
     if path.vertices is not None:
         return _tracked(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
-    kept = _branches_of(mechanism)
+    cache = _branches_of(mechanism)
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
         # start from the drawn coordinate, so that the cached branch can be used for any turn
@@ -58,17 +58,17 @@ def branch_through(
     for turns in RETURN_TURNS if path.turn and high - low > path.turn - block else ():
         period = sense * turns * path.turn
         ends = min(begin, begin + period), max(begin, begin + period)
-        whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, kept)
+        whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, cache)
         if whole.closed(int(sense)):
             break
         if _is_closed_cycle(whole, begin, begin + period):  # the branch has no end in between, where it would be nan
             return whole, begin + np.mod(path.requested - begin, period)
-    branch = _branch_over_request(mechanism, structure, path, forms, edge, kept)
+    branch = _branch_over_request(mechanism, structure, path, forms, edge, cache)
     if path.turn and _ends(branch) and not _is_known_at(branch, path.outline[0]):
         for other in _other_starts(path):
-            found = _branch_over_request(mechanism, structure, other, forms, edge, kept)
-            if _is_known_at(found, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
-                return found, other.requested
+            other_branch = _branch_over_request(mechanism, structure, other, forms, edge, cache)
+            if _is_known_at(other_branch, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
+                return other_branch, other.requested
     return branch, path.requested
 
 
@@ -86,14 +86,14 @@ def _other_starts(path: Path) -> list[Path]:
 
 
 def _branch_over_request(
-    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
+    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, cache: Any
 ) -> TrackedBranch:
     """Track the branch from the drawing through the requested positions, in whole blocks of knots."""
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     low, high = path.span
-    below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
+    below, above = (np.ceil(max(distance, 0.0) / block) * block for distance in (begin - low, high - begin))
     return _cached_branch(
-        mechanism, structure, path, begin - below, begin + (above if below else above or block), forms, edge, kept
+        mechanism, structure, path, begin - below, begin + (above if below else above or block), forms, edge, cache
     )
 
 
@@ -134,18 +134,18 @@ _latest: list[dict[Any, TrackedBranch]] = [{}]
 
 def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:
     """Return the branch cache of a mechanism."""
-    kept: dict[Any, TrackedBranch] = mechanism.__dict__.setdefault("_branches", {})
-    if mechanism.designs and kept is not _latest[0]:
+    cache: dict[Any, TrackedBranch] = mechanism.__dict__.setdefault("_branches", {})
+    if mechanism.designs and cache is not _latest[0]:
         _latest[0].clear()
-        _latest[0] = kept
-    return kept
+        _latest[0] = cache
+    return cache
 
 
 def _cached_branch(
-    mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
+    mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, cache: Any
 ) -> TrackedBranch:
     """Return the branch between two points, from the cache if possible."""
-    branch: TrackedBranch | None = kept.get((forms, edge))
+    branch: TrackedBranch | None = cache.get((forms, edge))
     if branch is not None:
         if branch.low <= low + PLACE_TOLERANCE or branch.closed(-1):
             low = branch.low
@@ -154,5 +154,5 @@ def _cached_branch(
         if (low, high) == (branch.low, branch.high):
             return branch
         low, high = min(low, branch.low), max(high, branch.high)
-    branch = kept[forms, edge] = _tracked(mechanism, structure, path, low, high, forms, edge)
+    branch = cache[forms, edge] = _tracked(mechanism, structure, path, low, high, forms, edge)
     return branch

@@ -32,8 +32,8 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
     >>> from rigid import Link, Mechanism
     >>> links = (Link("ground", {"O": 0, "D": 3}), Link("pinion", {"O": 0}), Link("wheel", {"D": 0}))
     >>> gears = assembled(Mechanism(links, (), {"O": 0, "D": 3}))
-    >>> found = mobility(planar_chain(gears, [Contact("mesh", "pinion", "wheel", 1.0)]))
-    >>> int(found.mobility), int(found.hyperstaticity), found.index
+    >>> result = mobility(planar_chain(gears, [Contact("mesh", "pinion", "wheel", 1.0)]))
+    >>> int(result.mobility), int(result.hyperstaticity), result.index
     (1, 1, 0)
     """
     contacts = tuple(contacts)
@@ -150,9 +150,9 @@ def bar_graph(mechanism: Mechanism) -> Graph:
         places = {point: place for point, place in link.points.items() if point in shared}
         for slider in mechanism.sliders:
             if slider.on == link.name:
-                own = f"{slider.name}'s line" if slider.name in named else slider.name
+                origin_name = f"{slider.name}'s line" if slider.name in named else slider.name
                 free = [point for point in places if point != slider.point]  # the line may also begin at this point
-                start = next((point for point in free if np.all(places[point] == slider.origin)), own)
+                start = next((point for point in free if np.all(places[point] == slider.origin)), origin_name)
                 places.setdefault(start, slider.origin)
                 slides.append(Branch(slider.name, start, slider.point))
         nodes.setdefault(bodies[link.name], {}).update(places)

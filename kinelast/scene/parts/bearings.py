@@ -19,7 +19,7 @@ from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share
 from kinelast.scene.reading import MAX_MARKS, reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine import joints as formulas
-from machine.joints import JointCourse, JointParts
+from machine.joints import JointHistory, JointParts
 from rigid.arrays import Flags, Reals
 
 if TYPE_CHECKING:
@@ -284,7 +284,7 @@ def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
 
 
 Reduction = Callable[[Callable[["Cycle"], list[Any]]], Callable[["Cycle"], "Largest"]]
-Values = Callable[[Any, JointCourse], Any]
+Values = Callable[[Any, JointHistory], Any]
 """Function of a part of a joint and the force and motion of the joint. Returns one value per position or per run."""
 
 

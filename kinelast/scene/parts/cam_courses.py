@@ -13,7 +13,7 @@ from kinelast.scene.drive_values import effort
 from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
 from kinelast.scene.numbers import quantity
 from kinelast.scene.reading import CAUTION, POOR, Finding, Reading, reading
-from machine.cams import BOTH, Cam, CamCourse, CamPush, cam_course, cut_depth, line_pressure
+from machine.cams import BOTH, Cam, CamFlank, CamPush, cam_flank, cut_depth, line_pressure
 from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals
 from rigid.plane import dot
@@ -44,15 +44,15 @@ HELD = _cams("open cam", lambda cam: cam.flank != BOTH)
 PRESSED = _cams("pressed cam", _pressed)
 
 
-def cam_flanks(cycle: Cycle, name: str) -> list[CamCourse]:
+def cam_flanks(cycle: Cycle, name: str) -> list[CamFlank]:
     """Return the flanks of a cam over a cycle: one flank, or the inner and outer flanks of a groove."""
     return cycle.once(_flanks, name)
 
 
-def _flanks(cycle: Cycle, name: str) -> list[CamCourse]:
+def _flanks(cycle: Cycle, name: str) -> list[CamFlank]:
     cam = cycle.scene.parts[KEY][name]
     pace = cam_pace(cycle.scene, cam, cycle.motion)
-    return [cam_course(cycle.motion, cam, pace, outer) for outer in cam.flanks]
+    return [cam_flank(cycle.motion, cam, pace, outer) for outer in cam.flanks]
 
 
 def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
@@ -61,12 +61,12 @@ def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
     return motion.drive_rate[cam.drive] / law.speed if isinstance(law, ConstantSpeed) else np.ones(1)
 
 
-def cam_outline(scene: Scene, name: str, count: int) -> list[CamCourse]:
+def cam_outline(scene: Scene, name: str, count: int) -> list[CamFlank]:
     """Return the flanks of a cam at `count` angles over one turn, without the end of the turn."""
     cam = scene.parts[KEY][name]
     times = 2.0 * np.pi / abs(float(np.ravel(cam.speed)[0])) * np.arange(count) / count
     moved = scene.course.at(times)
-    return [cam_course(moved, cam, outer=outer) for outer in cam.flanks]
+    return [cam_flank(moved, cam, outer=outer) for outer in cam.flanks]
 
 
 def cam_force(cycle: Cycle, name: str) -> Reals:

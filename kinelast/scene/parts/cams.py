@@ -18,7 +18,7 @@ from kinelast.scene.parts import cam_courses as courses
 from kinelast.scene.parts.cam_courses import CAM, FACED, HELD, KEY, PRESSED, ROLLED, cam_flanks
 from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
-from machine.cams import HERTZ_RANGE, INNER, Cam, CamCourse, CamPush, cam_course, contact_modulus
+from machine.cams import HERTZ_RANGE, INNER, Cam, CamFlank, CamPush, cam_flank, contact_modulus
 from rigid import GROUND, Load, Mechanism, MechanismError, Motion, motion
 from rigid.kinematics import by_laws
 
@@ -246,7 +246,7 @@ def require_moved(scene: Scene) -> None:
     with suppress(MechanismError):
         moved = motion(scene.mechanism, *by_laws(laws, times), times)
         for name, cam in cams.items():
-            course = cam_course(moved, cam)
+            course = cam_flank(moved, cam)
             if (np.abs(course.influence) <= MIN_INFLUENCE * np.abs(course.follower)).all():
                 problem = f'the drive "{drive_names(scene.mechanism)[cam.drive]}" does not move "{cam.points[0]}"'
                 raise SceneError(scene.path, f"cams.{name}", "drive", f'{problem} of the link "{cam.follower}"')
@@ -262,7 +262,7 @@ def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
     return each(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
-def _least_of_cams(values: Callable[[CamCourse], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
+def _least_of_cams(values: Callable[[CamFlank], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
     """Return the search for the smallest value of each cam of a kind, over positions and flanks."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:

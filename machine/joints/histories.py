@@ -19,7 +19,7 @@ DIRECTIONS = 180  # number of directions in the search for the largest displacem
 
 
 @dataclass(frozen=True, eq=False)
-class JointCourse:
+class JointHistory:
     """Force and motion of a joint over a run.
 
     Attributes
@@ -91,8 +91,8 @@ class JointCourse:
     @cached_property
     def angle(self) -> Reals:
         """Angle of the child relative to the parent, unwrapped [rad], shape (..., positions)."""
-        way = self.child * np.conj(self.parent)
-        return np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
+        turned = self.child * np.conj(self.parent)
+        return np.unwrap(np.angle(np.where(np.isfinite(turned), turned, 1.0)), axis=-1)
 
     @property
     def swing(self) -> Reals:
@@ -121,13 +121,13 @@ class JointCourse:
         fit. If it is 1 or more, the force moves around the ring. This is a circumferential load, which needs a tight
         fit.
         """
-        way = self.polar(of_child)
-        known = np.where(np.isfinite(way) & (np.abs(way) > 0.0), way, 1.0)
+        force = self.polar(of_child)
+        known = np.where(np.isfinite(force) & (np.abs(force) > 0.0), force, 1.0)
         angle = np.unwrap(np.angle(np.concatenate([known, known[..., :1]], axis=-1)), axis=-1)
         return np.asarray((angle[..., -1] - angle[..., 0]) / (2.0 * np.pi))
 
 
-def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals) -> JointCourse:
+def joint_history(motion: Motion, forces: JointForces, number: int, weight: Reals) -> JointHistory:
     """Return the force and motion of a joint.
 
     Parameters
@@ -142,7 +142,7 @@ def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals
     def wide(value: Any) -> Numbers:
         return np.broadcast_to(value, np.shape(weight))
 
-    return JointCourse(
+    return JointHistory(
         wide(forces.force[number]),
         wide(motion.direction[place.joint.child]),
         wide(motion.direction[place.joint.parent]),
@@ -154,19 +154,19 @@ def joint_course(motion: Motion, forces: JointForces, number: int, weight: Reals
     )
 
 
-def contact_losses(course: JointCourse, closed: bool) -> Flags:
+def contact_losses(history: JointHistory, closed: bool) -> Flags:
     """Return whether contact is lost between each position and the next, shape (..., positions).
 
     The force is interpolated linearly between positions. Contact is lost if the force falls below `MIN_FORCE` of its
     maximum, or if it turns by more than a right angle. The pin then moves to the other side of the hole and knocks.
     The force direction is in ground axes, so a link that rotates under a constant force does not lose contact.
     """
-    now = course.force
+    now = history.force
     after = np.roll(now, -1, axis=-1)
     step = after - now
     share = np.divide(-np.real(np.conj(step) * now), np.abs(step) ** 2, out=np.zeros(now.shape), where=np.abs(step) > 0)
     nearest = np.abs(now + np.clip(share, 0.0, 1.0) * step)
-    greatest = course.size.max(axis=-1, keepdims=True)
+    greatest = history.size.max(axis=-1, keepdims=True)
     lost = (nearest < MIN_FORCE * greatest) | (np.real(np.conj(now) * after) < 0.0)
     if not closed:
         lost[..., -1] = False
@@ -211,8 +211,10 @@ def clearance_effects(
         rows.append((half * across, half * up))
         force = forces[number]
         with np.errstate(invalid="ignore", divide="ignore"):
-            way = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
-        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the child moves against the force
+            direction = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
+        pressed = pressed - half * (
+            np.real(direction) * across + np.imag(direction) * up
+        )  # the child moves against the force
     worst = np.zeros(motion.columns)
     for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
         parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)

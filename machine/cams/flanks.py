@@ -75,7 +75,7 @@ class Cam:
 
 
 @dataclass(frozen=True, eq=False)
-class CamCourse:
+class CamFlank:
     """One flank of a cam over a motion. Vectors are complex, in ground axes, with shape (..., positions).
 
     Attributes
@@ -188,7 +188,7 @@ class CamCourse:
         return np.asarray(np.minimum(self.along, np.abs(end - start) - self.along))
 
 
-def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -> CamCourse:
+def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -> CamFlank:
     """Return a flank of a cam over a motion.
 
     Parameters
@@ -206,7 +206,7 @@ def cam_course(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) -
         return _of_face(motion, cam, speed, turn)
 
 
-def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> CamCourse:
+def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> CamFlank:
     assert cam.roller is not None
     point = cam.link, cam.roller
     arm, moved = position_of(motion, *point) - cam.centre, velocity_of(motion, *point)
@@ -221,10 +221,10 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
     radius = 1.0 / curvature - cam.radius
     influence = velocity_of(motion.units[cam.drive], *point)
     none = np.full(np.shape(curvature), np.nan)
-    return CamCourse(cam, turn, arm, arm - cam.radius * normal, normal, influence, curvature, radius, undercut, none)
+    return CamFlank(cam, turn, arm, arm - cam.radius * normal, normal, influence, curvature, radius, undercut, none)
 
 
-def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
+def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
     """Return the contact of a flat face, at the point where the relative velocity is along the face.
 
     The face passes through P along the unit vector e, with the normal n = i e. Let u be the velocity of P relative to
@@ -248,17 +248,17 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamCourse:
     unit = motion.units[cam.drive]
     influence = velocity_of(unit, *first) + 1j * unit.angular_velocity[cam.link] * place * along
     none = np.full(np.shape(radius), np.nan)
-    return CamCourse(cam, turn, arm, contact, side * across, influence, none, radius, radius < 0.0, place)
+    return CamFlank(cam, turn, arm, contact, side * across, influence, none, radius, radius < 0.0, place)
 
 
-def cut_depth(course: CamCourse) -> Reals:
+def cut_depth(flank: CamFlank) -> Reals:
     """Return how deep the follower at other positions cuts into each profile point [m], shape (positions,).
 
     The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
     over one turn of the cam.
     """
-    profile, cam, centres = np.ravel(course.profile), course.cam, np.ravel(course.pitch)
-    lines = np.ravel(course.normal * np.conj(course.turn))
+    profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
+    lines = np.ravel(flank.normal * np.conj(flank.turn))
     depth, step = np.zeros(profile.shape), max(1, MAX_DISTANCES // max(1, len(centres)))
     for at in range(0, len(profile), step):
         some = profile[at : at + step, None]
