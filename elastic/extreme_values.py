@@ -1,9 +1,4 @@
-"""Exact extreme values of the fields along every beam.
-
-In the chains q_y, V, M, phi, w and q_x, N, u, each field is proportional to the derivative of the next. The zeros of a
-field are therefore the turning points of the next field, and bracket the zeros of that field. All zeros are found by
-following the chain from the load.
-"""
+"""Exact extreme values of the fields along every beam, from the turning points of their polynomials."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,17 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.polynomials import (
-    at_marks,
-    derivative,
-    greatest_at,
-    greatest_on,
-    turning_points,
-    zeros_between,
-    zeros_of,
-)
+from elastic.beams.polynomials import greatest_on
 from elastic.derived import coefficients, sum_of_squares
-from elastic.fields import PRIMARY, chains, field_named
+from elastic.fields import PRIMARY, field_named
 from elastic.solution import Deflection
 from rigid import Reals
 
@@ -64,11 +51,8 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     """
     requested = {name: field_named(name).key for name in fields}
     wanted = _with_parts(requested.values())
-    values: dict[str, Extreme] = {}
-    for chain in () if deflection.is_turned else chains():
-        values |= _extremes_along_chain(deflection, chain, wanted)
-    others = [key for key in wanted if key not in values and not field_named(key).greatest_of]
-    values |= _extremes_of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
+    others = [key for key in wanted if not field_named(key).greatest_of]
+    values = _extremes_of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
     values |= {
         key: _root_extreme(deflection, key) for key in others if field_named(key).root_of and key in requested.values()
     }
@@ -90,39 +74,8 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
     return tuple(wanted)
 
 
-def _extremes_along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
-    """Find the extremes of the wanted fields of a chain of integrals.
-
-    The chord deflection is found together with phi, because the turning points of its slope are the zeros of M too.
-    Free strain or shear deformation of the sections breaks a chain at u and w, distributed couples break it at M, and
-    the free strains of `AddedLoads` break it everywhere. The turning points are then computed from the field itself.
-    Fields of rotated sections form no chain.
-    """
-    needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
-    if not needed:
-        return {}
-    bare = not (deflection.compliance.strained or deflection.compliance.sheared)
-    greatest: dict[str, Extreme] = {}
-    load = coefficients(deflection, chain[0])
-    turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
-    for field in chain[1 : max(needed) + 1]:
-        values = coefficients(deflection, field)
-        if (not bare and field in ("u", "w")) or (field == "M" and deflection.couple is not None):
-            turning = turning_points(values)
-        marks, heights = at_marks(values, turning)
-        if field in wanted:
-            greatest[field] = _largest_of_pieces(Extreme(*greatest_at(marks, heights)), deflection)
-        if field == "phi" and "chord" in wanted:
-            chord = coefficients(deflection, "chord")
-            turns = zeros_of(derivative(chord), turning) if bare else turning_points(chord)
-            greatest["chord"] = _largest_of_pieces(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
-        if field != chain[max(needed)]:
-            turning = zeros_between(values, marks, heights)
-    return greatest
-
-
 def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Find the extremes of fields outside the chains, processing fields of the same degree together."""
+    """Extremes of fields that are polynomials; fields of the same degree are processed together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)

@@ -116,13 +116,3 @@ def field_named(name: str) -> Field:
     if name in _WORDS:
         return _WORDS[name]
     raise ValueError(f'there is no field "{name}": choose from {", ".join([*FIELDS, *_WORDS])}')
-
-
-def chains() -> tuple[tuple[str, ...], ...]:
-    """Return the chains of successive integrals: q_x, N, u and q_y, V, M, phi, w."""
-    after = {field.integral_of: field.key for field in _ALL if field.integral_of}
-
-    def chain(key: str) -> tuple[str, ...]:
-        return (key, *chain(after[key])) if key in after else (key,)
-
-    return tuple(chain(field.key) for field in _ALL if field.kind is FieldKind.LOAD)

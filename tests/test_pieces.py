@@ -208,7 +208,7 @@ def test_repr_of_results_is_one_line():
     assert repr(Section(2e6, np.array([[1.0], [2.0]]), taper=STEEP)) == "Section(EA=2e+06, EI=of 2 designs, tapered)"
 
 
-@pytest.mark.parametrize("count", [3, 5, 8, 11])
+@pytest.mark.parametrize("count", [3, 4, 5, 8, 11])
 def test_turning_points_bracket_the_maximum(count):
     """Reference: roots of the slope by companion matrices; some coefficients are zero, some roots at the ends."""
     draw = np.random.default_rng(count)

@@ -1,9 +1,9 @@
 """Zeros and extreme values on [0, 1] of many polynomials at once, to round-off.
 
 A polynomial has at most one zero between two neighbouring turning points, and its turning points are the zeros of its
-derivative. All zeros can therefore be found recursively, starting from a straight line. Bernstein coefficients avoid
-most of this recursion: the number of zeros in (0, 1) equals the number of sign changes of the coefficients, or is less
-by an even number.
+derivative. All zeros can therefore be found recursively, starting from a parabola. Bernstein coefficients avoid most of
+this recursion: the number of zeros in (0, 1) equals the number of sign changes of the coefficients, or is less by an
+even number.
 """
 
 from collections.abc import Sequence
@@ -80,7 +80,7 @@ def turning_points(values: Coefficients) -> Reals | tuple[()]:
         return ()
     slope = derivative(values)
     if len(slope) <= MAX_DIRECT:
-        return zeros_of(slope, turning_points(slope))
+        return _direct_zeros(slope)
     flat = slope.reshape(len(slope), -1)
     rising = (hull := in_bernstein(len(flat)) @ flat) > 0.0
     changes = np.count_nonzero(rising[1:] != rising[:-1], axis=0)
@@ -170,11 +170,7 @@ def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
     Array of shape (m + 1, ...) with the zero between each pair of neighbouring marks (0, turning points, 1). A pair
     without a zero has its lower mark instead.
     """
-    return zeros_between(values, *at_marks(values, turning))
-
-
-def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
-    """Find the zeros as in `zeros_of`, from the known values at the ends and turning points."""
+    marks, heights = at_marks(values, turning)
     shape = marks.shape[1:]
     flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
     zeros = marks[:-1].copy()
@@ -199,10 +195,6 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
     with np.errstate(all="ignore"):
         xi = left - at_left * (right - left) / (at_right - at_left)
         xi = np.where((xi >= left) & (xi <= right), xi, (left + right) / 2)
-        if len(values) == 2:
-            return xi
-        if len(values) == 3:
-            return _zeros_of_parabolas(values, left, right, xi)
         going: Any = slice(None)
         zeros = xi
         for step in range(MAX_STEPS):
@@ -222,16 +214,22 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
     return zeros
 
 
-def _zeros_of_parabolas(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
-    """Return the zero of each parabola between two marks, or the guess if round-off leaves no zero there.
+def _direct_zeros(values: Coefficients) -> Reals:
+    """Return the zeros of straight lines or parabolas, moved into [0, 1], ascending; 0 if there is none.
 
-    The root of larger magnitude is computed by the formula without cancellation, and the other one from their product.
+    The larger zero of a parabola is computed by the formula without cancellation, and the smaller one from the product
+    of both. A parabola without zeros has its extreme instead.
     """
-    low, middle, high = values
-    half = -(middle + np.copysign(np.sqrt(np.maximum(middle * middle - 4 * low * high, 0.0)), middle)) / 2
-    one, other = half / high, low / half
-    one = np.where((one >= left) & (one <= right), one, guess)
-    return np.where((other >= left) & (other <= right), other, one)
+    low, middle = values[:2]
+    with np.errstate(all="ignore"):
+        if len(values) == 2:
+            zeros = -(low / middle)[None]
+        else:
+            half = -(middle + np.copysign(np.sqrt(np.maximum(middle**2 - 4 * low * values[2], 0.0)), middle)) / 2
+            zeros = np.array([half / values[2], low / half])
+    zeros = np.clip(np.where(np.isnan(zeros), 0.0, zeros), 0.0, 1.0)
+    zeros.sort(axis=0)
+    return zeros
 
 
 def _with_derivatives(values: Coefficients, xi: Reals) -> tuple[Reals, Reals, Reals]:

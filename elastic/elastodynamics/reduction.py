@@ -66,7 +66,8 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     reduced_mass = mass_of(kinds)
     values, modes = np.linalg.eigh(reduced_mass.mean(axis=0))
     values = values[::-1]
-    greatest = np.linalg.eigvalsh(reduced_mass)[:, -1]
+    near, _ = np.linalg.qr(reduced_mass @ modes[:, -VIBRATION.nearest_modes :])
+    greatest = np.linalg.eigvalsh(near.swapaxes(-1, -2) @ reduced_mass @ near)[:, -1]
     with np.errstate(divide="ignore"):
         omega = np.where(greatest > VIBRATION.massless * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
     strains = strain_rows(structure, kinds.basis).swapaxes(-1, -2)
@@ -99,8 +100,8 @@ def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float =
 def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
     """Extend orthonormal columns by directions in which `others` have a component greater than `least`."""
     beyond = others - basis @ (basis.T @ others)
-    ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)
-    more = ways[:, sizes > least]
+    squares, ways = np.linalg.eigh(beyond @ beyond.T)
+    more = ways[:, squares > least**2][:, ::-1]
     return np.concatenate((basis, more - basis @ (basis.T @ more)), axis=1)
 
 

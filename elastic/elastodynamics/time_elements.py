@@ -177,8 +177,7 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
-    least = np.asarray(np.linalg.eigvalsh(stiffness + stiffness.swapaxes(-1, -2)), float)[:, 0]
-    soft = least < 0.0
+    soft = _indefinite(stiffness + stiffness.swapaxes(-1, -2))
     rate = np.zeros(len(stiffness))
     if soft.any():
         mass, part = equations.mass[soft], np.zeros((np.count_nonzero(soft), 2 * r, 2 * r))
@@ -188,6 +187,15 @@ def outgrown(steps: Reals, equations: Equations) -> Flags:
         part[:, r:, :r], part[:, r:, r:] = -inverse @ stiffness[soft], -inverse @ equations.damping[soft]
         rate[soft] = np.linalg.eigvals(part).real.max(axis=-1)
     return np.asarray((rate.reshape(count, -1) * steps[:, None] > RESOLVED).any(axis=1), bool)
+
+
+def _indefinite(matrices: Reals) -> Flags:
+    """True if a symmetric matrix has a negative eigenvalue, shape (matrices,)."""
+    try:
+        np.linalg.cholesky(matrices)  # fails if any is indefinite, and is much faster than eigenvalues
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.eigvalsh(matrices)[:, 0] < 0.0, bool)
+    return np.zeros(len(matrices), bool)
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:

@@ -49,6 +49,7 @@ class VibrationSettings:
     max_open_residual: float = 0.1  # larger residuals, relative to the displacements, do not converge on finer grids
 
     # modes and shapes
+    nearest_modes: int = 8  # number of mean modes that span the lowest mode of every position
     near_frequencies: float = 8.0  # modes up to this multiple of the lowest frequency get a coordinate
     min_modes: int = 3  # fewest modes
     load_accuracy: float = 3.0  # accuracy of the shapes of loads, relative to that of modes
