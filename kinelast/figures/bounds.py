@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from elastic import Deflection, cycle_maxima
 from elastic.assessment import vibration_bound
 from elastic.elastodynamics import Damping
 from kinelast.figures.cycle import Cycle
@@ -42,6 +41,6 @@ def bound_of_vibration(cycle: Cycle, period: float) -> float:
     return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), pressed)
 
 
-def largest_rotation(bent: Deflection) -> float:
+def largest_rotation(cycle: Cycle) -> float:
     """Largest rotation of a section [rad]."""
-    return float(np.nanmax(cycle_maxima(bent, ["phi"])["phi"].value, initial=0.0))
+    return float(np.nanmax(np.abs(cycle.along("phi").value), initial=0.0))

@@ -282,7 +282,7 @@ class _Rungs:
 
         The bounds become its errors. None if vibration has to be solved.
         """
-        if largest_rotation(self.plain) > MAX_ROTATION:
+        if largest_rotation(self._cycle(self.plain)) > MAX_ROTATION:
             return self.unknown("vibration is not looked at where links turn by so much")
         large = self._bound_of_large(self.plain)
         if large > self.resolved(wanted, BOUNDED):
@@ -300,7 +300,7 @@ class _Rungs:
     def _bound_of_large(self, bent: Deflection) -> float:
         """Bound on the effect of large displacement; with a requested accuracy, on the forces of each member too."""
         per_rotation = PER_ROTATION if self.theory.accuracy is None else FORCES_PER_ROTATION
-        return per_rotation * largest_rotation(bent)
+        return per_rotation * largest_rotation(self._cycle(bent))
 
     def rigid(self) -> Answer:
         """Return the answer of rigid links."""
@@ -315,7 +315,7 @@ class _Rungs:
 
         Its error is the square of the largest rotation plus load / Euler load.
         """
-        rotation = largest_rotation(self.plain)
+        rotation = largest_rotation(self._cycle(self.plain))
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, None, {}, large)
