@@ -5,8 +5,8 @@ from typing import Any
 
 from live.server import WEB, Live, page_file, response_to
 
-MODULES = ("text", "talk", "symbols", "placing", "view", "layers", "links", "marks", "drawing", "share", "graph",
-           "places", "toolbar", "tools", "state", "notices", "shown", "requests", "parts", "entries", "inspector",
+MODULES = ("state", "text", "talk", "symbols", "placing", "view", "layers", "links", "marks", "drawing", "share",
+           "graph", "places", "toolbar", "tools", "notices", "shown", "requests", "parts", "entries", "inspector",
            "numbers", "choosing", "file", "handing", "main")  # fmt: skip
 """Scripts of the page, each after the scripts that it imports."""
 PAGE = "page.html", "live.css", *(f"{name}.js" for name in MODULES)

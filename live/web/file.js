@@ -3,7 +3,7 @@ import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { hush, keepInBrowser, notice } from "./notices.js";
 import { changed } from "./requests.js";
-import { state } from "./state.js";
+import { make, state } from "./state.js";
 
 export async function save() {
   const whole = text.text();
@@ -22,12 +22,9 @@ export async function save() {
 }
 
 export function download() {
-  const link = Object.assign(document.createElement("a"), {
-    href: URL.createObjectURL(new Blob([text.text()], { type: "text/plain" })),
-    download: `${state.name}.toml`,
-  });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  const href = URL.createObjectURL(new Blob([text.text()], { type: "text/plain" }));
+  make("a", { href, download: `${state.name}.toml` }).click();
+  setTimeout(() => URL.revokeObjectURL(href), 1000);
 }
 
 // The file's text as it is now: taken where nothing here would be lost, or where that is asked for.

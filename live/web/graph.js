@@ -1,7 +1,6 @@
 // A graph of one figure over the positions, beside the drawing; and lists that can be searched.
 import { quantity, view } from "./view.js";
-/** @type {(id: string) => any} */
-const $ = (id) => document.getElementById(id);
+import { $, make, options } from "./state.js";
 const SHORT = 12; // entries of a list that needs no search
 const HEIGHT = 140, TOP = 22, BOTTOM = 22, RIGHT = 8, LETTER = 7, NONE = "none"; // pixels
 
@@ -11,7 +10,7 @@ export const figure = () => ($("figure").value === NONE ? "" : $("figure").value
 export function listFigures() {
   const names = (view.picture?.columns ?? []).map(({ name }) => name), before = figure();
   if (names.length < 2 || names.length + 1 === $("figure").options.length) return; // of a drag there is one
-  $("figure").replaceChildren(new Option(NONE, NONE), ...names.map((name) => new Option(name, name)));
+  $("figure").replaceChildren(new Option(NONE, NONE), ...options(names));
   $("figure").value = names.includes(before) ? before : NONE;
 }
 
@@ -52,18 +51,17 @@ function write(id, words, x, y, anchor) {
 
 // A field beside a long list: what is typed there is found among its entries and the words on them.
 export function searchable(list, words) {
-  const known = Object.assign(document.createElement("datalist"), { id: `${list.id}-known` });
-  const field = Object.assign(document.createElement("input"), { type: "search", placeholder: "search", hidden: true });
-  const options = () => [...list.options].filter(({ value }) => value);
+  const known = make("datalist", { id: `${list.id}-known` });
+  const field = make("input", { type: "search", placeholder: "search", hidden: true, className: "search" });
+  const entries = () => [...list.options].filter(({ value }) => value);
   const has = (sought, ...where) =>
-    options().find((each) => where.some((key) => each[key].toLowerCase().includes(sought)));
-  field.className = "search";
+    entries().find((each) => where.some((key) => each[key].toLowerCase().includes(sought)));
   field.setAttribute("list", known.id);
   field.setAttribute("aria-label", `Search in the list ${words}`);
-  field.onfocus = () => known.replaceChildren(...options().map(({ text, title }) => new Option(title || text, text)));
+  field.onfocus = () => known.replaceChildren(...entries().map(({ text, title }) => new Option(title || text, text)));
   field.onchange = () => {
     const sought = field.value.trim().toLowerCase();
-    const found = options().find(({ text }) => text.toLowerCase() === sought) ?? has(sought, "text") ??
+    const found = entries().find(({ text }) => text.toLowerCase() === sought) ?? has(sought, "text") ??
       has(sought, "title");
     field.value = "";
     field.placeholder = sought && !found ? "no match" : "search";
@@ -72,9 +70,8 @@ export function searchable(list, words) {
     list.value = found.value;
     list.dispatchEvent(new Event("change"));
   };
-  new MutationObserver(() => {
-    field.hidden = list.options.length <= SHORT;
-  }).observe(list, { childList: true });
-  field.hidden = list.options.length <= SHORT;
+  const hide = () => (field.hidden = list.options.length <= SHORT);
+  new MutationObserver(hide).observe(list, { childList: true });
+  hide();
   list.closest("label").after(field, known);
 }

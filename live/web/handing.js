@@ -5,7 +5,7 @@ import { fit, view } from "./view.js";
 import { hush, notice } from "./notices.js";
 import { changed } from "./requests.js";
 import { show } from "./shown.js";
-import { $, state } from "./state.js";
+import { $, make, state } from "./state.js";
 
 export async function copyLink() {
   const link = state.opens + (await share.fragment(text.text()));
@@ -14,12 +14,7 @@ export async function copyLink() {
     await navigator.clipboard.writeText(link);
     notice(`The link is copied. It ${how}.`, true);
   } catch {
-    const field = Object.assign(document.createElement("input"), {
-      type: "text",
-      value: link,
-      readOnly: true,
-      size: 30,
-    });
+    const field = make("input", { type: "text", value: link, readOnly: true, size: 30 });
     field.setAttribute("aria-label", "Link to this scene");
     notice(`Copy this link. It ${how}. `, true);
     $("notice").append(field);

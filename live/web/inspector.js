@@ -1,7 +1,7 @@
 // Fields of the chosen link or drive.
 import { quantity, view } from "./view.js";
 import { edit } from "./requests.js";
-import { $, hold, state } from "./state.js";
+import { $, hold, labelled, make, options, state } from "./state.js";
 import { listEntries } from "./entries.js";
 
 export function inspect() {
@@ -19,13 +19,10 @@ export function fillInspector(box) {
   if (chosen?.kind === "drive") return inspectDrive(Number(chosen.name), box);
   if (!link || link.name === "ground") return;
   for (const key of ["section", "material"]) {
-    const label = document.createElement("label"), input = document.createElement("input");
+    const onchange = () => edit({ do: "put", path: ["links", link.name, key], value: input.value });
+    const input = hold(make("input", { size: key === "section" ? 12 : 9, onchange }), link[key] ?? "");
     input.setAttribute("list", `${key}s`);
-    hold(input, link[key] ?? "");
-    input.size = key === "section" ? 12 : 9;
-    input.onchange = () => edit({ do: "put", path: ["links", link.name, key], value: input.value });
-    label.append(key === "section" ? "Section " : "Material ", input);
-    box.append(label);
+    box.append(labelled(key === "section" ? "Section " : "Material ", input));
   }
 }
 
@@ -45,30 +42,18 @@ export function inspectDrive(at, box) {
     box.append("Motion: as the text says");
     return;
   }
-  const curve = document.createElement("select"),
-    field = (value, size) => Object.assign(hold(document.createElement("input"), value), { size }),
-    labelled = (words, input) => {
-      const label = document.createElement("label");
-      label.append(words, input);
-      return label;
-    };
-  curve.append(...state.motions.map((name) => new Option(name, name)));
+  const curve = make("select", {}, ...options(state.motions)),
+    field = (value, size) => hold(make("input", { size }), value);
   curve.value = motion ? SPLINE : law ? first.curve : CONSTANT;
-  if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve, labelled);
+  if (motion || box.dataset.spline === String(at)) return inspectSpline(at, box, curve);
   const rate = field(speed ?? (slider ? "0.1 m/s" : "60 rpm"), 8),
     by = field(first?.by ?? (slider ? "50 mm" : "90 deg"), 7),
     time = field(first?.duration ?? "1 s", 6),
-    back = Object.assign(document.createElement("input"), { type: "checkbox", checked: !law || Boolean(second) });
-  const tell = () =>
-    edit({
-      do: "law",
-      drive: at,
-      curve: curve.value,
-      speed: rate.value,
-      by: by.value,
-      duration: time.value,
-      back: back.checked,
-    });
+    back = make("input", { type: "checkbox", checked: !law || Boolean(second) });
+  const tell = () => {
+    const motion = { speed: rate.value, by: by.value, duration: time.value, back: back.checked };
+    edit({ do: "law", drive: at, curve: curve.value, ...motion });
+  };
   for (const each of [rate, by, time, back]) each.onchange = tell;
   curve.onchange = () => {
     if (curve.value !== SPLINE) return tell();
@@ -82,30 +67,23 @@ export function inspectDrive(at, box) {
   );
 }
 // Times and coordinates as a CSV file has them: typed, or taken from one.
-export function inspectSpline(at, box, curve, labelled) {
+export function inspectSpline(at, box, curve) {
   const { motion, slider } = view.sheet.drives[at],
     area = hold(
-      Object.assign(document.createElement("textarea"), { className: "points", rows: 5 }),
+      make("textarea", { className: "points", rows: 5 }),
       Array.isArray(motion)
         ? motion.map((row) => row.join(", ")).join("\n")
         : `time [s], ${slider ? "way [mm]" : "angle [deg]"}\n0, 0\n0.25, 30\n0.5, 0\n0.75, -30\n1, 0`,
     ),
-    file = Object.assign(document.createElement("input"), { type: "file", accept: ".csv,text/csv,text/plain" });
+    file = make("input", { type: "file", accept: ".csv,text/csv,text/plain" });
   const tell = () => edit({ do: "law", drive: at, curve: SPLINE, points: area.value });
   curve.value = SPLINE;
   const beside = typeof motion === "string";
   curve.onchange = () => {
     delete box.dataset.spline;
+    const usual = slider ? { speed: "0.1 m/s", by: "50 mm" } : { speed: "60 rpm", by: "90 deg" };
     if (curve.value !== SPLINE) {
-      edit({
-        do: "law",
-        drive: at,
-        curve: curve.value,
-        speed: slider ? "0.1 m/s" : "60 rpm",
-        by: slider ? "50 mm" : "90 deg",
-        duration: "1 s",
-        back: true,
-      });
+      edit({ do: "law", drive: at, curve: curve.value, ...usual, duration: "1 s", back: true });
     }
   };
   area.onchange = tell;
@@ -128,8 +106,7 @@ export function inspectSpline(at, box, curve, labelled) {
 }
 // The greatest rate, acceleration and jerk of a drive's law.
 export function peakWords(at) {
-  const { peaks, unit } = view.picture?.drives[at] ?? {}, words = document.createElement("span");
-  words.className = "soft";
+  const { peaks, unit } = view.picture?.drives[at] ?? {}, words = make("span", { className: "soft" });
   if (peaks) {
     words.textContent = `up to ${quantity(peaks[0], `${unit}/s`)}, ${quantity(peaks[1], `${unit}/s²`)}, jerk ${
       peaks[2] === null ? "infinite: the acceleration steps" : quantity(peaks[2], `${unit}/s³`)

@@ -1,29 +1,14 @@
 // Layers of the drawing, from back to front, and the marks in them.
 const svg = document.getElementById("svg"), NS = "http://www.w3.org/2000/svg";
+const NAMES = "grid trace paths under chosen drawn rigid last bent symbols names sizes guides pins";
 const layers = Object.fromEntries(
-  [
-    "grid",
-    "trace",
-    "paths",
-    "under",
-    "chosen",
-    "drawn",
-    "rigid",
-    "last",
-    "bent",
-    "symbols",
-    "names",
-    "sizes",
-    "guides",
-    "pins",
-  ]
-    .map((name) => {
-      const layer = document.createElementNS(NS, "g");
-      layer.setAttribute("class", name === "grid" ? "grid" : "");
-      layer.id = `layer-${name}`;
-      svg.append(layer);
-      return [name, layer];
-    }),
+  NAMES.split(" ").map((name) => {
+    const layer = document.createElementNS(NS, "g");
+    layer.setAttribute("class", name === "grid" ? "grid" : "");
+    layer.id = `layer-${name}`;
+    svg.append(layer);
+    return [name, layer];
+  }),
 );
 
 // A layer's marks, made of as many elements as before where that is so: only attributes change while something moves.

@@ -14,7 +14,7 @@ import { drag, drop, grab, listNumbers, number, showNumber, slide } from "./numb
 import { BESIDE, PATHS } from "./parts.js";
 import { ask, changed, edit, listeners, settle } from "./requests.js";
 import { play, position, show } from "./shown.js";
-import { $, isField, state, typed } from "./state.js";
+import { $, isField, options, state, typed } from "./state.js";
 
 listeners.answered = (answer, job) => {
   if (answer.numbers) listNumbers();
@@ -25,21 +25,15 @@ listeners.edited = chooseNew;
 async function start() {
   const reply = await talk.scene();
   if (reply.problem) return notice(reply.problem);
-  Object.assign(state, {
-    digest: reply.digest,
-    saved: reply.digest === "missing" ? null : reply.text,
-    path: reply.path,
-    name: reply.name,
-    shipped: reply.shipped,
-    opens: reply.opens,
-  });
+  const { digest, path, name, shipped, opens, keys, motions, parts = {} } = reply;
+  Object.assign(state, { digest, path, name, shipped, opens, keys, motions, parts });
+  state.saved = digest === "missing" ? null : reply.text;
   try {
     localStorage.setItem("live path", location.pathname);
   } catch { /* a browser that keeps nothing */ }
-  $("name").textContent = reply.name;
-  $("name").title = reply.path ?? "";
-  Object.assign(state, { keys: reply.keys, motions: reply.motions, parts: reply.parts ?? {} });
-  for (const [kind, words] of Object.entries(reply.parts ?? {})) {
+  $("name").textContent = name;
+  $("name").title = path ?? "";
+  for (const [kind, words] of Object.entries(parts)) {
     const stem = kind.replace(/s$/, "");
     ADDED.push([kind, words]);
     BESIDE.push(stem);
@@ -47,20 +41,9 @@ async function start() {
   }
   $("add").append(...ADDED.map(([kind, words]) => new Option(words, kind)));
   for (const kind of ["sections", "materials"]) $(kind).replaceChildren(...reply[kind].map((name) => new Option(name)));
-  $("begin").append(...Object.keys(reply.shipped).map((name) => new Option(name, name)));
-  tools.begin({
-    choose,
-    grab,
-    drag,
-    drop,
-    edit,
-    remove,
-    delete: remove,
-    copy: () => copy(false),
-    mirror: () => copy(true),
-    position,
-    play,
-  });
+  $("begin").append(...options(Object.keys(shipped)));
+  const copies = { copy: () => copy(false), mirror: () => copy(true) };
+  tools.begin({ choose, grab, drag, drop, edit, remove, delete: remove, position, play, ...copies });
   text.begin(reply.text);
   let kept = null;
   try {

@@ -1,22 +1,20 @@
 // Notices to the reader, and the text that the browser keeps.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
-import { $, state } from "./state.js";
+import { $, make, state } from "./state.js";
 
 export const KEY = () => `live ${state.path ?? state.name}`;
 export function notice(words, passing = false, ...buttons) {
   const box = $("notice");
   box.replaceChildren(
     words,
-    ...buttons.map(([label, act]) =>
-      Object.assign(document.createElement("button"), {
-        textContent: label,
-        onclick: () => {
-          hush(true);
-          act();
-        },
-      })
-    ),
+    ...buttons.map(([textContent, act]) => {
+      const onclick = () => {
+        hush(true);
+        act();
+      };
+      return make("button", { textContent, onclick });
+    }),
   );
   box.hidden = false;
   box.dataset.passing = String(passing);

@@ -6,7 +6,7 @@ import { figure } from "./graph.js";
 import { NUMBERED, PATHS } from "./parts.js";
 import { ask, changed } from "./requests.js";
 import { play, position } from "./shown.js";
-import { $, hold, state } from "./state.js";
+import { $, hold, options, state } from "./state.js";
 
 // The number stays unless another part is chosen.
 export function listNumbers(stays = true) {
@@ -24,7 +24,7 @@ export function listNumbers(stays = true) {
   const first = ({ path }) =>
     heads.some((head) => path === head || path.startsWith(`${head}.`) || path.startsWith(`${head}[`));
   const sorted = [...state.numbers.filter(first), ...state.numbers.filter((each) => !first(each))];
-  list.replaceChildren(...sorted.map(({ path }) => new Option(path, path)));
+  list.replaceChildren(...options(sorted.map(({ path }) => path)));
   if ((stays || !chosen) && sorted.some(({ path }) => path === before)) list.value = before;
   showNumber();
 }

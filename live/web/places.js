@@ -1,8 +1,7 @@
 // Places that a tool takes: points, places on links, places on the grid.
 import { linkUnder, pointUnder } from "./links.js";
 import { gridStep, handle, pointNow, toPlane, toScreen, view } from "./view.js";
-/** @type {(id: string) => any} */
-const $ = (id) => document.getElementById(id);
+import { $ } from "./state.js";
 
 // A place in the plane, on the grid, or level with another point.
 export function snapped(screen, except) {

@@ -4,7 +4,7 @@ import * as text from "./text.js";
 import { rescale, view } from "./view.js";
 import { hush, keepInBrowser, notice } from "./notices.js";
 import { show, theoryWords } from "./shown.js";
-import { $, state } from "./state.js";
+import { $, make, state } from "./state.js";
 
 // Called with an answer, with its job, and after an edit; set by main.js.
 export const listeners = { answered: (_answer, _job) => {}, edited: (_change) => {} };
@@ -94,9 +94,8 @@ export function settle(wait = 150) {
       view.position = Math.round((position / Math.max(1, picture.positions)) * answer.picture.positions);
       rescale();
       show();
-      const [verdict, ...rest] = answer.line.split(/(?=; )/), word = document.createElement("b");
-      word.textContent = verdict;
-      $("line").replaceChildren(...(picture.limits.length ? [word] : [verdict]), ...rest);
+      const [verdict, ...rest] = answer.line.split(/(?=; )/);
+      $("line").replaceChildren(picture.limits.length ? make("b", {}, verdict) : verdict, ...rest);
       $("report").href = `report/${answer.report}`;
       $("report").hidden = !answer.report;
       state.whole++;

@@ -2,7 +2,7 @@
 import { draw, drawGrid } from "./drawing.js";
 import { quantity, view } from "./view.js";
 import { drawGraph, listFigures } from "./graph.js";
-import { $, state } from "./state.js";
+import { $, make, state } from "./state.js";
 
 const FIRST_LIMITS = 5; // tiles of limits above those of figures
 
@@ -34,15 +34,8 @@ export function show() {
     return;
   }
   $("theory").textContent = theoryWords(picture);
-  $("colours").replaceChildren(
-    ...(view.most
-      ? [
-        "von Mises stress 0",
-        document.createElement("i"),
-        `${quantity(view.most, "Pa")}, displacements × ${view.factor}`,
-      ]
-      : []),
-  );
+  const most = `${quantity(view.most, "Pa")}, displacements × ${view.factor}`;
+  $("colours").replaceChildren(...(view.most ? ["von Mises stress 0", make("i"), most] : []));
   const limits = picture.limits.map(limitTile); // the most used first
   $("tiles").replaceChildren(
     ...limits.slice(0, FIRST_LIMITS),
@@ -51,13 +44,8 @@ export function show() {
   );
 }
 
-export function tile(kind, name, value, more) {
-  const box = document.createElement("div"), figure = document.createElement("b");
-  box.className = `tile ${kind}`;
-  figure.textContent = value;
-  box.append(name, figure, more);
-  return box;
-}
+export const tile = (kind, name, value, more) =>
+  make("div", { className: `tile ${kind}` }, name, make("b", {}, value), more);
 export const NO_ERROR = 1e-6; // smallest relative error that is shown
 const LEAST_SHARE = 1e-4; // smaller relative errors are below the printed digits
 /** Error in per cent, or with a unit if it exceeds the figure, as in the report. */
@@ -68,14 +56,9 @@ export function errorWords(value, error, unit) {
   return share < LEAST_SHARE ? "± < 0.01 %" : `± ${Number((100 * share).toPrecision(2))} %`;
 }
 export const figureTile = ({ key, name, value, unit, on, error }) => {
-  const box = tile(
-    "",
-    name,
-    quantity(value, unit),
-    [errorWords(value, error, unit), on ?? ""].filter(Boolean).join(", "),
-  );
-  box.dataset.figure = key;
-  box.dataset.value = value;
+  const more = [errorWords(value, error, unit), on ?? ""].filter(Boolean).join(", ");
+  const box = tile("", name, quantity(value, unit), more);
+  Object.assign(box.dataset, { figure: key, value });
   return box;
 };
 export const limitTile = ({ name, on, bound, value, unit, kept, outcome }) =>

@@ -1,6 +1,14 @@
 // The state of the page, and its fields.
 /** @type {(id: string) => any} */
 export const $ = (id) => document.getElementById(id);
+/** @type {(tag: string, properties?: any, ...children: any[]) => any} */
+export const make = (tag, properties = {}, ...children) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+};
+export const labelled = (words, field) => make("label", {}, words, field);
+export const options = (names) => names.map((name) => new Option(name, name));
 export const state = {
   digest: "",
   saved: "",

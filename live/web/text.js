@@ -1,6 +1,5 @@
 // The text beside the drawing: its lines, mistakes and changes marked, and undo over everything that changes it.
-/** @type {(id: string) => any} */
-const $ = (id) => document.getElementById(id);
+import { $, make } from "./state.js";
 const area = $("text"), gutter = $("gutter"), marks = $("marks");
 const LONG = 1e6; // most pairs of lines to compare
 let LINE = 19, room = 400;
@@ -65,18 +64,12 @@ export function tellMistakes(found) { // or the next step of a drawing
   if (!found.length && !mistakes.length) return;
   mistakes = found;
   $("mistakes").replaceChildren(...found.map(({ line, message, next }) => {
-    const item = document.createElement("li");
+    const onclick = () => {
+      goTo(line);
+      area.focus();
+    };
+    const item = make("li", {}, ...(line ? [make("button", { onclick }, `line ${line}`)] : []), message);
     item.classList.toggle("next", Boolean(next));
-    if (line) {
-      const go = document.createElement("button");
-      go.textContent = `line ${line}`;
-      go.onclick = () => {
-        goTo(line);
-        area.focus();
-      };
-      item.append(go);
-    }
-    item.append(message);
     return item;
   }));
   area.setAttribute("aria-invalid", String(found.some(({ next }) => !next)));

@@ -1,6 +1,5 @@
 // The tools: their buttons, keys and hints.
-/** @type {(id: string) => any} */
-const $ = (id) => document.getElementById(id);
+import { $, make } from "./state.js";
 export const TOOLS = [
   ["move", "Move", "v", "Drag a point to change the mechanism, a link to move it; arrows move the chosen point"],
   ["link", "Link", "l", "Drag from point to point, or click twice; a click on nothing makes the point"],
@@ -37,13 +36,11 @@ const FIRST = 5; // tools that are needed first, before the others
 
 export function fillToolbar(take, actions) {
   const buttons = TOOLS.map(([name, words, key, hint]) => {
-    const button = document.createElement("button");
-    Object.assign(button, { textContent: words, title: `${hint} (${key.toUpperCase()})`, onclick: () => take(name) });
+    const button = make("button", { title: `${hint} (${key.toUpperCase()})`, onclick: () => take(name) }, words);
     button.dataset.tool = name;
     return button;
   });
-  const act = (id, words, title) =>
-    Object.assign(document.createElement("button"), { id, textContent: words, title, onclick: () => actions[id]() });
+  const act = (id, words, title) => make("button", { id, title, onclick: () => actions[id]() }, words);
   $("tools").replaceChildren(...buttons.slice(0, FIRST));
   $("moretools").replaceChildren(
     ...buttons.slice(FIRST),

@@ -4,8 +4,7 @@ import { linkUnder, nearestPosition, pointUnder } from "./links.js";
 import { direction, joint, near, onGrid, onLink, picked, placed, shareOf, snapped } from "./places.js";
 import { fillToolbar, showTool, TOOLS } from "./toolbar.js";
 import { drawnNow, gridStep, handle, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
-/** @type {(id: string) => any} */
-const $ = (id) => document.getElementById(id);
+import { $ } from "./state.js";
 const svg = $("svg");
 /** @type {any} */
 let gesture = null;

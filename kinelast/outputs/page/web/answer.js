@@ -100,7 +100,10 @@ function besideWords({ found, limit }) {
 }
 
 // Angles in degrees.
-const figureAngle = (figure, digits = 4) => (figure.unit === "rad" && figure.value !== null
+const figureAngle = (
+  figure,
+  digits = 4,
+) => (figure.unit === "rad" && figure.value !== null
   ? `${number((figure.value * 180) / Math.PI, digits)}°`
   : figureWords(figure, digits));
 

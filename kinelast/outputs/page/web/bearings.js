@@ -41,7 +41,9 @@ function jointsSection() {
       },
       {
         name: "fastest",
-        text: (each) => (each.figures.joint_rate
+        text: (
+          each,
+        ) => (each.figures.joint_rate
           ? rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) })
           : figureWords(each.figures.bearing_speed)),
       },

@@ -56,7 +56,6 @@ function chart(holder, heading, unit, asked, options = {}) {
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
   curves.forEach((curve, k) => curve.shown || made.hidden.add(k));
   const figure = h("figure.chart", {
-
     "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}`,
   });
   const canvas = h("div.plot"), legend = h("div.legend");
@@ -81,7 +80,11 @@ function chart(holder, heading, unit, asked, options = {}) {
     );
   const marks = curves.map((curve, k) => {
     const words = h("output", { "aria-live": "off" });
-    const dash = { "stroke-width": 2.4, stroke: `var(--l${curve.colour})`, "stroke-dasharray": dashOf(curve).join(" ") };
+    const dash = {
+      "stroke-width": 2.4,
+      stroke: `var(--l${curve.colour})`,
+      "stroke-dasharray": dashOf(curve).join(" "),
+    };
     const line = s("line", { x1: 0, x2: 26, y1: 4, y2: 4, ...dash });
     const swatch = s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, line);
     const name = button([swatch, curve.name, " ", words], () => {
@@ -190,7 +193,10 @@ function chart(holder, heading, unit, asked, options = {}) {
     const pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1, apart = 12 * one;
     if (curves.length < 2) return;
     const last = (row) => row.findLast((value) => isFinite(value));
-    const ends = curves.flatMap((curve, k) => (made.hidden.has(k) || last(made.rows[k]) === undefined
+    const ends = curves.flatMap((
+      curve,
+      k,
+    ) => (made.hidden.has(k) || last(made.rows[k]) === undefined
       ? []
       : [{ k, name: curve.name, y: plot.valToPos(last(made.rows[k]) * made.factor, "y", true) }])
     );

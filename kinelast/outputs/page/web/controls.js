@@ -26,7 +26,9 @@ function mechanismSection() {
     },
   });
   const start = button("Play", toggle, { id: "play", class: "main", "aria-pressed": "false" });
-  const speeds = [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) => option(seconds, name, seconds === 8));
+  const speeds = [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) =>
+    option(seconds, name, seconds === 8)
+  );
   const speed = h("select", { id: "speed", "aria-label": "speed" }, speeds);
   function toggle() {
     if (instant.playing !== null) return stop();

@@ -45,8 +45,7 @@ function markSorted(heads, by, falling) {
 // Bars of rows {name, size, words}, each to the largest.
 function strips(rows, least = 1e-300) {
   const most = Math.max(...rows.map(({ size }) => Math.abs(size)), least);
-  const strip = (size) =>
-    h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" });
+  const strip = (size) => h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" });
   return h(
     "ul",
     rows.map(({ name, size, words }) =>
@@ -62,10 +61,6 @@ function download(name, type, content) {
   const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
   h("a", { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);
-}
-
-function downloadSvg(name, picture, more = "") {
-  download(`${fileName(name)}${more}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
 }
 
 const partSections = []; // of parts of a machine: each part's script adds its own

@@ -7,7 +7,9 @@ function drivesSection() {
     name,
     means,
     wraps: true,
-    text: (each) => (each.drive[key]
+    text: (
+      each,
+    ) => (each.drive[key]
       ? unbroken(words(each.drive[key]) + errorWords(each.drive[key])).replace("\u00a0(", " (")
       : ""),
   });
@@ -58,7 +60,9 @@ function drivesSection() {
 
 // Peaks of the laws that drives follow.
 function lawTable(rows) {
-  const jerk = ({ drive: { law } }) => (law.jumps.length
+  const jerk = (
+    { drive: { law } },
+  ) => (law.jumps.length
     ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")}${
       law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""
     }`

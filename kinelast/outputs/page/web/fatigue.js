@@ -1,5 +1,7 @@
 // Fatigue: life of the links.
-const lifeWords = (figure) => (figure.value === null
+const lifeWords = (
+  figure,
+) => (figure.value === null
   ? "endless"
   : (figure.unit === "s" ? `${number(figure.value / 3600)} h` : figureWords(figure)) + errorWords(figure));
 

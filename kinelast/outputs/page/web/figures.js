@@ -20,7 +20,9 @@ function extremesSection() {
   const place = (field) => ({
     name: "where",
     wraps: true,
-    text: (each) => (each.peaks[field].value
+    text: (
+      each,
+    ) => (each.peaks[field].value
       ? `${unbroken(placeWords(each.label, each.peaks[field]))}, ${unbroken(atWords(each.peaks[field]))}`
       : ""),
   });
@@ -64,7 +66,9 @@ function strengthSection() {
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
       {
         name: "where",
-        text: (each) => (each.stress_range.value
+        text: (
+          each,
+        ) => (each.stress_range.value
           ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre`
           : ""),
       },

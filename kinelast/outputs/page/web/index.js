@@ -89,7 +89,9 @@ function sort(k) {
 function lineOf(cells) {
   const sentence = figures.length > 0 && cells[message] !== "" && bare(cells),
     kept = sentence ? order.filter((k) => k !== message && !figures.includes(k)) : order;
-  const line = kept.map((k) => (k === 0
+  const line = kept.map((
+    k,
+  ) => (k === 0
     ? h("th", { scope: "row", class: long(cells[k]) }, cellOf(cells, k))
     : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : long(cells[k]) }, cellOf(cells, k)))
   );

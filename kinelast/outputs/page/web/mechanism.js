@@ -109,9 +109,7 @@ function buildNames() {
     const style = `fill:${linkColour(n + 1)}`;
     return {
       k: n + 1,
-      text: link.name.includes(" ")
-        ? null
-        : parts.names.appendChild(s("text.linkname", { style }, short(link.name))),
+      text: link.name.includes(" ") ? null : parts.names.appendChild(s("text.linkname", { style }, short(link.name))),
     }; // a slot's block has no name
   });
 }

@@ -43,7 +43,9 @@ function cloud(grid, name, given, speeds, torques) {
         ? given.stall_torque * Math.max(0, 1 - Math.abs(x) / given.top_speed)
         : Infinity,
     );
-  const rated = (x) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
+  const rated = (
+    x,
+  ) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
     ? given.rated_torque
     : NaN);
   const [least, largest] = [-1, 1].map((way) =>

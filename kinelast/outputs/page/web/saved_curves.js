@@ -63,7 +63,10 @@ const SAVES = {
     const dash = (k) => dashOf(made.curves[k]).join(" "),
       mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
     const path = (row) =>
-      made.xs.map((value, k) => (isFinite(row[k])
+      made.xs.map((
+        value,
+        k,
+      ) => (isFinite(row[k])
         ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}`
         : "")
       ).join("");

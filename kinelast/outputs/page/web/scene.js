@@ -160,3 +160,6 @@ function scaleOfField(field) {
 }
 
 const fileName = (words) => `${summary.scene.name}_${words.toLowerCase().replace(/[^a-z0-9]+/g, "_")}`;
+function downloadSvg(name, picture, more = "") {
+  download(`${fileName(name)}${more}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
+}

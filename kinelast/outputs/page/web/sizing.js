@@ -41,7 +41,9 @@ function sensitivitiesSection({ numbers, figures }) {
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
-const withError = ({ in_full: full, error, unit }) => (full === null
+const withError = (
+  { in_full: full, error, unit },
+) => (full === null
   ? ""
   : sized(full, unit) + errorWords({ value: full, error, unit, unreliable: error > UNRELIABLE * Math.abs(full) }));
 // Angles in degrees.

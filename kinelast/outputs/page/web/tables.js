@@ -10,7 +10,9 @@ function table(rows, columns, caption) {
     const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
     const [factor, unit] = scaleOf(largestOf(known), column.unit ?? "1");
     const cell = column.words ??
-      ((each) => (column.none && !isFinite(valueOf(column, each))
+      ((
+        each,
+      ) => (column.none && !isFinite(valueOf(column, each))
         ? column.none
         : number(valueOf(column, each) * factor, column.digits ?? 4) + unreliableMark(column.figure?.(each))));
     return { ...column, unitShown: unitWords(unit), cell };
