@@ -7,13 +7,7 @@ from kinelast.tasks import Option
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 HEAD = "| option | value | default | meaning | writes |\n| --- | --- | --- | --- | --- |\n"
-TITLES = {
-    "scene": "Of the scene",
-    "checks": "Checks",
-    "pictures": "Pictures",
-    "designs": "Designs",
-    "running": "Running",
-}
+TITLES = {"scene": "Scene", "checks": "Checks", "pictures": "Pictures", "designs": "Designs", "running": "Running"}
 
 
 def page() -> str:

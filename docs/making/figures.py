@@ -11,14 +11,15 @@ from kinelast.scene.limits import Output
 
 INTRO = """# Figures
 
-Every figure has one entry in the registry (`kinelast/figures/registry.py`). Reports, `summary.json`, sweeps, optima,
-sensitivities, tolerances, speeds and `[limits.figures]` use its key, for one item `KEY.ITEM`, as in
-`deflection.coupler`. *On request*: computed only if named. *In a row*: in the row of a design by default. *Rigid*:
-independent of the links' elasticity. *Limit*: its key under `[limits]`.
+A *figure* is a result with a key. Reports, `summary.json`, sweeps, optima, sensitivities, tolerances, speeds and
+`[limits.figures]` use this key, or `KEY.ITEM` for one item, as in `deflection.coupler`. The registry
+(`kinelast/figures/registry.py`) has one entry per figure. *On request* figures are computed only if named. Figures
+*in a row* are in the row of a design by default. *Rigid* figures do not depend on the elasticity of the links. *Limit*
+is the key of the figure under `[limits]`.
 
 """
 HEAD = (
-    "| key | figure | unit | of every | over positions | on request | in a row | rigid | limit |\n"
+    "| key | figure | unit | one per | over positions | on request | in a row | rigid | limit |\n"
     + "| --- " * 9
     + "|\n"
 )

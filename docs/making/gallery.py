@@ -43,8 +43,8 @@ def _reported(scenes: dict[str, Path], out: Path, home: str) -> Iterator[Made]:
         yield Made(
             f"gallery/{name}.md",
             f"# {_title(path)}\n\n{frame(name, '')}\n\n"
-            f"[The report alone]({name}/report.html), [every position]({name}/positions.csv), "
-            f"[every figure]({name}/summary.json), [the scene]({name}.toml), which comes with {home}:\n\n"
+            f"Files: [report]({name}/report.html), [results per position]({name}/positions.csv), "
+            f"[figures]({name}/summary.json), [scene]({name}.toml). The scene comes with {home}:\n\n"
             f"<!-- runs: as the site is built -->\n```\n{call}\n```\n\n```toml\n{SCHEMA.sub('', text)}```\n",
         )
 

@@ -29,9 +29,9 @@ MARKS = {
 """Names that the patterns of columns match in the examined run."""
 HEAD = """# Keys and columns
 
-Keys and columns of real runs. [Figures](figures.md) are described in their registry. All values are in SI units and
-radians, except `positions.csv` and `motion.csv` (the scene's `report_units`) and `designs.csv` (the units of the
-scene's file).
+This page lists the keys and columns of real runs. [Figures](figures.md) has the figures. All values are in SI units
+and radians, except in `positions.csv` and `motion.csv` (the scene's `report_units`) and in `designs.csv` (the units of
+the scene's file).
 """
 ROWS = "| column | unit | meaning |\n| --- | --- | --- |\n"
 
@@ -44,23 +44,23 @@ def page() -> str:
                   *SAMPLED, "share of PATH", "share of PATH with others"]  # fmt: skip
     parts = [
         HEAD,
-        _part("summary.json", "a *figure* is `{value, unit}`, with its place if it has one", _summary(folder)),
-        _part("positions.csv", "a row a position", _columns(folder / "positions.csv", "position")),
-        _part("motion.csv", "a row a position, by `--motion`", _columns(folder / "motion.csv", "position")),
-        _part("speeds.csv", "a row a speed, by `--speeds`", _columns(folder / "speeds.csv", "speed")),
-        _part("designs.csv", "a row a design, by `--sweep`", _columns(designs, "design")),
+        _part("summary.json", "a *figure* has a value, a unit and, if known, its place", _summary(folder)),
+        _part("positions.csv", "one row per position", _columns(folder / "positions.csv", "position")),
+        _part("motion.csv", "one row per position, with `--motion`", _columns(folder / "motion.csv", "position")),
+        _part("speeds.csv", "one row per speed, with `--speeds`", _columns(folder / "speeds.csv", "speed")),
+        _part("designs.csv", "one row per design, with `--sweep`", _columns(designs, "design")),
         _part(
             "sensitivities.csv",
-            "a row a figure and number, by `--sensitivities`",
+            "one row per figure and number, with `--sensitivities`",
             _described(SENSITIVITIES, "sensitivities"),
         ),
-        _part("tolerances.csv", "a row a figure, by `--tolerances`", _described(tolerances, "tolerances")),
+        _part("tolerances.csv", "one row per figure, with `--tolerances`", _described(tolerances, "tolerances")),
         _part(
             "optimum.csv",
-            "a row for the goal, every variable and limit, by `--optimize`",
+            "one row for the goal, each variable and each limit, with `--optimize`",
             _described(OPTIMUM, "optimum"),
         ),
-        _part("summary.csv", "a row a scene, for several scenes", _described([name for name, _ in BATCH], "scenes")),
+        _part("summary.csv", "one row per scene of a batch", _described([name for name, _ in BATCH], "scenes")),
     ]
     return "\n".join(parts)
 
@@ -118,7 +118,7 @@ def _summary(folder: Path) -> str:
         f"| `{key}` | {WORDS['summary'][key]} | {_shape(data[key]) if key in data else 'on request'} |\n"
         for key in order
     )
-    return f"| key | meaning | holds |\n| --- | --- | --- |\n{rows}"
+    return f"| key | meaning | content |\n| --- | --- | --- |\n{rows}"
 
 
 def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
