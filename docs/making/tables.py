@@ -29,7 +29,7 @@ MARKS = {
 """Names that the patterns of columns match in the examined run."""
 HEAD = """# Keys and columns
 
-This page lists the keys and columns of real runs. [Figures](figures.md) has the figures. All values are in SI units
+This page lists the keys and columns of example runs. [Figures](figures.md) has the figures. All values are in SI units
 and radians, except in `positions.csv` and `motion.csv` (the scene's `report_units`) and in `designs.csv` (the units of
 the scene's file).
 """
@@ -125,11 +125,11 @@ def _shape(value: Any) -> str:  # noqa: PLR0911 - a line a kind
     """Structure of a value of summary.json, in words."""
     match value:
         case None:
-            return "`null` unless requested"
+            return "`null` in the example"
         case {"value": _, "unit": _, **more}:
             return f"figure{f' with {_names(more)}' if more else ''}"
         case dict() if isinstance(first := next(iter(value.values()), None), dict) and _alike(value):
-            return f"by name: {_shape(first)}"
+            return f"by name: {_shape(first)}".replace("by name: by name: ", "by two names: ")
         case dict():
             return _names(value) if value else "by name"
         case [dict() as first, *_]:
