@@ -1,7 +1,7 @@
 """Types of arrays.
 
-The order of axes is: components or coefficients; links, beams, joints or drives; designs, if there are several; and
-positions, which are contiguous. In the shapes of docstrings, `...` stands for the optional axis of designs.
+The first axis is that of components or coefficients. Then follow links (or beams, joints, drives), designs (if there
+are several), and positions, which are contiguous. In docstrings, `...` in a shape is the optional axis of designs.
 """
 
 from typing import TYPE_CHECKING, Any

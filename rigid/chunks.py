@@ -58,7 +58,7 @@ def motion_in_chunks(
     if columns <= SEAM_POSITIONS:
         raise ValueError(f"chunks of {columns} columns, expected more than {SEAM_POSITIONS}")
     for rows in design_chunks(mechanism.designs, len(given[-1]), columns):
-        yield from _along(select_designs(mechanism, rows, mechanism.designs), given, columns)
+        yield from _position_chunks(select_designs(mechanism, rows, mechanism.designs), given, columns)
 
 
 def columns_of(mechanism: Mechanism, positions: int) -> int:
@@ -76,7 +76,7 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
         yield slice(first, min(first + step, count))
 
 
-def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iterator[Motion]:
+def _position_chunks(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iterator[Motion]:
     """Yield the motion in chunks of positions, in order.
 
     With a single drive, the drawing and the drive coordinate determine each position. With several drives, the path
@@ -96,15 +96,15 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
         path = None if lead is None else lead - turns
         chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=path), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
-            drawn, lead = _drawn_anew(drawn, lead, chunk[0])
+            drawn, lead = _redrawn(drawn, lead, chunk[0])
         yield chunk.pop()  # drop the reference, so that the chunk does not displace the next one from the cache
 
 
-def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
+def _redrawn(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
     """Redraw the mechanism at the last reliable position of a chunk, and return the drive path from there too."""
     sine = passed.sine
-    firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
-    places = np.flatnonzero(firm[:-SEAM_POSITIONS])
+    reliable: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
+    places = np.flatnonzero(reliable[:-SEAM_POSITIONS])
     if not len(places):
         return drawn, passed.drive if lead is None else np.concatenate([lead, passed.drive], axis=1)
     last = places[-1]

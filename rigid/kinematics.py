@@ -240,7 +240,7 @@ def _openings(motion: Motion) -> tuple[Openings, Openings]:
 
 
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
-    """Broadcast a motion to several designs that share it. `columns` is the new shape."""
+    """Broadcast a motion to several designs. `columns` is the new shape of the columns."""
 
     def wide(value: Any) -> Numbers:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()

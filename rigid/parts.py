@@ -217,12 +217,12 @@ class Gear:
 
     `driver` and `follower` identify pins or sliders in the same way as drives do. `ratio` is negative for external
     gears, positive for a ring gear, and in m/rad or rad/m for a rack. The tooth force acts at the pitch point, inclined
-    by the `pressure_angle` [rad] to the common tangent. The loaded flank follows from the transmitted effort, such that
-    the wheels are pushed apart. The pins, sliders and the carrier of the wheels carry the force.
+    by the `pressure_angle` [rad] to the common tangent. The sign of the transmitted effort determines the loaded flank,
+    so that the wheels are always pushed apart. The pins, sliders and the carrier of the wheels carry the force.
 
-    There is no tooth force if `pressure_angle` is None, as for a belt or chain. There is none either without a pitch
-    point: if the joints have no common carrier, the ratio is 1, the axes coincide, or both joints are sliders. Only the
-    moment or force along each coordinate is then transmitted, between the two links of the joint.
+    Set `pressure_angle` to None for a belt or chain, which has no tooth force. There is also no tooth force without a
+    pitch point: if the joints have no common carrier, the ratio is 1, the axes coincide, or both joints are sliders. In
+    these cases, only the moment or force along each coordinate is transmitted, between the two links of the joint.
     """
 
     driver: PinDrive | SliderDrive

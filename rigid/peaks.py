@@ -34,10 +34,10 @@ class LawPeaks:
 
 
 def law_peaks(law: MotionLaw) -> LawPeaks | None:
-    """Return the peaks of a motion law in closed form, or None if the kind of law has none.
+    """Return the peaks of a motion law in closed form, or None if no closed form is known.
 
     The speed is constant before and after a law of segments, so an acceleration at either end is a jump. If the law is
-    repeated, its end joins its start. The motion outside a table is unknown, so its ends are no jumps.
+    repeated, its end joins its start. The motion outside a table is unknown, so the ends of a table are not jumps.
 
     Examples
     --------

@@ -23,7 +23,7 @@ BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of a slider's block (complex, in symbol sizes)."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
 STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector of a stroke, and largest spacing
-RAIL_ASIDE, RAIL_MORE, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, overhang, half length
+RAIL_OFFSET, RAIL_OVERHANG, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre line, overhang, half length
 
 NO_LENGTH = np.zeros(2, complex)  # `far` of a line whose ends are given in symbol sizes only
 
@@ -100,12 +100,12 @@ def rails(at: Spot, on: str, direction: complex, far: Complexes = NO_LENGTH, siz
     sizes
         Approximate travel in symbol sizes; 0 draws a short rail centred at `at`.
     """
-    half = RAIL_MORE if sizes else SHORT_RAIL
+    half = RAIL_OVERHANG if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)
     if on != GROUND:
         return Mark("rail", at, (Line(ends, far),), axis=(on, direction), width=1.2, level=UNDER)
-    lower = hatched(ends - RAIL_ASIDE * 1j, sizes + 2 * half, far)
-    upper = hatched(ends[::-1] + RAIL_ASIDE * 1j, sizes + 2 * half, far[::-1])
+    lower = hatched(ends - RAIL_OFFSET * 1j, sizes + 2 * half, far)
+    upper = hatched(ends[::-1] + RAIL_OFFSET * 1j, sizes + 2 * half, far[::-1])
     return Mark("rail", at, (lower, upper), axis=(on, direction), width=1.2, level=GROUND_LEVEL)
 
 

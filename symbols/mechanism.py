@@ -12,7 +12,7 @@ from symbols.joints import pin, slider_marks, spot, support, travel, weld
 from symbols.marks import LEVELS, Mark, Spot, anchor
 from symbols.parts import arrow, belt, mass, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
 
-SYMBOLS = 45  # size of a drawing / usual size of a symbol
+SYMBOLS_PER_DRAWING = 45  # size of a drawing / usual size of a symbol
 MAX_VARIATION = 1e-6  # relative variation up to which the centre distance of two wheels counts as constant
 Drive = PinDrive | SliderDrive
 
@@ -28,7 +28,7 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
         Marks of parts that are not in the mechanism, such as cylinders.
     """
     mechanism, parts = placed.mechanism, [*parts]
-    size = mechanism.size / SYMBOLS
+    size = mechanism.size / SYMBOLS_PER_DRAWING
     replaced = {mark.replaces for mark in parts}
     marks = [*_gears(placed), *parts, *_masses(mechanism), *_loads(mechanism)]
     for slider in mechanism.sliders:

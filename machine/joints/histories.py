@@ -12,7 +12,7 @@ from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
 from rigid.closures import displacements
 from rigid.plane import ZERO
 
-CUBE = 3.0  # life exponent of ball bearings
+BALL_EXPONENT = 3.0  # life exponent of ball bearings
 MIN_TURNS = 0.5  # a joint with fewer net turns in a run swings, but does not rotate
 MIN_FORCE = 0.01  # contact counts as lost below this force, relative to the largest
 DIRECTIONS = 180  # number of directions in the search for the largest displacement of a point
@@ -71,7 +71,7 @@ class JointHistory:
         """Distance covered in the run, back and forth [rad or m], shape (...)."""
         return np.asarray(self.path.sum(axis=-1))
 
-    def mean_force(self, exponent: float = CUBE) -> Reals:
+    def mean_force(self, exponent: float = BALL_EXPONENT) -> Reals:
         """Return the constant force that gives the same life [N], shape (...): the power mean over the distance.
 
         For a joint at rest, the power mean is over time.
@@ -201,8 +201,8 @@ def clearance_effects(
 
     Returns
     -------
-    The worst displacement, which is the sum of the largest contributions of all pins in the worst direction; and the
-    displacement when the joint forces press all pins against their holes.
+    The worst displacement, and the displacement when the joint forces press all pins against their holes. The worst
+    displacement is the sum of the largest contributions of all pins in the least favourable direction.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():

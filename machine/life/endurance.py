@@ -17,8 +17,8 @@ SURFACES = {
     "as-forged": (272.0, -0.995),
 }
 """Coefficients (a, b) of Marin's surface factor of steel, k_a = a (S_ut / MPa)^b."""
-LEAST_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter of the size factor, and limit between its two formulas
-SPREAD = 0.08  # standard deviation / mean of endurance limits
+MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter of the size factor, and limit between its two formulas
+RELATIVE_SPREAD = 0.08  # standard deviation / mean of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
     "surface factor", "modulus in GPa", f"{SHIGLEY}, table 6-2: steel", 190.0, 220.0, "give the factor as a number"
@@ -182,7 +182,7 @@ def size_factor(diameter: Any) -> Reals:
     ----------
     Shigley's Mechanical Engineering Design, 9th ed. 2011, equation (6-20). Range: `SIZE_RANGE`; nan outside.
     """
-    size = np.maximum(1e3 * np.asarray(diameter), LEAST_SIZE)
+    size = np.maximum(1e3 * np.asarray(diameter), MIN_SIZE)
     factor = np.where(size <= MIDDLE_SIZE, (size / 7.62) ** -0.107, 1.51 * size**-0.157)
     return np.where(SIZE_RANGE.holds(size), np.minimum(factor, 1.0), np.nan)
 
@@ -205,7 +205,7 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Return the endurance limit that a given share of all parts reaches / mean endurance limit.
+    """Return the reliability factor: endurance limit that a given share of all parts reaches / mean endurance limit.
 
     References
     ----------
@@ -219,4 +219,4 @@ def reliability_factor(reliability: float) -> float:
     """
     from statistics import NormalDist  # slow to load and rarely needed
 
-    return 1.0 - SPREAD * NormalDist().inv_cdf(reliability)
+    return 1.0 - RELATIVE_SPREAD * NormalDist().inv_cdf(reliability)

@@ -1,4 +1,4 @@
-"""Period of a mechanism: the common period of the drives, and how many of them pass until the links return."""
+"""Period of a mechanism: the common period of its drives, times the number of such periods until the links return."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -91,7 +91,7 @@ def common_period(periods: Sequence[Real]) -> Real:
 
 
 def _least_common(periods: Sequence[float]) -> float:
-    """Return the least common multiple of durations; nan if it is more than `MAX_ROUNDS` times one of them."""
+    """Return the least common multiple of durations; nan if a duration fits into it more than `MAX_ROUNDS` times."""
     first = periods[0]
     if len(periods) == 1 or not np.isfinite(periods).all():
         return first

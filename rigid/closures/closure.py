@@ -140,7 +140,7 @@ def _complex_rows(rows: Reals) -> Complexes:
 
 
 def _inverse(matrix: Reals) -> Reals:
-    """Invert matrices, with nan for those that are singular or not finite."""
+    """Invert matrices. The inverse of a singular or non-finite matrix is nan."""
     good: Any = np.isfinite(matrix).all(axis=(-2, -1))
     good[good] = np.linalg.slogdet(matrix[good])[0] != 0
     inverse = np.full_like(matrix, np.nan)

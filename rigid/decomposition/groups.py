@@ -25,8 +25,8 @@ class GearLoop:
     carried
         Links that each follower carries, as in `Group.carried`.
     release
-        Motion of each follower (child relative to parent) per prescribed motion of each gear, where the latter is with
-        the other followers fixed; shape (followers, followers). The rows are Willis' equations.
+        Motion of each follower (child relative to parent) per prescribed motion of each gear, shape (followers,
+        followers). The prescribed motion is that with all other followers fixed. The rows are Willis' equations.
     """
 
     followers: tuple[int, ...]
@@ -41,7 +41,7 @@ class Group:
     Attributes
     ----------
     links, tree
-        Links, and the tree joint that carries each of them.
+        Links, and the tree joint that carries each link.
     cut
         Joints that close the loops.
     free

@@ -166,8 +166,8 @@ def _sources(
 ) -> Iterator[tuple[float, Joint]]:
     """Yield the factors and joints that prescribe the motion of a follower while all other followers are fixed.
 
-    Motions are those of the child relative to the parent. The joints are drives, or measure angles of previously placed
-    links.
+    The motion is that of the child relative to the parent. The joints are drives, or joints that measure the angle of
+    a previously placed link.
     """
     gear = tree[follower].gear
     assert gear is not None

@@ -44,8 +44,8 @@ class ConstraintTable:
     moved
         Indices of the joints whose coordinates `shares` combines.
     shares
-        Coefficients of these coordinates in each constraint of a drive, of a gear (follower minus ratio times driver)
-        and of a weld's angle, in this order; shape (drives + gears + welds, moved).
+        Coefficients of these coordinates in the constraints, shape (drives + gears + welds, moved). The rows are those
+        of drives, then of gears (follower minus ratio times driver), then of the angles of welds.
     steady
         Position-independent part of the rates of all joints, then of the joints in `moved`, per rate of (x, y, angle)
         of each link; shape (2 joints + moved, 3 links).
@@ -148,8 +148,8 @@ class Constraints:
     Attributes
     ----------
     toward
-        Factor that converts a vector to its components along and across a slider's line, or to x and y at a pin;
-        complex, shape (joints, ..., positions).
+        Complex factor that converts a vector to its components along and across a slider's line, or to x and y at a
+        pin, shape (joints, ..., positions).
     vector
         Vector from the owner's origin to the block's point (complex) [m].
     foot, tip

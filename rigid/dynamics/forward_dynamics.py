@@ -73,8 +73,8 @@ def forward(
     Raises
     ------
     ForwardError
-        If the mechanism reaches a position at which its drives do not determine the motion, or an infinite speed; if a
-        drive with an effort moves no mass; or if the user interrupts (kind "interrupted").
+        If the speed becomes infinite, the drives do not determine the motion at a position, or a drive with an effort
+        moves no mass. Also if the user interrupts (kind "interrupted").
     MechanismError
         If the mechanism cannot be assembled at the start.
 

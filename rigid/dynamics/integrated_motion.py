@@ -127,8 +127,8 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
     """Interpolate postures between the steps by cubic Hermite polynomials.
 
-    The posture of the nearest step would not do: if a step contains a change point, it may be closer to the wrong
-    branch.
+    The posture of the nearest step is not sufficient: if a step contains a change point, that posture may be closer to
+    the wrong branch.
     """
     variant = stretch.lead.variant
     before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)

@@ -84,7 +84,7 @@ class Lead:
 
 
 def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
-    """Return a joint coordinate. For an angle, choose the full turns that bring it closest to `near`."""
+    """Return a joint coordinate. An angle is shifted by full turns to the value closest to `near`."""
     value: Reals = joint.coordinate(placed)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 

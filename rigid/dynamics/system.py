@@ -21,7 +21,7 @@ class BudgetExceededError(Exception):
 
 
 class RightHandSide:
-    """Right-hand side of the equation of motion. Calls depend on each other only through the tracker's last posture."""
+    """Right-hand side of the equation of motion. Its only state is the last posture of the tracker."""
 
     def __init__(
         self,

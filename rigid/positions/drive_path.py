@@ -159,7 +159,7 @@ def drive_strides(mechanism: Mechanism) -> Reals:
 
 @lru_cache(maxsize=64)
 def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
-    """Return the drawn drive coordinates, whether each is a slide, and whether drive positions repeat each full turn.
+    """Return the drawn drive coordinates, whether each is a slide, and whether positions repeat every full turn.
 
     They do not repeat if an undriven joint drives a gear, because the angle of this joint is counted from the drawing.
     """

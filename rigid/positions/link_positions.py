@@ -19,7 +19,7 @@ from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
-MIN_FIRM_SINE = 0.5  # sine of a dyad above which it passes no change point between closely spaced positions
+MIN_CLEAR_SINE = 0.5  # sine of a dyad above which it passes no change point between closely spaced positions
 MAX_NEAR_STEP = 0.1  # largest change of a drive [rad] or of a sine between closely spaced positions
 NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion if positions close to it are requested, in strides
 BOX_MARGIN = 1e-6  # tolerance that is added to a certified box
@@ -110,7 +110,7 @@ def _far_from_change_points(sines: Any) -> bool:
     """Return whether all dyads stay far from change points."""
     for sine in sines:
         size = np.abs(sine)
-        if not size.min() >= MIN_FIRM_SINE:
+        if not size.min() >= MIN_CLEAR_SINE:
             return False
         if size.ndim and not np.abs(sine[..., 1:] - sine[..., :-1]).max(initial=0.0) <= MAX_NEAR_STEP:
             return False

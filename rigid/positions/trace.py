@@ -308,7 +308,7 @@ class Trace:
         return knots, travelled < stride and here["place"][0] != end
 
     def _insert(self, row: int, inner: float, knots: list[Table]) -> None:
-        """Replace the knots from a point outward, keep those of the grid, and certify the steps."""
+        """Replace the knots from a point outward, except for grid knots, and certify the steps."""
         branch, name = self.branch, f"free{self.number}"
         if not knots:
             return

@@ -57,17 +57,17 @@ class Pair:
 
 
 def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
-    """Return the tooth contacts of all gears as drawn. The normal is such that they slip along the line of centres.
+    """Return the tooth contacts of all gears as drawn. Teeth slip along the line of centres.
 
     Raises
     ------
     MechanismError
         If a gear has no contact point, as with ratio 1, or a point is not drawn.
     """
-    return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
+    return tuple(_gear_contact(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
 
 
-def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
+def _gear_contact(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
     drawing = Drawing(mechanism)
     ends = gear.driver, gear.follower
     wheels = [end for end in ends if isinstance(end, PinDrive)]

@@ -66,9 +66,10 @@ class Mobility:
     loops
         Number of independent loops N_c.
     kinematic_unknowns, kinematic_equations, kinematic_rank
-        I_c, number of freedoms of all joints; E_c = d N_c; and r_c, shape (...).
+        Number I_c of freedoms of all joints, number E_c = d N_c of equations, and rank r_c, shape (...).
     static_unknowns, static_equations, static_rank
-        I_s, number of components that all joints transmit; E_s = d (links - 1); and r_s, shape (...).
+        Number I_s of components that all joints transmit, number E_s = d (links - 1) of equations, and rank r_s, shape
+        (...).
     kept, dropped
         Smallest singular value that counts in the static rank, and largest one that does not, both relative to the
         largest singular value, shape (...). Their ratio shows how clearly the rank is determined.
