@@ -111,4 +111,4 @@ def test_columns_can_be_selected(tmp_path, capsys):
     assert headings == ["time [s]", "B.x [m]", "B.vx [m/s]", "B.ax [m/s^2]", "B.dx [m]", "crank.power [W]"]
     assert csv_rows((tmp_path / "steel_four_bar" / "positions.csv").read_bytes())[0] == ["time [s]", "B.dx [m]"]
     assert main([*call, "--columns", "crank.powr"]) == 2
-    assert 'no column fits "crank.powr"; did you mean "crank.power"?' in capsys.readouterr().err
+    assert 'no column matches "crank.powr"; did you mean "crank.power"?' in capsys.readouterr().err

@@ -132,7 +132,7 @@ def test_an_infeasible_optimum_fails(scene, tmp_path, capsys):
     assert row["value"] > 1e-6
     assert row["margin"] == pytest.approx(1 - row["value"] / 1e-6, rel=1e-6)
     output = capsys.readouterr().out
-    assert f"NO design keeps all limits: at best deflection.rocker is {value}, " in output
+    assert f"NO design meets all limits: at best deflection.rocker is {value}, " in output
     assert " % above 1 µm" in output
 
 

@@ -78,7 +78,7 @@ def test_units_are_those_of_the_report():
 
 
 def test_too_many_rows_for_a_sheet_are_an_error():
-    with pytest.raises(RequestError, match="do not fit a sheet of XLSX"):
+    with pytest.raises(RequestError, match="are too many for a sheet of XLSX"):
         xlsx_bytes(Table((Column("x", np.zeros(1_048_576)),)))
 
 

@@ -1,1 +1,1 @@
-"""The files of a scene: tables, pages and pictures, and the folder in which they appear all at once."""
+"""Output files of a scene: tables, pages and pictures, written to a folder that is complete or unchanged."""

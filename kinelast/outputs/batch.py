@@ -1,4 +1,4 @@
-"""Tables of a batch: summary.csv, index.html and, on request, summary.parquet, with a row for each scene."""
+"""Tables with a row for each scene of a batch: summary.csv, index.html and, on request, summary.parquet."""
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
@@ -29,7 +29,7 @@ def _safety(report: Report) -> Reading | None:
 
 
 def _unreliable(report: Report) -> str:
-    """Return the names of the figures of a row with an error beyond `UNRELIABLE`."""
+    """Return the names of the figures in a row that are unreliable."""
     shown = {
         "largest_deflection": report.largest_deflection,
         "largest_chord": report.largest_chord,
@@ -46,14 +46,14 @@ def _check(report: Report) -> str:
 
 
 def _decides(report: Report) -> tuple[str, float | None]:
-    """Return the limit that decides the verdict and its utilisation, or the link that buckles."""
+    """Return the limit that decides the verdict, in words, and its utilisation. If a link buckles, describe that."""
     if report.buckles or not report.acceptance.verdict:
         return report.buckles or "", None
     worst = OUTCOMES[report.acceptance.verdict]
     return next((words, used) for words, used, outcome in limit_rows(report) if outcome == worst)
 
 
-COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit and value
+COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit, and function that returns the value
     ("verdict", "", lambda report: report.acceptance.verdict),
     ("decides", "", lambda report: _decides(report)[0]),
     ("used", "1", lambda report: _decides(report)[1]),
@@ -76,7 +76,7 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), *((name, unit) for name, u
 
 
 def summary_row(outcome: Outcome, name: str) -> list[Any]:
-    """Return a scene's row of summary.csv, with None for unknown figures."""
+    """Return the row of a scene in summary.csv, with None for unknown figures."""
     report = outcome.report
     cells = [None] * len(COLUMNS) if report is None else [cell(report) for *_, cell in COLUMNS]
     row = [name, outcome.state, outcome.status, *cells, outcome.line if report is None else ""]
@@ -86,19 +86,19 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 def write_batch(
     out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], others: Sequence[str] = ()
 ) -> None:
-    """Write the tables of a batch. Rows of other scenes are kept if their folders still exist.
+    """Write the tables of a batch. Rows of other scenes stay in the tables if their folders exist.
 
     Parameters
     ----------
     rows, seconds
-        Rows (see `summary_row`) and computing times, by the scenes' folders in `out`.
+        Rows (see `summary_row`) and computing times [s], by the folder of the scene in `out`.
     others
-        Other formats. Parquet is written if requested or if an older file exists.
+        Additional formats. Parquet is written if requested, or if there is a file from an earlier run.
 
     Raises
     ------
     RequestError
-        A file with one of these names was not written by this program.
+        A file with the name of a table was not written by this program.
     OSError
         A file cannot be written.
     """
@@ -125,7 +125,7 @@ def _table(rows: Sequence[Sequence[Any]]) -> Table:
 
 
 def _read(row: Sequence[str]) -> list[Any]:
-    """Convert the cells of a row of summary.csv back to values."""
+    """Return the values of a row of summary.csv from its cells."""
     return [
         (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
         for (name, unit), cell in zip(HEAD, row, strict=True)

@@ -1,4 +1,4 @@
-"""Charts of a scene over its cycle, drawn as vector graphics by matplotlib."""
+"""Charts of a scene over its cycle as vector graphics, drawn by matplotlib."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (6.0, 3.0), (1.5, 2.5), (11.0, 3.0, 2.0, 3.0), (16.0, 4.0), (9.0, 2.0, 2.0, 2.0, 2.0, 2.0))
 WIDTH, HEIGHT = 6.1, 2.1  # [in] size of a chart
-ACROSS, BETWEEN = 180, 14  # [px] width of a map, and distance between maps
+ACROSS, BETWEEN = 180, 14  # [px] width of a map, and gap between maps
 ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # otherwise it would apply to the whole page
-    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # identifiers may repeat in another picture
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # would otherwise apply to the whole page
+    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture may have the same identifiers
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
     (r"\s*\n\s*", " "),
@@ -49,7 +49,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Curve over the cycle, shape (positions,), with indices into `COLOURS` and `DASHES`."""
+    """A curve over the cycle: values of shape (positions,), and indices of its colour and dashes."""
 
     name: str
     values: Reals
@@ -67,7 +67,7 @@ class Chart:
 
 
 def svg_of(figure: Figure, name: str) -> str:
-    """Return a figure as an `<svg>`, with identifiers that are unique for its name."""
+    """Return a figure as an `<svg>` element. Its identifiers depend on `name`, so that they are unique in a page."""
     from matplotlib import rc_context
 
     text = StringIO()
@@ -81,7 +81,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Return the charts as SVG, with an SI prefix that suits the largest ordinate."""
+    """Return the charts as SVG. The largest ordinate determines the SI prefix of the unit."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -105,7 +105,7 @@ def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
 
 
 def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
-    """Draw the curves of a chart with a dot at each maximum, and return the unit of the ordinates."""
+    """Draw the curves of a chart with a dot at each maximum; return the unit of the ordinates."""
     heights = np.array([np.broadcast_to(curve.values, axis.values.shape) for curve in chart.curves], float)
     finite = heights[np.isfinite(heights)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
@@ -128,17 +128,17 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
 def field_maps(
     axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
 ) -> str:
-    """Return fields along beams (up) over the cycle (across) as one SVG, with a column for each field.
+    """Return maps of fields along the beams (vertical) over the cycle (horizontal) as one SVG, a column per field.
 
     Parameters
     ----------
     labels
         Labels of the beams, one per row.
     fields
-        By column heading: values, shape (beams, positions, stations), and the range of each beam in words. The colours
-        of a map range from minus to plus its largest magnitude, and nan is grey.
+        Values of shape (beams, positions, stations), and the range of each beam in words, by heading of the column. The
+        colours of a map range from minus to plus its largest magnitude. nan is grey.
     columns
-        Minimum number of columns, for pictures of equal width.
+        Minimum number of columns, so that pictures have equal widths.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -169,18 +169,20 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """Return some ticks of the axis: positions along the width of a map, and numbers."""
+    """Return some ticks of the axis: positions along the width of a map, and labels."""
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
 
 
 def mosaic(fields: Sequence[Any]) -> Any:
-    """Return one picture of fields, shape (beams, positions, stations), with a row for each beam.
+    """Return a picture of fields of shape (beams, positions, stations), with a row of maps for each beam.
 
     Returns
     -------
-    Bytes, shape (rows, columns, 4): positive blue, negative red, nan grey, transparent between the maps.
+    RGBA bytes, shape (rows, columns, 4): positive values are blue, negative values red, nan is grey, and the gaps
+    between
+    the maps are transparent.
     """
     from matplotlib import colormaps
 
@@ -200,13 +202,13 @@ def mosaic(fields: Sequence[Any]) -> Any:
     return picture.reshape(beams * (stations + below), -1, 4)
 
 
-MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # a row of maps for each
+MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # by row of maps
 MOST_MAPPED, MOST_CURVES = 16, 6
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
 
 def axis(results: Results) -> Axis:
-    """Return the abscissa of the cycle: the first drive's angle if it turns one way, otherwise the time."""
+    """Return the abscissa of the cycle: the angle of the first drive if it turns in one sense, otherwise the time."""
     motion = results.motion
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
@@ -222,7 +224,7 @@ def axis(results: Results) -> Axis:
 
 
 def _numbers(results: Results) -> Integers:
-    """Return the number of each position in the run, shape (positions,), without positions that were left out."""
+    """Return the index in the run of each position that is not left out, shape (positions,)."""
     time = results.motion.time
     if not results.left_out or len(time) < 2:
         return np.arange(len(time))
@@ -230,13 +232,13 @@ def _numbers(results: Results) -> Integers:
 
 
 def _spread(results: Results, values: Any) -> Reals:
-    """Return the values of an axis at all positions of the run, including positions that were left out."""
+    """Interpolate the values of an axis to all positions of the run, including positions that are left out."""
     numbers = _numbers(results)
     return np.asarray(np.interp(np.arange(numbers[-1] + 1), numbers, values))
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Return values, positions last, with nan at positions that were left out or excluded."""
+    """Return values, shape (..., positions), with nan at positions that are left out or excluded."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -279,7 +281,7 @@ def _broken(results: Results, chart: Chart) -> Chart:
 
 
 def _largest(chart: Chart) -> Chart:
-    """Return a chart of the largest curves."""
+    """Return a chart with only the largest curves."""
     if len(chart.curves) <= MOST_CURVES:
         return chart
     sizes = [float(np.nanmax(np.abs(curve.values), initial=0.0)) for curve in chart.curves]
@@ -293,7 +295,7 @@ def _curves(named: dict[str, Any]) -> list[Curve]:
 
 
 def _places(results: Results) -> list[tuple[int, int]]:
-    """Return colour and dashes of each beam: the colour of its link, and different dashes within a link."""
+    """Return the colour and dashes of each beam. The beams of a link differ in their dashes."""
     places, seen = [], dict.fromkeys(range(len(results.mechanism.links)), 0)
     for link, _ in results.mechanism.beams:
         places.append(((link - 1) % len(COLOURS), seen[link] + (link - 1) // len(COLOURS)))
@@ -302,7 +304,7 @@ def _places(results: Results) -> list[tuple[int, int]]:
 
 
 def legend(chart: Chart) -> list[tuple[str, str, str]]:
-    """Return a legend with names, colours and dashes of the curves."""
+    """Return the names, colours and dashes of the curves for a legend."""
     return [
         (curve.name, COLOURS[curve.colour % len(COLOURS)], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
         for curve in chart.curves
@@ -319,11 +321,11 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Return heading, values (beams, positions, stations) and ranges in words for the maps of a field."""
+    """Return the heading, values (beams, positions, stations) and ranges in words for the maps of a field."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
-    if field.key in results.cycle.extremes:  # the peak may be between the stations
+    if field.key in results.cycle.extremes:  # the largest value may lie between the stations
         exact = results.cycle.extremes[field.key].value[: len(values), results.cycle.counted]
         sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
     sign = "±" if field.signed else "≤ "

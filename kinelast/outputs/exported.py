@@ -1,4 +1,4 @@
-"""Export of a scene's mechanism to other programs."""
+"""Export of the mechanism of a scene to other programs."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
-MIN_STROKE = 1e-6  # largest sum of the strokes of a closed swing, relative to the largest stroke
-POSITIONS = 360  # positions of a cycle that give the travel of pins in slots
+MIN_STROKE = 1e-6  # largest sum of the strokes of an oscillation, relative to the largest stroke
+POSITIONS = 360  # number of positions from which the travel of pins in slots is found
 
 
 def exchanged(scene: Scene) -> ForeignMechanism:
-    """Return the mechanism of a scene at its start for export to other programs, in mm or inches.
+    """Return the mechanism of a scene at its start in the form for other programs, in mm or inches.
 
-    Welded links become one link with their combined mass. A block with a pin becomes a slot with the block's mass at
-    the pin. Sections, springs and varying loads are omitted.
+    Welded links become one link with their combined mass. A block with a pin becomes a slot, with the mass of the block
+    at the pin. Sections, springs and varying loads are omitted.
     """
     from exchange import ForeignLink, ForeignMechanism
 
@@ -73,7 +73,7 @@ def exchanged(scene: Scene) -> ForeignMechanism:
 
 
 def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[str, tuple[float, complex, float]]:
-    """Mass [kg], centre [drawing] and moment of inertia [kg m^2] of the links, as drawn at the start."""
+    """Return mass [kg], centre (in units of the drawing) and moment of inertia [kg m^2] of the links at the start."""
     parts: dict[str, list[tuple[float, complex, float]]] = {}
     for number, link in enumerate(motion.mechanism.links):
         mass, first, second = (complex(np.ravel(each)[0]) for each in mass_moments(link))
@@ -109,7 +109,7 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
-    """Return slots of pins and links that slide without turning, by name of their sliders."""
+    """Return the slots of pins, and the links that slide without rotation, both by the name of the slider."""
     from exchange import ForeignSlider, Slot
 
     slots, slides = {}, {}
@@ -137,7 +137,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive with its constant speed, or its swing between two limits; without both if it moves otherwise."""
+    """Return a drive with its constant speed or its oscillation. A drive with another motion has neither."""
     from exchange import Drive, to_and_fro
 
     if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
@@ -154,7 +154,7 @@ def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], u
 
 
 def _swing(law: SegmentedLaw) -> list[float]:
-    """Strokes of a law that goes once to and fro between two limits without a dwell; else empty."""
+    """Return the strokes of a law that oscillates once between two limits without a dwell; otherwise empty."""
     strokes: list[float] = []
     for segment in law.segments:
         rise = float(segment.rise)

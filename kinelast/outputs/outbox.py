@@ -1,7 +1,7 @@
-"""Atomic writing of result folders and files, with locks against concurrent runs.
+"""Atomic writing of result folders and files. Locks exclude concurrent runs.
 
-A folder is written under a hidden name and then swapped with the existing one, while a lock excludes other runs. The
-lock file contains the hidden name, so that the next run can clean up after a run that was killed.
+A folder is written under a hidden name and then exchanged with the existing one. The lock file contains the hidden
+name, so that the next run can clean up if a run was killed.
 """
 
 import hashlib
@@ -21,11 +21,11 @@ from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
-EARLIER = "earlier"  # folder for files of earlier runs that a run does not write again
-HIDDEN = ".kinelast-"  # locks and unfinished folders
-UNFINISHED = ".part"  # files
-OWNER = ".owner"  # separates parts of a lock's location
-PATIENCE = 60.0  # [s] longest wait for another run
+EARLIER = "earlier"  # folder for files of earlier runs that the current run does not replace
+HIDDEN = ".kinelast-"  # prefix of locks and unfinished folders
+UNFINISHED = ".part"  # suffix of unfinished files
+OWNER = ".owner"  # suffix of the file that replaces a lock on file systems without locks
+PATIENCE = 60.0  # [s] maximum waiting time for another run
 PAUSE = 0.05  # [s] between two attempts
 LINE = 300  # maximum length of a path in a message
 
@@ -34,14 +34,14 @@ LINE = 300  # maximum length of a path in a message
 def complete(folder: Path) -> Iterator[Path]:
     """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    Files of earlier runs that this run does not write again move to the folder `EARLIER`. Files that this program did
-    not write stay, see `foreign`. A file that was changed by hand is renamed to `NAME.edited.EXT`.
+    Files of earlier runs that are not written again move to the subfolder `EARLIER`. Files of other origin stay, see
+    `foreign`. A file that the user has edited is renamed to `NAME.edited.EXT`.
 
     Raises
     ------
     RequestError
-        A file that this program did not write has the name of a new one, another run holds the folder, or the folder
-        cannot be created.
+        A file of other origin has the name of a new file, another run has locked the folder, or the folder cannot be
+        created.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -61,12 +61,12 @@ def complete(folder: Path) -> Iterator[Path]:
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
-    """Rewrite a file of this program, while other runs wait.
+    """Write a file of this program again, while other runs wait.
 
     Raises
     ------
     RequestError
-        This program did not write the existing file, or another run holds it.
+        The existing file is of other origin, or another run has locked it.
     """
     with locked(path) as hidden:
         if path.exists() and not ours():
@@ -75,9 +75,9 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
 
 
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
-    """Write a file atomically: the content, followed by the contents of the files `more`.
+    """Write a file atomically. It consists of `content`, followed by the contents of the files `more`.
 
-    The content reaches the disk before the name does. After a power failure, the name may be missing.
+    The content is on the disk before the file gets its name. After a power failure, the name may be missing.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -98,22 +98,22 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
 
 
 def sync(file: int) -> None:
-    """Wait until a file is on the disk. This also detects a full disk."""
+    """Wait until a file is on the disk, which also detects a full disk."""
     os.fsync(file)
 
 
 def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -> None:
-    """Add text files to a folder of this program.
+    """Add text files to a result folder.
 
     Parameters
     ----------
     summary
-        Content of summary.json for a new folder.
+        Content of summary.json if the folder is new.
 
     Raises
     ------
     RequestError
-        See `complete`.
+        For the same reasons as in `complete`.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -128,7 +128,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Add text files to a folder by way of a hidden one; the summary comes last."""
+    """Add text files to a folder by way of a hidden folder. The summary is moved last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -138,7 +138,7 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
-    """Return the names of files in a folder that this program did not write."""
+    """Return the names of the files of other origin in a folder, i.e. files that this program did not write."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         return sorted(names - {EARLIER} - (own_names(summary) if summary else _ours(folder))) if names else []
@@ -146,7 +146,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Remove the leftovers of a killed process and restore the previous folder."""
+    """Remove the hidden files of a killed process, and restore the previous folder."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with locked(folder):
@@ -154,7 +154,7 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise an error if the location of a folder is a file or a link."""
+    """Raise an error if a folder is actually a file or a link."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
@@ -171,22 +171,22 @@ def _lock_of(folder: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
-    """Lock a folder or file against other runs, and yield the name for its hidden files.
+    """Lock a folder or file against other runs, and yield the name of its hidden files.
 
     Parameters
     ----------
     patience
-        Longest wait for another run [s], `PATIENCE` by default.
+        Maximum waiting time for another run [s] (default: `PATIENCE`).
 
     Raises
     ------
     RequestError
-        Another run holds the lock, or the folder cannot be created.
+        Another run has the lock, or the folder cannot be created.
     """
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    left = (PATIENCE if patience is None else patience) / PAUSE  # count attempts, because the computer may sleep
+    left = (PATIENCE if patience is None else patience) / PAUSE  # attempts are counted, because the computer may sleep
     lock = None
     try:
         try:
@@ -207,14 +207,14 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
     finally:
         with signals_held_back():
             if lock is not None:
-                _let_go(path, lock, folder, hidden)
+                _release(path, lock, folder, hidden)
             for place in fresh:
                 with suppress(OSError):
                     place.rmdir()  # if it is empty
 
 
 def _mark(lock: int, folder: Path, hidden: str) -> None:
-    """Write the hidden name into a lock file, after removing the hidden files of a killed run."""
+    """Write the hidden name to a lock file, after the hidden files of a killed run have been removed."""
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
         _clean(folder, before)
@@ -223,22 +223,22 @@ def _mark(lock: int, folder: Path, hidden: str) -> None:
     os.write(lock, hidden.encode())
 
 
-def _let_go(path: Path, lock: int, folder: Path, hidden: str) -> None:
-    """Release a lock and remove its file, unless hidden files remain."""
+def _release(path: Path, lock: int, folder: Path, hidden: str) -> None:
+    """Release a lock. Remove its file, unless hidden files remain."""
     with suppress(OSError):
         folder.with_name(f"{hidden}.part").unlink()  # an unfinished file
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # remove before the release: a waiting run checks that the file still exists
+            path.unlink()  # removed before the release, because a waiting run checks that the file exists
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """Return an open, locked file (None if another run holds it) and an addition to the error message.
+    """Return an open, locked file, or None if another run has locked it, and an addition to the error message.
 
-    The system releases the lock when the process ends.
+    The operating system releases the lock when the process ends.
     """
     lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
@@ -248,11 +248,11 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # on a system without locks, only the names separate two runs
+    except ImportError:  # without locks, two runs only have different hidden names
         return lock, ""
     except OSError:  # a file system without locks, such as a network drive
         os.close(lock)
-        if _owned(path):  # the previous owner may have removed the open file
+        if _owned(path):  # open again, because the previous owner may have removed the file
             return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), ""
         return None, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
     with suppress(OSError):
@@ -263,9 +263,9 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Create a file that replaces a lock; return whether this succeeded.
+    """Create a file that replaces a lock. Return True if successful.
 
-    The file of a process on this computer that has ended is removed. Otherwise the caller waits.
+    A file of a process that has ended on this computer is removed. Otherwise the caller has to wait.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -282,7 +282,7 @@ def _owned(path: Path) -> bool:
 
 
 def _runs(number: int) -> bool:
-    """Return whether a process runs on this computer."""
+    """Return True if a process is running on this computer."""
     try:
         os.kill(number, 0)
     except ProcessLookupError:
@@ -293,7 +293,7 @@ def _runs(number: int) -> bool:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a folder and restore files that were not replaced."""
+    """Remove the hidden files of a folder, and restore files that have not been replaced."""
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
@@ -305,7 +305,7 @@ def _clean(folder: Path, hidden: str) -> None:
         return
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
-            place.chmod(0o700)  # to remove read-only files
+            place.chmod(0o700)  # allows read-only files to be removed
     others = {*foreign(old), EARLIER}
     for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # files of others first
         if not (folder / entry.name).exists():
@@ -314,7 +314,7 @@ def _clean(folder: Path, hidden: str) -> None:
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder, under a numbered name if its own name is taken."""
+    """Move a file or folder into a folder. If its name exists there, a number is added."""
     folder.mkdir(exist_ok=True)
     place, number = folder / entry.name, 1
     while place.exists() or place.is_symlink():
@@ -324,9 +324,9 @@ def _move(entry: Path, folder: Path) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Return the names of files that this program has written to a folder, according to its summary.
+    """Return the names of the files in a folder that this program has written, as listed in the summary.
 
-    If the summary is unreadable, return all names that this program uses.
+    If the summary cannot be read, return the files with names that this program uses.
     """
     known = summary_in(folder)
     if known is None:
@@ -336,7 +336,7 @@ def _ours(folder: Path) -> set[str]:
 
 
 def _move_aside(folder: Path) -> None:
-    """Rename files that were changed by hand."""
+    """Rename files that the user has edited."""
     for name in changed(folder):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
@@ -345,14 +345,14 @@ def _move_aside(folder: Path) -> None:
 
 
 def _written() -> set[str]:
-    """Return all file names of this program, with tables in all formats."""
+    """Return all file names that this program uses, with tables in all formats."""
     names = written()
     tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
     return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise an error if files that this program did not write have the names of new files."""
+    """Raise an error if files of other origin have the names of new files."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)

@@ -1,4 +1,4 @@
-"""Pictures of a scene: deflected mechanism, stills, films, and drawings for other programs."""
+"""Pictures of a scene: deflected mechanism, stills and films, and drawings for other programs."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12  # number of positions drawn faintly
-FOOT = 0.3  # [in] space below the mechanism for its scales
-EDGE = 0.06  # [in] margin around parts beyond the frame
+GHOSTS = 12  # number of positions that are drawn faintly
+FOOT = 0.3  # [in] space below the mechanism for the scales
+EDGE = 0.06  # [in] margin around parts that extend beyond the frame
 SHARE = 0.08  # drawn size of the largest displacement, relative to the mechanism
-MIN_NAMED = 6  # span of a link with a name / unit of the symbols
+MIN_NAMED = 6  # smallest span of a link that gets a name / unit of the symbols
 STATIONS = np.linspace(0.0, 1.0, 25)
 
 
 def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
-    """Draw the deflected mechanism at a position, over its paths.
+    """Draw the deflected mechanism at a position, with the paths of its points.
 
     Returns
     -------
-    An `<svg>` and the scale of the displacements.
+    An `<svg>` element, and the scale of the displacements.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -70,12 +70,12 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
         axes.set(xlim=(left, left + width / scale), ylim=(foot, high.imag + room))
         sheet.axes = axes
         _draw_all(results, sheet, position, factor, complex(left, foot) + (0.2 + 0.1j) / scale)
-        _make_room(axes, scale)
+        _extend_limits(axes, scale)
         return svg_of(figure, "drawing"), factor
 
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
-    """Draw the mechanism at its largest deflection, on axes of a size in inches."""
+    """Draw the mechanism at its largest deflection on axes of a given size [in]."""
     low, high = extent(results)
     factor, position = exaggeration(results, abs(high - low)), position_of_largest(results)
     sheet = _sheet(results, position, factor, (low, high))
@@ -89,7 +89,7 @@ def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
 
 
 def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: float, corner: complex) -> None:
-    """Draw paths, links, joints, and the scales at a corner [m]."""
+    """Draw paths, links and joints, and the scales at a corner [m]."""
     _draw_course(results, sheet.axes, position)
     _draw_bent(results, sheet.axes, sheet, position, factor)
     sheet.draw_symbols()
@@ -99,14 +99,14 @@ def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: flo
 
 
 def position_of_largest(results: Results) -> int:
-    """Return the number of the position with the largest deflection, or 0 if no link bends."""
+    """Return the index of the position with the largest deflection, or 0 if no link bends."""
     largest = results.cycle.along("w")
     known = len(results.scene.labels) and np.isfinite(largest.value).any()
     return int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
 
 
-def _make_room(axes: Axes, scale: float) -> None:
-    """Enlarge the drawing to include the deformed shape, symbols and words, at a scale in inches per metre."""
+def _extend_limits(axes: Axes, scale: float) -> None:
+    """Enlarge the drawing to include the deformed shape, symbols and texts. `scale` is in inches per metre."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -124,7 +124,7 @@ def _make_room(axes: Axes, scale: float) -> None:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Return a round scale at which the largest displacement is easy to see; 0 if it is unknown."""
+    """Return a round scale at which the largest displacement is clearly visible; 0 if it is unknown."""
     if results.buckles:
         return 0.0
     cycle = results.cycle
@@ -134,12 +134,12 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Return scaled displacements; zero if the factor is 0."""
+    """Return scaled displacements, or zeros if the factor is 0."""
     return factor * values if factor else np.zeros_like(values)
 
 
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
-    """Return the mechanism at a position with exaggerated displacements."""
+    """Return the drawing of the mechanism at a position with scaled displacements."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     marks, motion = results.cycle.once(display_list), results.motion
     thin = list(_links(results, position)) if factor else []
@@ -147,7 +147,7 @@ def _sheet(results: Results, position: int, factor: float, extent: tuple[complex
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
-    """Return the axes of the links at a position, moved by the displacements."""
+    """Return the axes of the links at a position, including the scaled displacements."""
     motion, bent = results.motion, results.deflection
     turned: Any = np.exp(1j * _enlarged(bent.angle[:, position], factor))
     carried = motion.origin[:, position] + _enlarged(bent.shift[:, position], factor)
@@ -155,7 +155,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the positions at which moving points are drawn."""
+    """Return the drawn positions of the moving points."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -183,7 +183,7 @@ def _draw_course(results: Results, axes: Axes, position: int) -> None:
 
 
 def _links(results: Results, position: int) -> Iterator[Any]:
-    """Yield the lines of rigid links at a position: beams, and outlines of links without beams."""
+    """Yield the lines of the rigid links at a position: beams, or the outline of a link without beams."""
     for at, link in enumerate(results.mechanism.links[1:], 1):
         spots = {point: position_of(results.motion, at, point)[position] for point in link.points}
         yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
@@ -192,7 +192,7 @@ def _links(results: Results, position: int) -> Iterator[Any]:
 
 
 def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
-    """Draw the displaced links with their names, and beams with their deflection."""
+    """Draw the displaced links with their names. Beams are drawn with their deflection."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     drawn: dict[str, list[Any]] = {}
@@ -225,7 +225,7 @@ def _span(line: Any) -> float:
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw the length scale, and write the scale of displacements."""
+    """Draw the length scale and, as text, the scale of the displacements."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -238,7 +238,7 @@ HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 
 def write_stills(folder: Path, results: Results) -> None:
-    """Write SVG files of the deflected mechanism, the charts over the cycle and the maps."""
+    """Write SVG files of the deflected mechanism, the charts over the cycle, and the maps."""
     folder.mkdir()
     pictures = {"mechanism": mechanism_drawing(results, position_of_largest(results))[0]}
     over, charts = axis(results), cycle_charts(results)
@@ -250,13 +250,13 @@ def write_stills(folder: Path, results: Results) -> None:
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
 
 
-MIN_FREE = 1_000_000  # [bytes] an encoder writes in blocks and fails if less space is free
+MIN_FREE = 1_000_000  # [bytes] encoders write in blocks, and fail if less space is free
 
 
 def write_dxf(path: Path, results: Results) -> None:
-    """Write links with outlines and holes at the first position, and the paths of all points, as DXF and SVG.
+    """Write the links at the first position with outlines and holes, and the paths of all points, as DXF and SVG.
 
-    Drawings have true size, in inches if the scene has them, otherwise in millimetres.
+    The drawings have true size, in inches if the report uses inches, otherwise in millimetres.
     """
     from exchange import DrawnLink, dxf_text, svg_text
 
@@ -277,14 +277,14 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # no unnamed blocks
+        if " " not in link.name  # blocks have no names of their own
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
 
 
 def write_cam(path: Path, scene: Scene, name: str) -> None:
-    """Write profile, shaft and pitch curve of a cam in its own axes, as DXF and SVG at true size."""
+    """Write the profile, shaft and pitch curve of a cam in the axes of the cam, as DXF and SVG at true size."""
     from exchange import dxf_text, svg_text
 
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
@@ -302,7 +302,7 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
 
 
 def _holes(scene: Scene) -> dict[str, float]:
-    """Return the known diameters of holes by joint [m], from the eye, pin or bush."""
+    """Return the known diameters of holes [m] by joint, from the eye, the pin or the plain bearing."""
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
     return {
         name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
@@ -313,7 +313,7 @@ def require_rendering() -> None:
     """Raise `RequestError` if this computer cannot render."""
     from animations import RenderingUnavailable, probe
 
-    for name in ("pyvista", "vtkmodules"):  # the probe would not recognise a missing package
+    for name in ("pyvista", "vtkmodules"):  # otherwise the probe would report a missing package as a missing driver
         if not find_spec(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
@@ -325,7 +325,7 @@ def require_rendering() -> None:
 def draw_film(
     part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
 ) -> None:
-    """Draw a film, or numbered stills, of a diagram.
+    """Draw a film of a diagram, or numbered stills.
 
     Raises
     ------
@@ -346,7 +346,7 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """Return a write error with the system's message instead of the encoder's command line."""
+    """Return a write error with the message of the operating system instead of the encoder's command line."""
     if error.errno not in (None, errno.EPIPE):
         return error
     if shutil.disk_usage(target.parent).free < MIN_FREE:
@@ -360,5 +360,5 @@ def style_of(scene: Scene, request: Request) -> Style:
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}  # a line: two
+    outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}  # polygon
     return Style(title=scene.title, outlines=outlines, marks=symbols_of(scene), look=request.style, **given)

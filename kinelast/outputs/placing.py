@@ -1,4 +1,4 @@
-"""Places of names on matplotlib axes: on no link, on no other name, and rarely on a thin line."""
+"""Placement of names on matplotlib axes. Names do not cover links or other names, and rarely cross thin lines."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Text
 
-LINK_ZORDER = 3  # of the lines of links; all other lines and patches are thin
+LINK_ZORDER = 3  # zorder of the lines of links; all other lines and patches count as thin
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))
-AROUND, BESIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # distances from a point and from a line / unit of the symbols
-SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a line's length at which its name may be
-CROSSING, COVER = 10.0, 1e4  # costs of a crossed thin line, and of a covered link or name [pixels of a hidden line]
-LINK_HALF, THIN_HALF = 3.0, 1.0  # least distances from a line to a name [pixels]
+AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # distances from a point or a line / unit of the symbols
+SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # positions of a name along its line / length of the line
+CROSSING, COVER = 10.0, 1e4  # costs of crossing a thin line and of covering a link or name [pixels of a hidden line]
+LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] smallest distances between a name and the line of a link, or a thin line
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedName:
-    """A text and the line, or the point, beside which it may be.
+    """A text with the line or the point that it names.
 
     Attributes
     ----------
     line
-        Places along the line [m], complex; a single one for a point.
+        Positions along the line [m], complex; a single one for a point.
     always
-        Whether the text is drawn even if every place covers a link or another name.
+        Whether the text is drawn even if it covers a link or another name.
     """
 
     text: Text
@@ -38,7 +38,7 @@ class PlacedName:
     always: bool
 
     def middles(self, to_pixels: Any, unit: float, half: complex) -> Any:
-        """Candidate middles of the text [pixels], complex, the best first."""
+        """Return candidates for the centre of the text [pixels], complex, the best first."""
         line = to_pixels(np.asarray(self.line))
         if len(line) == 1:
             corners = SIDES / np.maximum(abs(SIDES.real), abs(SIDES.imag))
@@ -47,19 +47,19 @@ class PlacedName:
         across = 1j * (line[-1] - line[0]) / abs(line[-1] - line[0]) * (1 if line[-1].real >= line[0].real else -1)
         clear = abs(across.real) * half.real + abs(across.imag) * half.imag
         at = np.interp(SHARES, np.linspace(0.0, 1.0, len(line)), line)
-        ways = [[side * across * (clear + away * unit) for side in (1, -1)] for away in BESIDE]
+        ways = [[side * across * (clear + away * unit) for side in (1, -1)] for away in ALONGSIDE]
         return np.concatenate([(at[:, None] + np.array(sides)).ravel() for sides in ways])
 
 
 def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: Any) -> None:
-    """Move names to their best places, points before lines, and remove those without a place.
+    """Move names to their best positions, points before lines, and remove names that would cover others.
 
     Parameters
     ----------
     unit
         Size of the symbols [m].
     behind
-        Ends of further thin lines [m], complex, shape (lines, 2).
+        Ends of additional thin lines [m], complex, shape (lines, 2).
     """
 
     def to_pixels(places: Any) -> Any:
@@ -90,13 +90,13 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
 
 
 def _box(text: Text) -> tuple[complex, complex]:
-    """Middle and half size of a text [pixels]."""
+    """Return the centre and half the size of a text [pixels]."""
     box = text.get_window_extent()
     return complex(box.x0 + box.x1, box.y0 + box.y1) / 2, complex(box.width, box.height) / 2
 
 
 def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
-    """Ends of the parts of links, and of all other lines and patches [m], complex, shape (parts, 2)."""
+    """Return the ends of the segments of links and of all other lines [m], complex, shape (segments, 2)."""
     links: list[Any] = []
     thin: list[Any] = [*behind]
     for line in axes.lines:
@@ -110,7 +110,7 @@ def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
 
 
 def _hidden(lines: Any, middles: Any, half: complex) -> Any:
-    """Lengths of lines in boxes of a half size around middles [pixels], shape (lines, middles)."""
+    """Return the lengths of lines inside boxes, given by centres and half a size [pixels], shape (lines, boxes)."""
     start, course = lines[:, 0, None] - middles, (lines[:, 1] - lines[:, 0])[:, None]
     first, last = np.zeros(start.shape), np.ones(start.shape)
     for at, step, room in ((start.real, course.real, half.real), (start.imag, course.imag, half.imag)):

@@ -1,4 +1,4 @@
-"""positions.csv, motion.csv and fields.npz: figures, motion and fields at each position."""
+"""Values at each position: figures (positions.csv), motion (motion.csv) and fields (fields.npz)."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -19,8 +19,8 @@ from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
-PROFILE = 1440  # number of points of a cam's profile, four per degree
-PER_TIME = ("", "/s", "/s^2")  # units of a coordinate's value and derivatives
+PROFILE = 1440  # number of points of the profile of a cam, four per degree
+PER_TIME = ("", "/s", "/s^2")  # suffixes for the units of a coordinate, its rate and its acceleration
 
 
 def position_table(results: Results) -> Table:
@@ -52,10 +52,11 @@ def position_table(results: Results) -> Table:
 
 
 def cam_tables(scene: Scene) -> dict[str, Table]:
-    """Return the profile of each cam over one turn in its own axes, by file name.
+    """Return the profile of each cam over one turn in the axes of the cam, by file name.
 
-    At the start, these axes coincide with those of the ground. The rows are ordered by angle of rotation in the sense
-    of the cam. A roller has a pitch curve, and a groove has a second flank, `outer`.
+    At the start, the axes of the cam coincide with those of the ground. The rows are ordered by the angle of rotation,
+    in
+    the sense of the cam. A roller has a pitch curve, and a groove a second flank, `outer`.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -78,7 +79,7 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 def motion_table(results: Results) -> Table:
     """Return the columns of motion.csv, shape (positions,), in the units of the report.
 
-    Positions, velocities and accelerations are those of rigid links; displacements, forces and efforts are those of the
+    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts are those of the
     answer.
     """
     motion = results.motion
@@ -87,9 +88,9 @@ def motion_table(results: Results) -> Table:
 
 
 def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
-    """Return the columns of a rigid motion with units, by name: drives, links, points and joints.
+    """Return the columns of a rigid motion with their units, by name: drives, links, points and joints.
 
-    The angle `theta` of a link has no jumps. `angle` or `slide` is the coordinate of a drive or joint.
+    `theta` is the continuous angle of a link. `angle` or `slide` is the coordinate of a drive or joint.
     """
     links = motion.mechanism.links
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
@@ -117,7 +118,7 @@ def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
 
 
 def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the displacements of the named points."""
+    """Return the displacements of the points."""
     columns: dict[str, tuple[Any, str]] = {}
     for point, moved in results.displacements.items():
         columns |= _vector(f"{point}.d{{}}", moved, "m")
@@ -134,9 +135,10 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Return the complex force [N] and moment [N m] of each joint on each link, by joint and link number.
+    """Return the complex force [N] and the moment [N m] of each joint on each of its links, by joint and link number.
 
-    If more than two links meet, it is the total action of the pin on the link. A joint that transmits no moment has 0.
+    If more than two links meet at a pin, they are the total action of the pin on the link. The moment is 0 if the joint
+    does not transmit one.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -148,7 +150,7 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
 
 
 def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return joint forces in the axes of ground and link, joint moments, and shaking loads."""
+    """Return joint forces in the axes of the ground and of the link, joint moments, and shaking loads."""
     motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
     for (name, link), (force, moment) in joint_loads(results).items():
@@ -189,22 +191,22 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
     names = [column.name for table in tables.values() for column in table.columns]
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in names):
-            behind = "" if with_motion else "; motion.csv, by --motion, has more"
-            raise RequestError(f'--columns: no column fits "{pattern}"{likely(pattern, names)}{behind}')
+            behind = "" if with_motion else "; --motion adds the columns of motion.csv"
+            raise RequestError(f'--columns: no column matches "{pattern}"{likely(pattern, names)}{behind}')
     return {name: table.chosen(patterns) for name, table in tables.items()}
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Append rows to a file, with headings above the first rows."""
+    """Append rows to a file. The first rows get headings."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 
 
 class FieldFile:
-    """Writer of all fields at equally spaced stations in numpy's npz format, chunk by chunk.
+    """Writes all fields at equally spaced stations to a numpy file (npz), chunk by chunk.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and the main fields, such as
-    `LABEL/N`, shape (positions, stations). They grow in temporary files.
+    The arrays are `t` [s], shape (positions,), and for each beam `LABEL/x` [m], shape (stations,), and the main fields,
+    such as `LABEL/N`, shape (positions, stations). Temporary files collect the chunks.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:

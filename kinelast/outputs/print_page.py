@@ -1,4 +1,4 @@
-"""One-page print as PDF: verdict, picture, main figures, limits, assumptions, checks."""
+"""Printed page as PDF: verdict, picture, main figures, limits, assumptions and checks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ from kinelast.scene.reading import GOOD, Reading
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
 WIDTH = PAPER.real - 2 * MARGIN  # [in]
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
-LINE = 1.35  # height of a line, relative to the font size
+LINE = 1.35  # line spacing / font size
 MOST_LIMITS = 12
 MOST_LINES = 3  # font sizes of the title and the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
@@ -39,7 +39,7 @@ GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Words of one size [pt], colour and weight, with the space above [in]."""
+    """A paragraph with its font size [pt], colour and weight, and the space above [in]."""
 
     words: str
     size: float = 8.5
@@ -50,7 +50,7 @@ class Paragraph:
 
     @cached_property
     def lines(self) -> list[str]:
-        """The words as lines that fit the paper."""
+        """The words, divided into lines that fit on the page."""
         lines: list[str] = []
         for word in self.words.split():
             longer = f"{lines[-1]} {word}" if lines else ""
@@ -61,7 +61,7 @@ class Paragraph:
         return lines if len(lines) <= self.most else [*lines[: self.most - 1], f"{lines[self.most - 1]} …"]
 
     def _width(self, words: str) -> float:
-        """Return the width of words in one line [in]."""
+        """Return the width of words on a single line [in]."""
         from matplotlib.font_manager import FontProperties
         from matplotlib.textpath import text_to_path
 
@@ -70,12 +70,12 @@ class Paragraph:
 
     @property
     def height(self) -> float:
-        """Height with the space above [in]."""
+        """Height including the space above [in]."""
         return self.above + len(self.lines) * self.size * LINE / 72
 
 
 def write_page(path: Path, results: Results, report: Report) -> None:
-    """Write the page as PDF. The picture fills the remaining space."""
+    """Write the page as PDF. The picture uses the remaining space."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
@@ -95,7 +95,7 @@ def write_page(path: Path, results: Results, report: Report) -> None:
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs downwards from a height [in], and return the height at the end."""
+    """Write paragraphs downwards from a height [in]; return the height at the end [in]."""
     for each in paragraphs:
         top -= each.above
         for line in each.lines:
@@ -107,7 +107,7 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
 
 
 def _head(report: Report) -> Iterator[Paragraph]:
-    """Yield title and verdict."""
+    """Yield the title and the verdict."""
     scene, accepted = report.scene, report.acceptance
     yield Paragraph(scene.title, 15, weight="bold", most=MOST_LINES)
     yield Paragraph(scene.source, 7.5, SOFT, most=MOST_LINES)
@@ -123,11 +123,11 @@ def _head(report: Report) -> Iterator[Paragraph]:
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
-    """Yield main figures, limits, assumptions, checks, and the scene's checksum."""
+    """Yield the main figures, limits, assumptions and checks, and the checksum of the scene."""
     yield from (Paragraph(words) for words in _figures(report))
     rows = limit_rows(report)
     if rows:
-        yield Paragraph("Limits and their use", 10, weight="bold", above=GAP)
+        yield Paragraph("Limits and their utilisation", 10, weight="bold", above=GAP)
     for limit, used, outcome in rows[:MOST_LIMITS]:
         share = "?" if used is None else f"{number(100 * used, 3)} %"
         yield Paragraph(f"{share}  {limit}: {outcome}", colour={KEPT: INK, BROKEN: RED}.get(outcome, AMBER))
@@ -143,12 +143,12 @@ def _foot(report: Report) -> Iterator[Paragraph]:
 
 
 def _capital(words: str) -> str:
-    """Return words with a capital letter at the start."""
+    """Return words with an initial capital letter."""
     return f"{words[:1].upper()}{words[1:]}"
 
 
 def _figures(report: Report) -> Iterator[str]:
-    """Yield sentences on stress and safety, the output, and the drives."""
+    """Yield sentences about stress and safety, deflection, output and drives."""
 
     def words(found: Reading) -> str:
         return size(found, report.shown_in) + error_words(found, report.shown_in)

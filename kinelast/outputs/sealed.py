@@ -1,4 +1,4 @@
-"""Summary of a scene's folder, with its origin and checksums of all files."""
+"""Summary of a result folder, with its origin and the checksums of all files."""
 
 import hashlib
 import json
@@ -17,9 +17,9 @@ SUMMARY = "summary.json"
 
 
 def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Origin:
-    """Return the origin of a report, i.e. everything that determines its content.
+    """Return the origin of a report, i.e. all inputs that determine its content.
 
-    `files` contains the texts of other files that the scene names, by name.
+    `files` contains the texts of the files to which the scene refers, by name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
     digests = beside_digests(files).get("beside", UNSET)
@@ -27,7 +27,7 @@ def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Ori
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Return the checksums of other files that a scene names, as part of its origin."""
+    """Return the checksums of the files to which a scene refers, as an entry of its origin."""
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     return {"beside": digests} if digests else {}
 
@@ -38,7 +38,7 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Return data as strict JSON, with null for nan. Invalid characters in file names are escaped."""
+    """Return data as strict JSON, with null for nan. Characters in file names that are not valid are escaped."""
     import msgspec
 
     try:
@@ -49,12 +49,12 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
 
 def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the summary of a folder, with the size and checksum of each file. Call this last.
+    """Write the summary of a folder with the size and checksum of each file. All other files must exist already.
 
     Returns
     -------
     dict
-        The summary as written, including its own size.
+        The summary as written, including the size of its own file.
     """
     whole = {**summary, "files": sizes(folder)}
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
@@ -63,7 +63,7 @@ def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def changed(place: Path) -> list[str]:
-    """Return the names of files that were changed since this program wrote them."""
+    """Return the names of files that have changed since this program wrote them."""
     known = summary_in(place) or {}
     digests = {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
     there = {name: digest for name, digest in digests.items() if isinstance(digest, str) and (place / name).exists()}
@@ -71,20 +71,20 @@ def changed(place: Path) -> list[str]:
 
 
 def _dict(data: Any, key: str) -> dict[str, Any]:
-    """Return an entry that is a table, empty if it is something else."""
+    """Return a dictionary in data, or an empty one if the entry is not a dictionary."""
     entry = data.get(key) if isinstance(data, Mapping) else None
     return entry if isinstance(entry, dict) else {}
 
 
 def with_files(summary: Mapping[str, Any], part: Path) -> dict[str, Any]:
-    """Return the summary of a folder after adding the files of another folder."""
+    """Return the summary of a folder to which the files of another folder are added."""
     whole = {**summary, "files": {**files_of(summary), **sizes(part)}}
     digests = {**_dict(summary, "sha256"), **_digests(part)}
     return {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}}
 
 
 def sizes(folder: Path) -> dict[str, int]:
-    """Return the sizes of the files and folders in a folder [bytes]."""
+    """Return the sizes [bytes] of the files and folders in a folder."""
     return {
         entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
         for entry in sorted(folder.iterdir())
@@ -92,7 +92,7 @@ def sizes(folder: Path) -> dict[str, int]:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the checksums of the files and folders in a folder, except for the summary."""
+    """Return the checksums of the files and folders in a folder, except the summary."""
     return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
 
 
@@ -105,15 +105,15 @@ def _digest(path: Path) -> str:
 
 
 def _own_digest(summary: Mapping[str, Any]) -> str:
-    """Return the checksum of a summary without its checksums."""
+    """Return the checksum of a summary. The checksums in the summary are not included."""
     said = {key: value for key, value in summary.items() if key != "sha256"}
     return hashlib.sha256(json_bytes(said)).hexdigest()
 
 
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """Return the summary of a complete folder of this origin and version, or None.
+    """Return the summary of a complete folder with this origin and version, or None.
 
-    If the origin matches but a file was changed, the second value names that file.
+    The second value is the reason if the origin matches but a file has changed.
     """
     before = summary_in(folder)
     if before is None:
@@ -133,19 +133,19 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
 
 
 def own_names(summary: Mapping[str, Any]) -> set[str]:
-    """Return the names of this program's files in a folder, including the summary."""
+    """Return the names of the files that this program wrote to a folder, including the summary."""
     return {*files_of(summary), SUMMARY}
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the files listed in a summary with their sizes, ignoring invalid entries."""
+    """Return the files in a summary with their sizes. Invalid entries are ignored."""
     files = summary.get("files")
     names = files if isinstance(files, (dict, list)) else ()
     return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
 
 
 def summary_in(folder: Path) -> dict[str, Any] | None:
-    """Return this program's summary in a folder; empty if there is none, None if it is unreadable."""
+    """Return the summary in a folder. It is empty if there is no summary of this program, and None if unreadable."""
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:

@@ -1,4 +1,4 @@
-"""Sensitivities and scatter from tolerances, as plain data, tables and bar charts."""
+"""Sensitivities, and scatter due to tolerances, as plain data, tables and bar charts."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,20 +20,20 @@ from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
-MAX_NAME = 36  # maximum length of a bar's name
+MAX_NAME = 36  # maximum length of the name of a bar
 DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Bars under a heading: name, size and words. Negative bars point to the left."""
+    """A heading with bars, each with name, size and words. Negative bars point to the left."""
 
     title: str
     rows: tuple[tuple[str, float, str], ...]
 
 
 def bars_svg(charts: Sequence[Bars]) -> str:
-    """Return the bars of several headings as SVG, each group scaled by its largest bar."""
+    """Return groups of bars as SVG. Each group is scaled by its largest bar."""
     parts, y = [], 0
     for chart in charts:
         parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
@@ -72,13 +72,13 @@ def _short(name: str) -> str:
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12
-NAMED = 2  # number of figures in the printed words
-MIN_CHANGE = 5e-6  # smallest drawn change, relative to the figure
+NAMED = 2  # number of figures that the printed sentences mention
+MIN_CHANGE = 5e-6  # smallest change that is drawn, relative to the figure
 
 
 @dataclass(frozen=True, eq=False)
 class PrintedSensitivities:
-    """Sensitivities with variables, units of figures, steps, and units of the scene."""
+    """Sensitivities with their variables, the units of the figures, the steps, and the display units."""
 
     result: Sensitivities
     variables: Sequence[Variable]
@@ -88,16 +88,16 @@ class PrintedSensitivities:
 
     @cached_property
     def change(self) -> Reals:
-        """Changes of the figures for the steps, shape (figures, numbers)."""
+        """Changes of the figures by the steps of the numbers, shape (figures, numbers)."""
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
-        """Return the step of a number, in words."""
+        """Return the step of a number in words."""
         step, unit = self.steps[column], self.variables[column].unit
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """Return the change of a figure for the step of a number, in words."""
+        """Return the change of a figure by the step of a number in words."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
@@ -105,7 +105,7 @@ class PrintedSensitivities:
         return f"{_signed(size, change)}{share}"
 
     def ranked(self, row: int) -> list[int]:
-        """Return the numbers of the variables that change a figure, the largest change first."""
+        """Return the indices of the variables that change a figure, starting with the largest change."""
         sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
         least = MIN_CHANGE * abs(float(self.result.figure[row]))
         return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
@@ -117,7 +117,7 @@ class PrintedSensitivities:
         return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
 
     def sentences(self, row: int, most: int) -> list[str]:
-        """Return sentences on the variables that most affect a figure."""
+        """Return sentences about the variables that affect a figure most."""
         return [self.sentence(row, column) for column in self.ranked(row)[:most]]
 
 
@@ -126,7 +126,7 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
-    """Return sensitivities as plain data for JSON, with the largest ones in `words`."""
+    """Return sensitivities as plain data for JSON. `words` describes the largest ones."""
     result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
@@ -168,7 +168,7 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
 
 
 def sensitivity_table(shown: PrintedSensitivities) -> Table:
-    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes for the steps."""
+    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes by the steps."""
     result = shown.result
     sides = (
         result.slope,
@@ -200,7 +200,7 @@ def sensitivity_table(shown: PrintedSensitivities) -> Table:
 
 
 def sensitivity_bars(shown: PrintedSensitivities) -> str:
-    """Return the largest changes of each figure for the steps as bars in SVG."""
+    """Return the largest changes of each figure by the steps as bars in SVG."""
     result, charts = shown.result, []
     for row, name in enumerate(result.figures):
         size = quantity(float(result.figure[row]), shown.units[name], shown_in=shown.shown_in)
@@ -218,7 +218,7 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
-    """Return ranges of figures as plain data for JSON, with the first ones in `words`."""
+    """Return the ranges of figures as plain data for JSON. `words` describes the first ones."""
     numbers = [
         {
             "path": variable.path,
@@ -255,9 +255,9 @@ def _kept_words(kept: KeptShare) -> str:
     )  # fmt: skip
     plain += beyond
     if math.isnan(kept.in_full):
-        return f"all limits are kept by {plain}; with vibration and error this cannot be judged"
+        return f"all limits are met by {plain}; with vibration and error this cannot be judged"
     sure = f"95 % confidence: {percent(kept.low)} to {percent(kept.high)}"
-    return f"all limits are kept by {percent(kept.in_full)} of machines with vibration and error ({sure}), {plain}"
+    return f"all limits are met by {percent(kept.in_full)} of machines with vibration and error ({sure}), {plain}"
 
 
 def _range_words(name: str, sampled: Scatter, unit: str, shown_in: DisplayUnits) -> str:
@@ -291,12 +291,12 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """Return a figure of the nominal scene from its full answer, and its error; nan if unknown."""
+    """Return a figure of the nominal scene by the full answer, and its error; nan if unknown."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """Return a table of values, first-order and sampled ranges, and shares of the numbers."""
+    """Return a table of values, first-order and sampled ranges, and shares of the numbers in the variance."""
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
             *SAMPLED, *(f"share of {name}" for name in names),

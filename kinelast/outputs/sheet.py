@@ -1,4 +1,4 @@
-"""A mechanism on matplotlib axes: its display list, plates, bars and names."""
+"""Drawing of a mechanism on matplotlib axes: display list, plates, bars and names."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ PAPER = "#ffffff"
 LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#31717f", "#5d5d5d")
 COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": "#a8201a", "shade": "#5d6b7a2b",
           "none": "none"}  # fmt: skip
-"""Colours of marks."""
-ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links are at 3
+"""Colours of marks by name."""
+ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # the zorder of links is 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
 
 
 class MechanismAxes:
-    """Drawing of a mechanism in one posture, and the size of its symbols.
+    """Drawing of a mechanism in one posture.
 
     Parameters
     ----------
     places
-        Positions of points by link and point [m], if they differ from this posture.
+        Positions of points [m] by link and point (default: those of the posture).
     extent
-        Corners of the drawing [m], which set the size of the symbols.
+        Corners of the drawing [m], which determine the size of the symbols.
     marks
-        Display list, if it covers more than this posture.
+        Display list (default: the marks of the posture).
     spin
-        Function from a mark to its x axis, for bodies that are not links.
+        Function that returns the x axis of a mark, for bodies that are not links.
     thin
-        Lines behind the links [m], which names avoid.
+        Lines behind the links [m], which the names avoid.
     """
 
     axes: Axes
@@ -79,7 +79,7 @@ class MechanismAxes:
         } | {GROUND: INK}
 
     def _shortest(self) -> float:
-        """Smallest distance between points of a link; symbols must not cover it."""
+        """Return the smallest distance between two points of a link. Symbols must be smaller."""
         ways = [
             abs(self.places[link.name, one] - self.places[link.name, other])
             for link in self.mechanism.links
@@ -94,8 +94,8 @@ class MechanismAxes:
         return {point: links for point, links in carried.items() if len(links) > 1}
 
     def draw(self) -> None:
-        """Draw everything from back to front."""
-        # longest first, so that a short link on top stays visible
+        """Draw all parts from back to front."""
+        # the longest link first, so that short links on top are visible
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
@@ -109,12 +109,12 @@ class MechanismAxes:
             self._point_name(owner, point)
 
     def _span(self, name: str) -> float:
-        """Return the greatest distance of a link's points from its first point."""
+        """Return the largest distance of the points of a link from its first point."""
         spots = [place for (link, _), place in self.places.items() if link == name]
         return max(abs(spot - spots[0]) for spot in spots)
 
     def _link(self, name: str) -> None:
-        """Draw a line through the points of a link, or the convex outline of a plate."""
+        """Draw a link with two points as a line, and a link with more points as its convex hull."""
         color = self.colors[name]
         spots = [place for (link, _), place in self.places.items() if link == name]
         corners = hull(spots, FLAT).tolist()
@@ -129,14 +129,14 @@ class MechanismAxes:
             self.name(name, spots, color=color, fontsize=10)
 
     def name(self, words: str, line: Any, always: bool = False, **style: Any) -> None:
-        """Add a name beside a line or a point, placed by `place_names`."""
+        """Add the name of a line or a point. `place_names` moves it to its position."""
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         text = self.axes.text(*_xy(line[0]), words, **{**style, "fontsize": self.letters * style["fontsize"]})
         self.names.append(PlacedName(text, line, always))
 
     def place_names(self) -> None:
-        """Place all names, once the size and the limits of the axes are final."""
+        """Place all names. The size and the limits of the axes must be final."""
         place_names(self.axes, self.names, self.unit, self.thin)
 
     def _mark(self, mark: Mark) -> None:
@@ -175,7 +175,7 @@ class MechanismAxes:
 
 
 def _bars(lines: Iterable[Any]) -> Any:
-    """Return the ends of the straight parts of lines, shape (parts, 2)."""
+    """Return the ends of the segments of lines, shape (segments, 2)."""
     ends = [bar for line in lines for bar in pairwise(np.asarray(line).tolist())]
     return np.array(ends, complex).reshape(-1, 2)
 

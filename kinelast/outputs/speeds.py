@@ -1,4 +1,4 @@
-"""Answer as a function of the drive speed: table, curves, plain data and words."""
+"""Answer as a function of the drive speed: table, curves, plain data and sentences."""
 
 import math
 from collections import Counter
@@ -22,14 +22,14 @@ from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.scene.reading import known
 
-NEAR = 0.002  # resolution of the limit speed, relative to it
-BESIDE = 0.05  # largest distance of a peak from its resonance speed, relative to that speed
-LABEL_ROOM = 0.04  # width of a peak's label, relative to the range of speeds
+NEAR = 0.002  # relative resolution of the limit speed
+MAX_DISTANCE = 0.05  # largest distance between a peak and a speed that it explains, relative to that speed
+LABEL_ROOM = 0.04  # width of the label of a peak / range of speeds
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
-    """Return a table with one row per speed: largest values with and without vibration, growth, errors, and figures."""
+    """Return a table with a row per speed: largest values with and without vibration, growth, errors and figures."""
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
     of_fields = {key: name for name, key in FIELDS.items()}
@@ -70,12 +70,12 @@ PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: 
 
 
 def _deciding_figure(result: Speeds) -> str:
-    """Return the key of the figure that breaks its limit above the limit speed; empty if there is none."""
+    """Return the key of the figure that violates its limit above the limit speed, or an empty string."""
     return result.limit.limit.figure if result.limit and result.limit.limit else ""
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Plot the largest chord deflection, stress and deciding figure over speed, with peaks and limit speed, as SVG."""
+    """Plot chord deflection, stress and deciding figure over the speed as SVG, with peaks and limit speed."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -120,7 +120,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
 
 
 def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
-    """Label the highest peaks with harmonic and mode, without overlap."""
+    """Label the highest peaks with their harmonic and mode. Labels do not overlap."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
     sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
@@ -143,7 +143,7 @@ def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
 
 
 def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Return the speeds as plain data and in words; values are null if there is no steady state."""
+    """Return the results as plain data and sentences. Values are null at speeds without a steady state."""
     ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
         kind: {
@@ -226,13 +226,16 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """Describe which harmonic of the drive excites which mode; the mode is named after the beam that bends most."""
+    """Return which harmonic of the drive excites which mode, in words.
+
+    A mode is named after the beam that bends most.
+    """
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.beam_names[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Describe the limit that fails above the limit speed, or the link that yields, and the resonance or reason."""
+    """Return the reason for the limit speed in words: the violated limit or the yielding link, with the resonance."""
     if limit.limit is None:
         return "no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
@@ -247,12 +250,12 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the item of the limit that fails; empty for the whole machine."""
+    """Return the item of the violated limit; empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:
-    """Yield sentences on the limit speed, on speeds without a steady state, and on errors."""
+    """Yield sentences about the limit speed, speeds without a steady state, and errors."""
     printed = _printed(scene)
     if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
         name = drive_words(scene.mechanism)[leading_drive(scene)][0]
@@ -276,12 +279,12 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
 
 
 def _printed(scene: Scene) -> Callable[[Any], str]:
-    """Return the function that prints a speed."""
+    """Return a function that formats a speed."""
     return lambda speed: quantity(float(speed), speed_unit(scene), shown_in=scene.shown_in)
 
 
 def _outcome(result: Speeds, scene: Scene) -> str:
-    """Return the sentence on the limit speed."""
+    """Return the sentence about the limit speed."""
     printed, limit = _printed(scene), result.limit
     if result.highest is None:
         return "no limits are set, so there is no limit speed"
@@ -301,7 +304,7 @@ def _outcome(result: Speeds, scene: Scene) -> str:
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
-    """Yield a sentence on speeds with errors above the accuracy, and on unreliable speeds near resonance."""
+    """Yield a sentence about speeds with errors above the accuracy, and about unreliable speeds near a resonance."""
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
     missed = np.flatnonzero(result.error > wanted)
     if not len(missed) or np.isnan(result.error).all():
@@ -314,7 +317,7 @@ def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) ->
         yield f"{words}, up to {percent(result.error[worst])} at {at}: mostly large displacement"
         return
     words += f" by large displacement, {unreliable.sum()} of them unreliable"
-    if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > BESIDE:
+    if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > MAX_DISTANCE:
         yield f"{words}, for example {at}"
     else:
         resonance = resonance_words(near.resonance, scene)

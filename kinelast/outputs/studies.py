@@ -1,4 +1,4 @@
-"""Studies of a scene's designs, written to its folder, and the best design as data, table and words."""
+"""Files of design studies, and the best design as data, table and sentences."""
 
 import math
 from pathlib import Path
@@ -31,7 +31,7 @@ HEAD = (
 
 
 def optimum_report(solved: OptimumResult, shown_in: DisplayUnits = SI) -> OptimumReport:
-    """Return the best design and its certificate."""
+    """Return the report on the best design, with its optimality certificate."""
     task, best = solved.task, solved.optimum
     held, verdict, (value, error) = best.certificate, _verdict(solved, shown_in), _goal_in_full(solved)
     return OptimumReport(
@@ -118,12 +118,12 @@ def _limits(solved: OptimumResult) -> list[OptimumLimit]:
 
 
 def _theory(solved: OptimumResult) -> str:
-    """Return the theory of the full answer."""
+    """Return the name of the theory of the full answer."""
     return solved.answer.theory if solved.answer and solved.answer.theory else QUASI_STATIC
 
 
 def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
-    """Return the goal figure of the full answer and its error; None if unknown."""
+    """Return the goal figure by the full answer and its error; None if unknown."""
     value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
     return known(value), known(error)
 
@@ -136,13 +136,13 @@ def _verdict(solved: OptimumResult, shown_in: DisplayUnits) -> Verdict:
 
 
 def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
-    """Return sentences on an optimum."""
+    """Return sentences about an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
     found = _verdict(solved, shown_in)
     kept = found.verdict if found.passed else f"{found.verdict.upper()}: {found.problem}".rstrip(": ")
     if found.passed is False:
-        kept = f"NO design keeps all limits: at best {found.problem}"
+        kept = f"NO design meets all limits: at best {found.problem}"
     kept = f"; {kept}" if kept else ""
     before, after = (quantity(each[task.figure], unit, shown_in=shown_in) for each in (solved.before, solved.after))
     said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, shown_in)}{kept}"]
@@ -165,12 +165,12 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
     near = f"{better or 'no'} better {'designs' if better > 1 else 'design'} among {tried} neighbours"
     said.append(f"{residual}; {near}; {best.designs} designs computed")
     if not solved.quasi_static and solved.answer is None:
-        said.append("found without vibration: a report on optimum.toml has the scene's own theory")
+        said.append("found without vibration: a report on optimum.toml uses the theory of the scene")
     return said
 
 
 def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return the goal figure of the full answer in words; empty if there is no full answer."""
+    """Describe the goal figure by the full answer in words; empty if there is no full answer."""
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
         return ""
@@ -179,7 +179,7 @@ def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Describe the limits that the closest design violates, and by how much."""
+    """Return the limits that the closest design violates, and by how much, in words."""
     violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -192,7 +192,7 @@ def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
             violated.append(
                 f"{limit.figure} is {value}, {percent(-margin)} {'below' if limit.least else 'above'} {bound}"
             )
-    return "; ".join(violated) or "they are exceeded by round-off"
+    return "; ".join(violated) or "limits are exceeded by round-off"
 
 
 def optimum_table(best: OptimumReport) -> Table:
@@ -227,18 +227,18 @@ def write_studies(
     Parameters
     ----------
     part
-        Folder.
+        Folder for the files.
     document
         Document of the scene, or of its best design.
     best
         Report on the best design, if requested.
     request
-        Requested studies, number of samples, and formats.
+        Options: requested studies, number of samples, and formats.
 
     Raises
     ------
     SceneError
-        The study is not possible.
+        A study is not possible.
     """
     figures: dict[str, Any] = {}
     with of_file(document.path):

@@ -1,6 +1,7 @@
-"""Tables of columns with names and units, and the formats in which they are written.
+"""Tables, which consist of columns with names and units, and their file formats.
 
-A new format needs a function from a table to bytes and a line in `FORMATS`. The option `--tables` and its help follow.
+To add a format, write a function that converts a table to bytes, and add it to `FORMATS`. The option `--tables` and its
+help use this list.
 """
 
 from __future__ import annotations
@@ -22,20 +23,20 @@ from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
 
 ROWS_OF_A_SHEET = 1_048_576
-FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet reads as a formula
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # such text after a quote
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # a formula in a spreadsheet
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same after a quote, which makes it plain text
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Column of a table.
+    """A column of a table.
 
     Attributes
     ----------
     name, unit
-        Heading, and unit or an empty string.
+        Name for the heading, and unit, which may be empty.
     values
-        Numbers, shape (rows,), nan if unknown; or a sequence of strings, booleans, numbers and None.
+        Array of numbers, shape (rows,), nan if unknown; or a sequence of strings, booleans, numbers and None.
     """
 
     name: str
@@ -44,7 +45,7 @@ class Column:
 
     @property
     def heading(self) -> str:
-        """Name with unit."""
+        """Name with the unit in brackets."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
@@ -54,7 +55,7 @@ class Column:
 
     @property
     def is_finite(self) -> bool:
-        """Whether the values are an array of numbers without infinity, which JSON cannot represent."""
+        """Whether the values are an array of numbers without infinities, which JSON cannot represent."""
         return self.is_numeric and not np.isinf(self.values).any()
 
 
@@ -66,7 +67,7 @@ class Table:
 
     @classmethod
     def of_rows(cls, headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
-        """Return a table of rows."""
+        """Return a table from its rows."""
         columns = list(zip(*rows, strict=True)) or [()] * len(headings)
         return cls(tuple(Column(name, values) for name, values in zip(headings, columns, strict=True)))
 
@@ -76,7 +77,7 @@ class Table:
         return [column.heading for column in self.columns]
 
     def in_units(self, system: str) -> Table:
-        """Return the table in the units of a report, "SI", "mm" or "in"."""
+        """Convert the table to the units of a report: "SI", "mm" or "in"."""
         factors = REPORT_UNITS.get(system)
         if not factors:
             return self
@@ -88,7 +89,7 @@ class Table:
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return the first column and all columns that match a pattern with `*` and `?`; all if there is no pattern."""
+        """Return the first column and all columns that match a pattern with `*` and `?`; by default, all columns."""
         if not patterns:
             return self
         first, *others = self.columns
@@ -101,9 +102,9 @@ class Table:
 
 
 def csv_bytes(table: Table, head: bool = True) -> bytes:
-    """Return a table as CSV; numbers have the fewest digits that reproduce them, and nan becomes an empty cell.
+    """Return a table as CSV. Numbers have the fewest digits that reproduce them exactly. nan becomes an empty cell.
 
-    Text that a spreadsheet would interpret as a formula gets a leading quote.
+    A text that a spreadsheet would interpret as a formula gets a leading quote.
     """
     lines = [",".join(map(quoted, table.headings)).encode()] if head else []
     lines += _lines(table.columns)
@@ -111,7 +112,7 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the rows of CSV. A table with only real numbers is encoded as a whole, which is faster."""
+    """Return the rows of a CSV file. A table that consists of real numbers is encoded as a whole, which is faster."""
     if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
@@ -121,7 +122,7 @@ def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
 
 
 def _cells(column: Column) -> list[bytes]:
-    """Return the cells of a column of CSV."""
+    """Return the cells of a column in a CSV file."""
     if not column.is_finite:
         return [_cell(value) for value in (column.values.tolist() if column.is_numeric else column.values)]
     if not len(column.values):
@@ -144,18 +145,18 @@ def _cell(value: Any) -> bytes:
 
 
 def quoted(text: str) -> str:
-    """Return a cell of CSV, quoted if necessary."""
+    """Return a cell of a CSV file, in quotes if necessary."""
     return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
 
 
 def csv_rows(content: bytes) -> list[list[str]]:
-    """Return the rows of CSV, headings first if it has any, with text restored to its form before writing."""
+    """Return the rows of a CSV file, including headings. Quotes that `csv_bytes` added are removed."""
     rows = csv.reader(io.StringIO(content.decode(), newline=""))
     return [[cell[INERT.match(cell) is not None :] for cell in row] for row in rows]
 
 
 def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:
-    """Return a table as Parquet with metadata `about`; needs pyarrow."""
+    """Return a table as Parquet with the metadata `about`. Requires pyarrow."""
     import pyarrow
     import pyarrow.parquet
 
@@ -209,7 +210,7 @@ SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, anne
 
 
 def xlsx_bytes(table: Table) -> bytes:
-    """Return a table as a workbook with one sheet; the same table always gives the same bytes.
+    """Return a table as a workbook with one sheet. Equal tables give equal bytes.
 
     Raises
     ------
@@ -220,7 +221,7 @@ def xlsx_bytes(table: Table) -> bytes:
 
     rows = table.rows()
     if len(rows) >= ROWS_OF_A_SHEET:
-        raise RequestError(f"{len(rows)} rows do not fit a sheet of XLSX, which has {ROWS_OF_A_SHEET - 1}")
+        raise RequestError(f"{len(rows)} rows are too many for a sheet of XLSX, which has {ROWS_OF_A_SHEET - 1}")
     body = "".join(f"<row>{''.join(map(_sheet_cell, row))}</row>" for row in (tuple(table.headings), *rows))
     target = io.BytesIO()
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -256,6 +257,6 @@ def require_formats(names: Sequence[str]) -> None:
 
 
 def write_table(path: Path, table: Table, others: Sequence[str] = ()) -> None:
-    """Write a table as CSV and in the formats `others`."""
+    """Write a table as CSV and in the additional formats `others`."""
     for kind in dict.fromkeys(("csv", *others)):
         path.with_suffix(f".{kind}").write_bytes(FORMATS[kind](table))

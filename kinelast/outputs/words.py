@@ -1,4 +1,4 @@
-"""Sentences of a report: headline, verdict, limits, errors, checks, and the assumptions of the printed page."""
+"""Sentences of a report: headline, verdict, limits, errors and checks, and the assumptions of the printed page."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -35,10 +35,10 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"
-MAX_DOUBTED = 2  # maximum number of doubtful figures that the line on reliability names
-MAX_ITEMS = 3  # maximum number of items of each that it names
+MAX_DOUBTED = 2  # maximum number of doubtful figures in the sentence on reliability
+MAX_ITEMS = 3  # maximum number of items of each figure in that sentence
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
-MAX_NAMED = 3  # maximum number of limits that a verdict names; the others are counted
+MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are only counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
 LIMIT_NAMES = {
     "deflection": "deflection",
@@ -49,7 +49,7 @@ LIMIT_NAMES = {
 
 
 def headline(report: Report) -> str:
-    """Return a one-line summary: verdict, largest deflection, stress, drives with motors, checks, and doubts."""
+    """Return a one-line summary: verdict, largest deflection, stress, drives with motors, checks, and reliability."""
     accepted, shown_in = report.acceptance, report.shown_in
     verdict = verdict_words(report)
     if accepted.passed is not True:
@@ -90,12 +90,12 @@ def headline(report: Report) -> str:
 
 
 def member(report: Report, label: str) -> str:
-    """Return the name of a beam in sentences: its member, a straight run of beams; other labels are returned as is."""
+    """Return the name of a beam for sentences: its member, i.e. a straight run of beams. Other labels are unchanged."""
     return next((str(each["member"]) for each in report.links if each["label"] == label), label)
 
 
 def least_safety(report: Report) -> tuple[str, Reading] | None:
-    """Return the least known safety factor of all beams, and its member before it."""
+    """Return the smallest known safety factor of all beams, preceded by the name of the member."""
     known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
     label = min(known, key=lambda each: known[each].value or 0.0, default=None)
     return None if label is None else (member(report, label), known[label])
@@ -108,7 +108,7 @@ def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
 
 
 def magnitude(found: Reading) -> Reading:
-    """Return a reading without its sign."""
+    """Return a reading with its absolute value."""
     return replace(found, value=None if found.value is None else abs(found.value))
 
 
@@ -127,7 +127,7 @@ def _motors(report: Report) -> Iterator[str]:
 
 
 def _run(run: RunReport) -> Iterator[str]:
-    """Yield sentences on missing and ill-conditioned positions."""
+    """Yield sentences about missing and ill-conditioned positions."""
     condition = run.largest_condition.value
     if condition is not None and condition > WELL:
         yield f"near a dead point: {digits_left(condition)} digits are certain there"
@@ -144,10 +144,10 @@ def _run(run: RunReport) -> Iterator[str]:
 
 
 def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
-    """Return the error of a figure as a suffix, empty if it is unknown or zero.
+    """Return the error of a figure as a suffix. It is empty if the error is unknown or zero.
 
-    The error is relative, or absolute if it exceeds the figure itself. A figure near zero, relative to the largest of
-    its unit, is not unreliable but has a mark of its own.
+    The error is relative, or absolute if it exceeds the figure. A figure with a large error is marked "unreliable", or
+    "near zero" if it is small relative to the largest figure of its unit.
     """
     error, value = figure.error, figure.value
     if value is None:
@@ -164,7 +164,7 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
 
 
 def verdict_words(report: Report) -> str:
-    """Return the verdict with the limits that decide it, or the link that buckles."""
+    """Return the verdict with the limits that decide it, or with the link that buckles."""
     accepted, rows = report.acceptance, limit_rows(report)
     if report.buckles:
         return f"{accepted.verdict}: {report.buckles}"
@@ -182,12 +182,12 @@ def verdict_words(report: Report) -> str:
 
 
 def to_read(report: Report) -> Report:
-    """Return a report with angles in degrees, for the page and the prints."""
+    """Return a report that shows angles in degrees, for the page and the prints."""
     return replace(report, shown_in={**report.shown_in, "rad": DEGREES})
 
 
 def trust_words(report: Report) -> tuple[str, str]:
-    """Return the reliability of the figures in words, and its level. Figures of yielding links are not "reliable"."""
+    """Return the reliability of the figures in words, and its level. If links yield, figures are not "reliable"."""
     trust, doubted = report.reliability, ", ".join(_doubted(report))
     more = f"; unreliable: {doubted}" if doubted else ""
     if report.buckles:
@@ -202,7 +202,7 @@ def trust_words(report: Report) -> tuple[str, str]:
 
 
 def _doubted(report: Report) -> list[str]:
-    """Return the limits that cannot be judged and the figures with large errors; beyond a few they are counted."""
+    """Return the limits that cannot be judged and the figures with large errors. A few are named, the rest counted."""
     can_judge, verdict = not report.run.one_position and not report.yields, verdict_words(report)
     names = [
         f"{LIMIT_NAMES.get(row.kind, row.name)}{_of(member(report, str(row.found.label or '')) or row.on)} "
@@ -222,12 +222,12 @@ def _doubted(report: Report) -> list[str]:
 
 
 def _few(names: list[str], most: int) -> list[str]:
-    """Return some names, and the number of the others."""
+    """Return some names and, if there are more, the number of the others."""
     return names if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
 
 
 def _of(item: str | None) -> str:
-    """Return "of" and an item, or nothing."""
+    """Return "of" and an item, or an empty string."""
     return f" of {item}" if item else ""
 
 
@@ -237,14 +237,14 @@ def output_words(output: OutputReading) -> str:
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
-    """Return figure and limit in words, utilisation and outcome of each limit, most utilised first."""
+    """Return, for each limit, figure and limit in words, utilisation, and outcome. The highest utilisation is first."""
     limits = report.acceptance.limits or ()
     rows = sorted(limits, key=lambda row: -math.inf if row.used is None else -row.used)
     return [(_limit_words(row, report), row.used, row.outcome) for row in rows]
 
 
 def _limit_words(row: JudgedLimit, report: Report) -> str:
-    """Return a figure with its limit."""
+    """Return a figure with its limit in words."""
     figure, shown_in = row.found, report.shown_in
     item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
@@ -266,12 +266,12 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
 
 
 def questions(report: Report) -> list[str]:
-    """Return questions about unusual inputs, which are probably in a wrong unit."""
+    """Return questions about unusual inputs, which may have a wrong unit."""
     return [finding.text for finding in report.trust if finding.heading == INPUTS]
 
 
 def _theory(report: Report) -> list[str]:
-    """Return the theory, its accuracy if it is not reached, and the results of other checks."""
+    """Return the theory, the accuracy if it is not reached, and the results of other checks."""
     theory, words = report.theory, []
     if theory.error is not None and theory.reached is False:
         words.append(f"{theory.name}, {percent(theory.accuracy or 0.0)} asked, {reached_words(theory)}")
@@ -290,7 +290,7 @@ def _checks(report: Report) -> Iterator[str]:
 def further_checks(
     nonlinear: FurtherCheck | None, solid: FurtherCheck | None, shown: Callable[[str], str] = str
 ) -> Iterator[str]:
-    """Yield the results of the nonlinear and the solid check; `shown` names a beam by its label."""
+    """Yield the results of the nonlinear and the solid check. `shown` returns the name of a beam from its label."""
     for check, name in ((nonlinear, "nonlinear check"), (solid, "solid check")):
         if not check:
             continue
@@ -312,12 +312,12 @@ def further_checks(
 
 
 def _difference(row: Any) -> float:
-    """Return the difference that a check found for a link."""
+    """Return the difference found by a check for a link."""
     return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:
-    """Describe the accuracy reached in place of the requested one, and the main cause of the error."""
+    """Return the accuracy that was reached instead of the requested one, and the main cause of the error, in words."""
     if theory.error is not None and theory.accuracy is not None and theory.error > theory.accuracy:
         largest = max(theory.errors, key=lambda part: theory.errors[part] or 0.0)
         return f"{percent(theory.error)} reached in the {theory.figure}: mostly {largest}"
@@ -326,7 +326,7 @@ def reached_words(theory: TheoryReport) -> str:
 
 
 def check_words(check: CheckReport) -> str:
-    """Return the result of the finite element check, with the largest differences."""
+    """Return the result of the finite element check in words, with the largest differences."""
     if check.passed is None:
         return "check has nothing to compare"
     sizes = [] if check.largest is None else [number(check.largest, 2)]
@@ -346,7 +346,7 @@ BEAMS = {"Timoshenko": "beams with shear deformation", "Euler-Bernoulli": "beams
 
 
 def assumptions(report: Report) -> list[str]:
-    """Return sentences on theory, drives, loads, materials and neglected effects."""
+    """Return sentences about theory, drives, loads, materials and neglected effects."""
     inputs, run, output = report.inputs, report.run, report.output
 
     def words(found: Reading) -> str:
@@ -390,7 +390,7 @@ def assumptions(report: Report) -> list[str]:
 
 
 def _place_words(mass: Mapping[str, Any], words: Callable[[Reading], str]) -> str:
-    """Return the place of a mass on its link."""
+    """Return the position of a mass on its link in words."""
     offset = f"({', '.join(map(words, mass['offset']))}) from" if "offset" in mass else "at"
     return f"{offset} {mass['point']}"
 
@@ -399,7 +399,7 @@ RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", 
 
 
 def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
-    """Yield each drive with the ratings of its motor."""
+    """Yield each drive with the ratings of its motor in words."""
     for name, drive in report.drives.items():
         given = drive.get("motor", {}).get("given", {})
         yield (
@@ -413,7 +413,7 @@ def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
 
 
 def checked(report: Report) -> str:
-    """Return a sentence on the error of the answer and its checks."""
+    """Return a sentence about the error and the checks of the answer."""
     theory, words = report.theory, []
     if theory.error is not None:
         worst = f" ({theory.figure})" if theory.figure else ""

@@ -1,4 +1,4 @@
-"""Self-contained pages of a scene (report.html), its designs (designs.html) and a folder (index.html)."""
+"""Self-contained pages: of a scene (report.html), its designs (designs.html) and a folder (index.html)."""
 
 import re
 import zlib
@@ -30,11 +30,11 @@ SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tabl
            "symbols", "view", "mechanism", "pointing", "controls", "charts", "saved_curves", "curves", "speeds",
            "what_if", "sizing", "maps", "tiles", "answer", "figures", "drives", "breaks_first",
            *(part.key for part in PARTS if (WEB / f"{part.key}.js").is_file()), "main")  # fmt: skip
-"""Scripts of a report. The script of a part has the name of its tables and adds its section to `partSections`."""
+"""Scripts of a report. The script of a machine part is named like its tables, and adds a section to `partSections`."""
 
 
 def report_page(results: Results, report: Report) -> bytes:
-    """Return the self-contained page of a scene, UTF-8."""
+    """Return the self-contained page of a scene in UTF-8."""
     kept = kept_positions(results)
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
@@ -59,7 +59,7 @@ def report_page(results: Results, report: Report) -> bytes:
 
 @cache
 def report_policy() -> str:
-    """Return the content security policy of a report: only its own two scripts run, and nothing is fetched."""
+    """Return the content security policy of a report. It allows the two scripts of the report and no network access."""
     shell = filled("report.html", SCRIPTS, dict.fromkeys(("title", "source", "gist", "scene", "numbers", "uplot"), b""))
     scripts = *re.findall(rb"<script>(.*?)</script>", shell, re.DOTALL), (_library() / "uPlot.iife.js").read_bytes()
     hashes = " ".join(f"'sha256-{b64encode(sha256(script).digest()).decode()}'" for script in scripts)
@@ -70,37 +70,37 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """Return a page from its body and scripts. Names in double braces are replaced once by parts (markup)."""
+    """Return a page with a body and scripts. Names in double braces are replaced by parts, which are HTML."""
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
 
 def as_data(value: Any) -> bytes:
-    """Return JSON for a page, without text that could close its element."""
+    """Return a value as JSON that is safe inside a script element."""
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
 def text_of(words: str) -> bytes:
-    """Return words as escaped text for a page."""
+    """Return a text with HTML characters escaped."""
     return escape(words).encode("utf-8", "replace")
 
 
 @cache
 def _pieces(body: str) -> list[bytes]:
-    """Return the common shell with a body, split at the names of its parts."""
+    """Return the common frame of a page with a body, split at the names of the parts."""
     shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
     return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """Return the concatenated scripts without comments and indents."""
+    """Return the concatenated scripts without comments and indentation."""
     whole = "\n".join(map(script, names)).encode()
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
 
 def script(name: str) -> str:
-    """Return a script for the common scope of a page, with the exports of the editor's modules removed."""
+    """Return a script without exports, because the scripts of a page share one scope."""
     return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
 
 
@@ -111,20 +111,22 @@ def _style(charts: bool) -> bytes:
 
 @cache
 def _chart_library() -> bytes:
-    """Return uPlot's script, compressed for the browser."""
+    """Return the compressed script of uPlot."""
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
 def _packaged() -> Path | None:
-    """Return the folder of uPlot's package."""
+    """Return the folder of uPlot in its Python package."""
     found = find_spec("uplot")
     places = found.submodule_search_locations if found else None
     return Path(places[0]) / "static" if places else None
 
 
 def _installed() -> Path | None:
-    """Return this folder in the installed kinelast, because Python in a copy of the source imports the copy."""
-    from importlib.metadata import PackageNotFoundError, distribution  # this import takes longer than the page
+    """Return the folder `WEB` of the installed kinelast, which is not imported if Python runs in a source tree."""
+    from importlib.metadata import PackageNotFoundError, distribution  # importing this takes longer than making the
+
+    page
 
     try:
         return Path(str(distribution("kinelast").locate_file(WEB.relative_to(WEB.parents[3]))))
@@ -133,7 +135,7 @@ def _installed() -> Path | None:
 
 
 def _library() -> Path:
-    """Return the folder of uPlot's files: this one, its package, or the installed kinelast."""
+    """Return the folder with the files of uPlot: `WEB`, its Python package, or the installed kinelast."""
     for find in (lambda: WEB, _packaged, _installed):
         if (folder := find()) and (folder / "uPlot.iife.js").is_file():
             return folder
@@ -142,22 +144,22 @@ def _library() -> Path:
 
 MARK = b'<script type="application/json" id="rows">'  # identifies a page of this program
 INDEX_SCRIPTS = ("numbers", "dom", "theme", "index")
-INDEX_TITLE = b"All scenes"  # independent of the folder, so that equal batches have equal bytes
+INDEX_TITLE = b"All scenes"  # does not contain the folder, so that equal batches give equal bytes
 
 
 def index_page(
     out: Path, head: Sequence[str], rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None
 ) -> bytes:
-    """Return the page of a folder of results, UTF-8: rows of summary.csv with links to the scenes' pages.
+    """Return the page of a folder of results in UTF-8: the rows of summary.csv, with links to the reports.
 
     Parameters
     ----------
     out
         Folder with the reports.
     head, rows
-        Content of summary.csv, with the scene's folder in the first column.
+        Content of summary.csv, with the folder of each scene in the first column.
     seconds
-        Computing times of new results, by folder.
+        Computing times of new results [s], by folder.
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
@@ -166,9 +168,9 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # maximum number of designs on a page; if there are more, the fronts and a random part are shown
-FRONTS = 6  # number of figures with a front for each pair
-GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # these are better if larger
+SHOWN = 10_000  # maximum number of designs on a page; otherwise it shows the Pareto fronts and a random selection
+FRONTS = 6  # number of figures for which the page includes the Pareto front of each pair
+GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
     each.key for each in figures_of(None) if each.over == LEAST
 )
 
@@ -187,31 +189,31 @@ def designs_page(
     shown_in: DisplayUnits = SI,
     answered: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> bytes:
-    """Return the self-contained page of many designs, UTF-8.
+    """Return the self-contained page of many designs in UTF-8.
 
     Parameters
     ----------
     title
         Title of the scene.
     columns
-        Values of all designs by name, shape (designs,), nan if unknown.
+        Values of all designs by name, shape (designs,); nan if unknown.
     units
         Units by name.
     reasons
-        Reason why a design has no figures, otherwise empty.
+        Reasons why designs have no figures, empty for designs with figures.
     numbers, figures
-        Names of varied numbers, as paths in the scene, and of resulting figures.
+        Paths of the numbers that vary, and names of the figures.
     best
-        Number of the best design, counted from 0.
+        Index of the best design.
     pages
-        Addresses of pages of single designs, by number.
+        Addresses of the pages of single designs, by index of the design.
     scene, options
-        Name of the scene for the command, and options that reproduce a design's figures. The page shows these commands
-        for designs that have no page.
+        Name of the scene and options for commands that reproduce the figures of a design. The page shows these commands
+        for designs without a page.
     shown_in
-        Units of the scene.
+        Display units of the scene.
     answered
-        Full answers by design number: `theory`, `verdict`, and `figures` with `value` and `error`.
+        Full answers by index of the design: `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
@@ -257,7 +259,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Return the two columns that a page shows first: a number against a figure, or two figures.
+    """Return the names of the two columns that a page plots first: a number and a figure, or two figures.
 
     Examples
     --------
@@ -273,17 +275,21 @@ def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
 
 
 def is_greater(figure: str) -> bool:
-    """Return whether a figure is better if larger."""
+    """Return True if larger values of a figure are better."""
     return figure.partition(".")[0] in GREATER
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
-    """Return the numbers of the designs on a page: all, or the fronts of pairs of figures, the best, and a random part.
+    """Return the indices of the designs on a page.
+
+    If there are too many designs, the page shows the best design, the Pareto fronts of pairs of figures, and a random
+    selection.
 
     Parameters
     ----------
     figures
-        Values of each figure, shape (designs,); smaller is better. The first ones have fronts.
+        Values of each figure, shape (designs,), where smaller is better. Fronts are only computed for the first
+        figures.
     """
     if count <= SHOWN:
         return np.arange(count)
@@ -299,7 +305,9 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Intege
 
 
 def front(first: Reals, second: Reals) -> Integers:
-    """Return the Pareto front of two figures, shape (designs,), smaller is better: numbers by the first figure.
+    """Return the Pareto front of two figures, shape (designs,), where smaller is better.
+
+    The front is given by the indices of its designs, sorted by the first figure.
 
     Examples
     --------

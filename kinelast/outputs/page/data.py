@@ -1,4 +1,4 @@
-"""Data of a scene's page: polynomials, motion and forces as numbers, and parts of the mechanism as JSON."""
+"""Data for the page of a scene: arrays of field coefficients, motion and forces, and the mechanism as JSON."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 
-BUDGET = 2_400_000  # [bytes] above this amount of numbers, positions are thinned out
+BUDGET = 2_400_000  # [bytes] for more data than this, only some positions are included
 STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # source, number of integrations, and rigidity
-FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut, sheared or has couples
+FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of stored fields, see `field_coefficients`
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # computed by formulas in scene.js
-OUTLINE = 360  # number of points of a cam
+OUTLINE = 360  # number of points of the outline of a cam
 CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of each cam at each position
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
@@ -38,7 +38,7 @@ REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields, except for those that follow by integration."""
+    """Store the coefficients of the fields, except for coefficients that follow by integration of another field."""
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -53,7 +53,7 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Return whether coefficients equal those of another field after `count` integrations, up to round-off."""
+    """Return True if coefficients equal those of another field after `count` integrations, up to round-off."""
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -63,10 +63,10 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
-    """Return fields in powers of the coordinate along a piece (0 to 1), shape (coefficients, pieces, positions).
+    """Return fields as polynomials in the coordinate along a piece (0 to 1), shape (coefficients, pieces, positions).
 
-    Fields of `FOLLOWING` are included only if they do not follow by differentiation, and other fields if the script has
-    no formula for them.
+    Fields of `FOLLOWING` are only included if differentiation does not give them. Other fields are only included if the
+    script of the page has no formula for them.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
@@ -79,7 +79,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 
 
 def kept_positions(results: Results) -> Integers:
-    """Return the numbers of the positions in the page: all, or a regular selection plus the positions of the peaks."""
+    """Return the indices of the positions in the page: all, or a regular selection and the positions of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
     doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
@@ -136,7 +136,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """Return links, beams, display list, joints and drives of the arrays as plain data."""
+    """Return the links, beams, display list, joints and drives as plain data."""
     mechanism, bent, marks = results.mechanism, results.deflection, results.cycle.once(display_list)
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
@@ -168,7 +168,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
 
 
 def _cams(results: Results) -> Iterator[dict[str, Any]]:
-    """Yield shaft, follower, pitch curve and flanks of each cam in its own axes."""
+    """Yield the shaft, follower, pitch curve and flanks of each cam, in the axes of the cam."""
     for name, cam in results.scene.cams.items():
         flanks = cam_outline(results.scene, name, OUTLINE)
         yield {
@@ -185,14 +185,14 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
-    """Yield the link and point on which each joint force acts; for a slider, the block."""
+    """Yield the link and the point on which each joint force acts. For a slider, the link is the block."""
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
         yield link, joint.point(link) or ""
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:
-    """Return label, link, ends, length and section of each beam."""
+    """Return the label, link, ends, length, section and member of each beam."""
     rows, members = [], members_of(results.mechanism)
     for number, label in enumerate(results.scene.labels):
         at, beam = results.mechanism.beams[number]
@@ -219,7 +219,7 @@ def _beams(results: Results) -> list[dict[str, Any]]:
 
 
 def _member(members: BeamRuns, number: int) -> dict[str, Any]:
-    """Return the ends of a beam's member, as beam, xi and sign of w, and the start and length of the beam on it."""
+    """Return the ends of the member of a beam (each by beam, xi and sign of w), and the range of the beam along it."""
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
     ends = (
@@ -243,19 +243,20 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] amount of numbers above which compression pays
+PACKED = 400_000  # [bytes] amount of data above which compression is worthwhile
 
 
 class Numbers:
-    """Arrays over positions or designs, stored as consecutive rows.
+    """Arrays over positions or designs, which are stored as consecutive rows.
 
     Attributes
     ----------
     places
-        By name: "d" (float64) or "f" (float32); shape without the last axis; whether complex, with separate rows for
-        both parts; the constant value of each row, or None for a stored row.
+        Storage of each array by name: "d" (float64) or "f" (float32); shape without the last axis; whether complex,
+        with separate rows for both parts; and the value of each constant row, or None for a row that is stored.
     integrals
-        By name of coefficients: the field that is integrated, the number of integrations, and a factor per piece.
+        For coefficients that follow by integration, by name: the integrated field, the number of integrations, and a
+        factor per piece.
     """
 
     def __init__(self) -> None:
@@ -264,7 +265,7 @@ class Numbers:
         self._parts: dict[str, list[Any]] = {"d": [], "f": []}
 
     def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Append an array to those of its kind."""
+        """Add an array of a kind, "d" or "f"."""
         values = np.asarray(values)
         shape, vectors = values.shape[:-1], np.iscomplexobj(values)
         rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
@@ -276,9 +277,9 @@ class Numbers:
         self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
     def bytes(self) -> tuple[bytes, bool]:
-        """Return all float64, then all float32 numbers, little-endian, and whether they are packed.
+        """Return all float64 numbers, followed by all float32 numbers (little-endian), and whether they are packed.
 
-        Packed numbers are sorted by byte position before compression, because equal positions are similar.
+        Packed numbers are sorted by byte position before compression, because bytes at the same position are similar.
         """
         whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
         if sum(part.nbytes for part in whole) <= PACKED:
