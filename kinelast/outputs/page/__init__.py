@@ -124,9 +124,7 @@ def _packaged() -> Path | None:
 
 def _installed() -> Path | None:
     """Return the folder `WEB` of the installed kinelast, which is not imported if Python runs in a source tree."""
-    from importlib.metadata import PackageNotFoundError, distribution  # importing this takes longer than making the
-
-    page
+    from importlib.metadata import PackageNotFoundError, distribution  # a slow import
 
     try:
         return Path(str(distribution("kinelast").locate_file(WEB.relative_to(WEB.parents[3]))))
