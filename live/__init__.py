@@ -1,4 +1,4 @@
-"""Live editor: draw, move and load a scene in the browser, next to its text."""
+"""Live editor: draw, move and load a scene in the browser, with its text."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["serve", "view"]
 
 
 def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True) -> int:
-    """Serve the editor of a scene until interrupted; return the exit status. See `live.server.serve`.
+    """Serve the editor of a scene until interrupted; return the exit status, see `live.server.serve`.
 
     Raises
     ------
     ModuleNotFoundError
-        If Starlette or uvicorn is not installed.
+        Starlette or uvicorn is not installed.
     """
     from live.server import serve
 
@@ -29,12 +29,12 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
 
 
 def view(given: Scene | Document | str | Path | None) -> LiveView:
-    """Return the editor of a scene for a notebook; see `kinelast.live`.
+    """Return the editor of a scene for a notebook, see `kinelast.live`.
 
     Raises
     ------
     ModuleNotFoundError
-        If Starlette or uvicorn is not installed.
+        Starlette or uvicorn is not installed.
     """
     from live.notebook import LiveView
 

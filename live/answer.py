@@ -1,4 +1,4 @@
-"""Answers to a scene's text: errors with lines, drawn parts, motion and deflection."""
+"""Answers for the text of a scene: errors with line numbers, drawn parts, motion and deflection."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,9 +35,9 @@ from live.mistakes import mistakes_of
 from live.text import line_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
-POSITIONS, FRAMES = 72, 120  # positions in a quick answer; most frames in a full answer
+POSITIONS, FRAMES = 72, 120  # maximum number of positions in a quick answer, and of frames in a full answer
 STATIONS = np.linspace(0.0, 1.0, 9)
-MAX_BEND, SAME = 0.5, 1e-7  # bend of a step / sine of the group; distance of equal points / size
+MAX_BEND, SAME = 0.5, 1e-7  # change between steps / sine of the group; distance of equal points / size
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
         "transmission_angle", "output_error", "mass")  # fmt: skip
 MAX_NUMBERS = 400  # maximum number of sliders
@@ -46,7 +46,7 @@ Answer = dict[str, Any]
 
 @dataclass
 class Memory:
-    """Motion of the last picture; during a drag, the next motion starts from it."""
+    """Motion of the last picture, from which the next motion starts during a drag."""
 
     motion: Motion | None = None
 
@@ -60,10 +60,10 @@ def quick_answer(
     folder: Path | None = None,
     graph: str = "",
 ) -> tuple[Answer, bytes]:
-    """Solve a scene quasi-statically at few positions; return plain data and the arrays of its picture.
+    """Solve a scene quasi-statically at a few positions; return plain data and the arrays of its picture.
 
-    Reads the files that the text names from `folder`. The answer contains the errors; no exception is raised. A sheet
-    without points and moving links has no picture and no errors.
+    `folder` contains the files to which the text refers. Errors are part of the answer and are not raised. A drawing
+    without points and moving links has neither a picture nor errors.
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -82,7 +82,7 @@ def quick_answer(
             answer["picture"], data = _picture_until_stop(scene, dragged, memory or Memory(), graph)
     except (SceneError, MechanismError, ValueError) as error:
         answer["mistakes"] = mistakes_of(error, text, reader_in(folder))
-    except Exception as error:  # the page goes on with the next text
+    except Exception as error:  # the page continues with the next text
         answer["mistakes"] = [{"line": None, "message": f"the program failed, please report this: {error!r}"}]
     if answer["sheet"] and not answer["picture"]:
         answer["sheet"]["marks"] = drawn_marks(tables, answer["sheet"])
@@ -90,7 +90,7 @@ def quick_answer(
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
-    """Numbers in a scene, each with its SI value, unit, line and slider range."""
+    """Return the numbers in a scene, each with its SI value, unit and line, and the range of a slider."""
     known, table = places(text), document.table
     offers: list[Answer] = []
     written = {key[:2] for key in (*known.values, *known.tables)}
@@ -103,7 +103,7 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
         except SceneError:
             continue
         if place.names[0] in ("materials", "sections") and tuple(place.names[:2]) not in written:
-            continue  # the number comes from a library file
+            continue  # the number is in a library file
         first = known.nearest(tuple(place.names))
         offers.append(
             {
@@ -120,7 +120,7 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
 
 
 def _range(document: Document, path: str, base: float) -> tuple[float, float]:
-    """Slider range of a number: its sweep or tolerance, or else half to twice its value."""
+    """Return the range of a slider: that of a sweep or tolerance, or by default from half to twice the value."""
     table = document.table
     swept = table.sweep.vary.get(path)
     if swept is not None and not isinstance(swept, list):
@@ -137,15 +137,16 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
 
 
 def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
-    """Draw a scene up to the position at which its motion stops, and report that position.
+    """Return the picture of a scene up to the position at which its motion stops, and describe that position.
 
-    During a drag, the last position that closes serves as the stop, because computing the exact one takes longer than
-    everything else.
+    During a drag, the last position that closes is used instead of the exact one, which takes longer to compute than
+    the
+    rest.
 
     Raises
     ------
     SceneError
-        If the mechanism does not close as drawn.
+        The mechanism does not close as drawn.
     """
     times = scene.course.times()
     near = _near_motion(scene, times, memory.motion) if dragged else None
@@ -182,18 +183,19 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
 
 
 def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
-    """Motion close to an earlier one of the same mechanism, or None if it may be on another branch.
+    """Return the motion close to an earlier motion of the mechanism, or None if it may be on another branch.
 
-    The motion is on the drawn branch if it starts as drawn, no group changes its assembly, and each step bends by less
-    than half the sine of its group. The sine measures the distance between the two assemblies of a dyad; near a limit
-    of motion it is almost zero, and the bend is not checked. This is reliable enough for a picture during a drag.
+    The motion is on the branch of the drawing if it starts as drawn, no group changes its assembly mode, and the change
+    between successive steps is less than half the sine of the group. The sine measures the distance between the two
+    assembly modes of a dyad. Near a limit of the motion it is almost zero, so that the change is not checked. This is
+    sufficiently reliable for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     free = [closed.group for closed in before.closures if closed.group.free]
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
-    known = np.arange(len(times)) < _reached(before)  # beyond a limit of motion, dyads stay as drawn
+    known = np.arange(len(times)) < _reached(before)  # beyond, use the drawn assembly mode
     here = rigid.posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
@@ -219,7 +221,7 @@ def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | 
 
 
 def _reached(moved: Motion) -> int:
-    """Number of positions before the first that does not close."""
+    """Return the number of positions before the first one that does not close."""
     ok = reachable(moved)
     return len(ok) if ok.all() else int(ok.argmin())
 
@@ -229,7 +231,7 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
 
 
 def _reach_words(scene: Scene, moved: Motion) -> str:
-    """Describe the position at which a motion stops, and the joint that opens."""
+    """Return the position at which a motion stops, and the joint that opens, in words."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -238,13 +240,13 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """Describe the end of a motion: the last position that closes, and the joint that opens."""
+    """Return the last position of a motion that closes, and the joint that opens, in words."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
     return rigid.reach_message(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
-    """Picture of a full answer, with the figures and their errors."""
+    """Return the picture of a full answer, with its figures and their errors."""
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
@@ -261,7 +263,7 @@ def _wanted(scene: Scene) -> set[str]:
 
 
 def columns_of(results: Results, graph: str = "") -> list[Column]:
-    """Columns of positions.csv and motion.csv, or only the column named `graph`."""
+    """Return the columns of positions.csv and motion.csv, or only the column with the name `graph`."""
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]
@@ -270,7 +272,7 @@ def columns_of(results: Results, graph: str = "") -> list[Column]:
 def picture(
     scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
 ) -> tuple[Answer, bytes]:
-    """Moving and bending mechanism: parts as plain data, arrays as one block of float32."""
+    """Return the moving and bending mechanism: parts as plain data, and arrays as a block of float32."""
     taken = slice(None, None, -(-len(bent.motion.time) // most))
     arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
     arrays["effort"] = np.asarray(efforts)[..., taken]
@@ -312,7 +314,7 @@ def picture(
 
 
 def _peaks(law: Any) -> list[float | None] | None:
-    """Peak speed, acceleration and jerk of a drive's law (None if infinite); None for a drive with a given effort."""
+    """Return the peak speed, acceleration and jerk (None if infinite) of a law; None for an effort."""
     peaks = None if isinstance(law, DriveEffort) else rigid.law_peaks(law)
     if peaks is None:
         return None
@@ -320,7 +322,7 @@ def _peaks(law: Any) -> list[float | None] | None:
 
 
 def _points(bent: Deflection) -> dict[str, Any]:
-    """Rigid positions and displacements of all named points over time [m], complex."""
+    """Return the rigid positions and the displacements of all points over time [m], complex."""
     points: dict[str, Any] = {}
     moved = bent.motion
     for number, link in enumerate(moved.mechanism.links):
@@ -332,7 +334,7 @@ def _points(bent: Deflection) -> dict[str, Any]:
 
 
 def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
-    """Rigid ends [m], displacements [m] and stresses [Pa] of every beam, shape (beams, positions, stations, ...)."""
+    """Return rigid ends [m], displacements [m] and stresses [Pa] of the beams, (beams, positions, stations, ...)."""
     moved, mechanism = bent.motion, bent.motion.mechanism
     ends, ways = [], []
     for at, beam in mechanism.beams:
@@ -348,13 +350,13 @@ def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
 
 
 def _pairs(values: Any) -> Any:
-    """Split complex numbers into pairs along a last axis."""
+    """Return complex numbers as pairs along a new last axis."""
     values = np.array(values, complex)
     return np.stack([values.real, values.imag], axis=-1)
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
-    """Main figures in display order, each with its governing item."""
+    """Return the main figures in display order, each with the item that governs it."""
     rows, known = [], {figure.key: figure for figure in chosen}
     for key in SHOWN:
         sizes = values.get(key, np.zeros(0))
@@ -369,7 +371,7 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Limits of the scene and their governing values, without error estimates."""
+    """Return the limits of a scene with the values that govern them, without errors."""
     names = {figure.key: figure.name for figure in figures_of(None)}
 
     def judged(limit: Limit) -> bool:
@@ -393,5 +395,5 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 
 
 def most_used_first(limits: Iterable[Answer]) -> list[Answer]:
-    """Sort the limits: violated ones first, then by utilisation."""
+    """Sort limits by utilisation, with violated limits first."""
     return sorted(limits, key=lambda row: (row["kept"], -float(np.nan_to_num(row["used"] or 0.0))))

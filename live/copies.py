@@ -1,4 +1,4 @@
-"""Copies of links, shifted or mirrored, including attached parts other than loads, springs and gears."""
+"""Copies of links, which are shifted or mirrored. Attached parts except loads, springs and gears are included."""
 
 import tomllib
 from cmath import rect
@@ -10,14 +10,15 @@ from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_
 from live.text import with_table, with_value
 from rigid import GROUND
 
-APART = 1.2  # offset of a copy, relative to the width of the links
-ON_LINE = 1e-9  # a point closer to the mirror line than this is its own image, relative to the width
+APART = 1.2  # offset of a copy / width of the links
+ON_LINE = 1e-9  # largest distance of a point on the mirror line / width of the links
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
     """Copy a link or all moving links, either shifted or mirrored in the vertical line through the point `about`.
 
-    Points on the line are shared. `about` defaults to the first support, or else the first point.
+    Points on the mirror line are shared. The default of `about` is the first support or, without supports, the first
+    point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -37,12 +38,12 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
     }
     moved = [each for each in points if abs(image[each] - places[each]) > ON_LINE * width]
     if not moved:
-        raise EditError("the line of the mirror goes along the link: choose another point for it")
+        raise EditError("the link lies on the mirror line: choose another point for the line")
     shared = next((each for each in points if each not in moved and each not in grounded), "")
     if shared and len(names) > 1 and tables.get("drives"):
         raise EditError(
-            f'the line of the mirror goes through "{shared}", which moves: the two halves would share it, each with a '
-            "drive. Choose another point for it, or mirror a single link"
+            f'the mirror line goes through "{shared}", which moves: both halves, each with a drive, would share it. '
+            "Choose another point for the line, or mirror a single link"
         )
     text, fresh = with_points(text, tables, [[image[each].real, image[each].imag] for each in moved])
     named = {**{each: each for each in points}, **dict(zip(moved, fresh, strict=True))}
@@ -60,26 +61,26 @@ def copy(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any]:
-    """Table entries for the copy of a link."""
+    """Return the table entries of the copy of a link."""
     entries: dict[str, Any] = _renamed(link, named)
     if isinstance(link["points"], dict):
         entries["points"] = {named[point]: _flipped(place, mirror) for point, place in link["points"].items()}
     if mirror and link.keys() & {"outline", "masses"}:
-        raise EditError("a link with an outline or with masses of its own is not mirrored: copy it instead")
+        raise EditError("a link with an outline or with masses cannot be mirrored: copy it instead")
     if "center" in link:
         entries["center"] = _flipped(link["center"], mirror)
     return entries
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """Return a position in link axes; mirroring changes the sign of its second coordinate."""
+    """Return a position in link axes. For a mirrored link, the second coordinate changes its sign."""
     return [place[0], opposite(place[1])] if mirror else place
 
 
 def _attached_parts(
     tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool
 ) -> Iterator[tuple[Any, Any]]:
-    """Paths and entries of the links' masses, welds, slots, sliders, and constant-speed drives."""
+    """Yield the paths and entries of the copied masses, welds, slots, sliders, and drives at constant speed."""
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:
             yield ("masses", named[point]), mass
@@ -92,7 +93,7 @@ def _attached_parts(
             if guide.get("link") in names and guide.get("on", GROUND) in (GROUND, *names) and "direction" in guide:
                 taken.append(new_name(taken, f"{kind[:-1]}_"))
                 entries = _renamed(guide, named)
-                turned = {"direction": _turned_over(guide["direction"])} if mirror else {}
+                turned = {"direction": _mirrored(guide["direction"])} if mirror else {}
                 yield (kind, taken[-1]), {**entries, **turned}
     for drive in tables.get("drives", ()):
         if drive.get("link") in names and drive.keys() <= {"link", "on", "at", "speed"}:
@@ -101,7 +102,7 @@ def _attached_parts(
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
-    """Rename points and links in entries to the names in the copy."""
+    """Replace the names of points and links in entries by those of the copy."""
     if isinstance(value, dict):
         kept = ("section", "material", "motor")
         return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}
@@ -110,8 +111,8 @@ def _renamed(value: Any, named: Mapping[str, str]) -> Any:
     return named.get(value, value) if isinstance(value, str) else value
 
 
-def _turned_over(direction: Any) -> Any:
-    """Mirror a direction at a vertical line."""
+def _mirrored(direction: Any) -> Any:
+    """Mirror a direction in a vertical line."""
     if isinstance(direction, list):
         return [opposite(direction[0]), direction[1]]
     angle = float(Quantity.of_unit("rad", direction)) if isinstance(direction, str) else float(direction)

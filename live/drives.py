@@ -14,21 +14,21 @@ from rigid import GROUND
 from rigid.laws import CURVES
 
 SPEED, LAW = "60 rpm", "cycloidal"
-LASTS = "1 s"  # duration of a sliding drive's stroke
+STROKE_DURATION = "1 s"  # of a sliding drive
 CONSTANT, SPLINE = "constant speed", "spline through points"
 MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
-"""Menu of motions: rest-to-rest strokes, constant speed, and a spline."""
-UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # of a coordinate and its rate; True for a slider
+"""Menu of motions: constant speed, strokes from rest to rest, and a spline."""
+UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # of a coordinate and its rate, by "is a slider"
 
 
 def _shared(tables: Tables, link: str, other: str) -> list[str]:
-    """Points at which two links are pinned together."""
+    """Return the points at which two links are pinned together."""
     points = points_of(tables["links"].get(other, {}))
     return [point for point in points_of(tables["links"].get(link, {})) if point in points]
 
 
 def _carriers(tables: Tables, *links: str) -> Iterator[str]:
-    """Links to which all given links are pinned; the ground first, then by number of joints from it."""
+    """Yield the links to which all given links are pinned, starting with those closest to the ground."""
     near, seen = [GROUND], {GROUND}
     for each in near:
         found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
@@ -38,17 +38,17 @@ def _carriers(tables: Tables, *links: str) -> Iterator[str]:
 
 
 def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
-    """Entries that identify the joint of a link on its carrier."""
+    """Return the entries that identify the joint between a link and its carrier."""
     pins = _shared(tables, link, carrier)
     names = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
     return names if len(pins) == 1 else {**names, "at": pins[0]}
 
 
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
-    """Add a drive to a link at its pin or to a point along its slot, or remove the existing drive.
+    """Add a drive to a link at its pin, or to a point along its slot. If there is a drive already, remove it.
 
-    A link turns at constant speed relative to the ground if pinned to it, or else relative to the link with the fewest
-    joints to the ground. A point moves along its slot and back.
+    A link rotates at constant speed relative to the ground or, if it is not pinned to the ground, relative to the link
+    with the fewest joints between it and the ground. A point moves along its slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -58,19 +58,19 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
             return without(text, ("drives", number))
     carrier = next(_carriers(tables, link), None)
     if carrier is None:
-        raise EditError(f'"{link}" has no pin about which a drive could turn it: draw a link to it, or fix a point')
+        raise EditError(f'"{link}" has no pin for a drive: draw a link to it, or fix a point')
     entries = {**_joint(tables, link, carrier), "speed": change.get("speed", SPEED)}
     return with_table(text, ("drives", 0), entries)
 
 
 def _there_and_back(way: float) -> list[dict[str, str]]:
-    """Law that moves by a distance [m], rounded to two digits, and back."""
+    """Return a law that moves by a distance [m], which is rounded to two digits, and back."""
     by = f"{float(f'{1000 * way:.2g}'):g} mm"
-    return [{"curve": LAW, "duration": LASTS, "by": each} for each in (by, edits.opposite(by))]
+    return [{"curve": LAW, "duration": STROKE_DURATION, "by": each} for each in (by, edits.opposite(by))]
 
 
 def _add_slide(text: str, tables: Tables, point: str) -> str:
-    """Add a drive along a point's slot, or remove the existing drive."""
+    """Add a drive along the slot of a point. If there is a drive already, remove it."""
     for kind, key in (("slots", "point"), ("sliders", "through")):
         for name, table in tables.get(kind, {}).items():
             if table.get(key) != point:
@@ -81,18 +81,18 @@ def _add_slide(text: str, tables: Tables, point: str) -> str:
             places = list(drawn(tables).values())
             extent = max(abs(one - other) for one in places for other in places)
             return with_table(text, ("drives", 0), {"slider": name, "law": _there_and_back(extent / 10)})
-    raise EditError(f'"{point}" has no slot along which a drive could push it')
+    raise EditError(f'"{point}" has no slot for a drive')
 
 
 def set_law(text: str, tables: Tables, change: Tables) -> str:
     """Set the motion of a drive: constant speed, a stroke (optionally with return), or a spline through points.
 
-    Quantities are strings with units; points are CSV text.
+    Quantities are strings with units, and points are CSV text.
     """
     number = int(change["drive"])
     drive = tables["drives"][number]
     if "effort" in drive:
-        raise EditError("an effort drives here, and the motion follows from it: change that in the text")
+        raise EditError("the motion of this drive follows from its effort: change it in the text")
     length, rate = UNITS["slider" in drive]
     points = spline_points(str(change["points"]), length, edits.scale_of(tables)) if change["curve"] == SPLINE else []
     for key in ("speed", "law", "motion", "repeat"):
@@ -111,7 +111,7 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
 
 
 def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]:
-    r"""Convert CSV text to the times and coordinates of a scene, see `kinelast.scene.drives.motion_table`.
+    r"""Convert CSV text to times and coordinates as in a scene, see `kinelast.scene.drives.motion_table`.
 
     Examples
     --------
@@ -125,33 +125,33 @@ def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]
 
 
 def add_gear(text: str, tables: Tables, change: Tables) -> str:
-    """Add external gears on two links, or a wheel and a rack in a slot, or remove the existing pair."""
+    """Add a pair of external gears, or a gear and a rack in a slot. If the pair exists already, remove it."""
     pair = change["driver"], change["follower"]
     if any(isinstance(end, dict) for end in pair):
         return _add_rack(text, tables, *pair)
     if pair[0] == pair[1]:
-        raise EditError("a gear ties two links: click the one that drives, and the one that follows")
+        raise EditError("a gear pair needs two links: click the driver and the follower")
     for number, gear in enumerate(tables.get("gears", ())):
         if {gear["driver"].get("link"), gear["follower"].get("link")} == set(pair):
             return without(text, ("gears", number))
     carrier = next(_carriers(tables, *pair), None)
     if carrier is None:
-        raise EditError("wheels turn on one link: both links need a pin on the ground, or on another link")
+        raise EditError("both links need a pin on the same link, such as the ground")
     driver, follower = (_joint(tables, link, carrier) for link in pair)
     return with_table(text, ("gears", 0), {"driver": driver, "follower": follower, "ratio": -1.0})
 
 
 def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
-    """Add a wheel and a rack; each argument is a link name, or a table with the rack's `point` in its slot.
+    """Add a gear and a rack. One argument is the name of a link, the other a table with the `point` of the rack.
 
-    The ratio follows from the distance of the slot's line from the wheel's pin.
+    The ratio follows from the distance between the line of the slot and the pin of the gear.
     """
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
     slots = {**tables.get("sliders", {}), **tables.get("slots", {})}
     rail = next((name for name, table in slots.items() if slid in (table.get("point"), table.get("through"))), None)
     if wheel is None or rail is None:
-        raise EditError("a rack is a point in a slot, and its wheel a link: click one and the other")
+        raise EditError("a rack needs a link and a point in a slot: click both")
     for number, gear in enumerate(tables.get("gears", ())):
         if {wheel, rail} == {name for end in ("driver", "follower") for name in gear[end].values()} & {wheel, rail}:
             return without(text, ("gears", number))
@@ -165,21 +165,21 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
     arm = sheet[slid] - sheet[pins[0]]
     ratio = -(arm * (way / abs(way)).conjugate()).imag
     if not abs(ratio) > 0:
-        raise EditError("the slot's line goes through the wheel's pin: a wheel needs a radius")
+        raise EditError("the line of the slot goes through the pin of the gear: the gear would have no radius")
     rack, turns = {"slider": rail}, isinstance(driver, str)
     ends = {"driver": joint, "follower": rack} if turns else {"driver": rack, "follower": joint}
     return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{edits.EXACT}g}")})
 
 
 def _pin(tables: Tables, joint: Tables) -> str | None:
-    """First pin shared by both links of a joint, or None."""
+    """Return the first pin that both links of a joint share, or None."""
     link, carrier = joint.get("link"), joint.get("on", GROUND)
     known = isinstance(link, str) and isinstance(carrier, str)
     return next(iter(_shared(tables, str(link), str(carrier))), None) if known else None
 
 
 def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
-    """Joint names, wheel pins and ratio of each gear; no pins for a rack."""
+    """Yield the names of the joints, the pins (None for a rack) and the ratio of each gear pair."""
     for gear in tables.get("gears", ()):
         ends = [gear.get(end) if isinstance(gear.get(end), dict) else {} for end in ("driver", "follower")]
         pins = [
@@ -192,7 +192,7 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
     """Add a cylinder between two points: barrel, rod, slider, and a drive by a tenth of its length and back.
 
-    A new point becomes a point of the ground.
+    A new point is fixed to the ground.
     """
     text, (start, end) = edits.with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
@@ -202,8 +202,8 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
     if start not in edits.ground_points(tables) and not _is_moving(tables, start):
         text = edits.fix(text, tables, {"point": start})
     if start == end:
-        raise EditError("a cylinder needs two points apart from each other")
-    for point in (start, end):  # keep this pin even if other links are welded here
+        raise EditError("a cylinder needs two different points")
+    for point in (start, end):  # this pin stays a pin even if other links are welded here
         if point in tables.get("welds", {}):
             text = with_value(text, ("welds", point, "links"), edits.welded(tables, point))
     return _with_cylinder(text, tables, start, end)
@@ -234,9 +234,9 @@ def _is_moving(tables: Tables, point: str) -> bool:
 
 
 def with_cylinders(before: Tables, text: str, point: str) -> str:
-    """Realign cylinders after one of their end points has moved.
+    """Realign the cylinders that end at a point after the point has moved.
 
-    A cylinder's `length` is updated if it was the distance of its ends.
+    The `length` of a cylinder is updated if it was equal to the distance between its ends.
     """
     if "cylinders" not in before:
         return text
@@ -254,6 +254,6 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
 
 
 def _ends(tables: Tables, parts: Tables) -> tuple[complex, complex] | None:
-    """Positions of both ends of a cylinder, or None if they are not drawn."""
+    """Return the positions of both ends of a cylinder, or None if they are not drawn."""
     sheet = drawn(tables)
     return (sheet[parts["from"]], sheet[parts["to"]]) if {parts["from"], parts["to"]} <= sheet.keys() else None

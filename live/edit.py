@@ -1,4 +1,4 @@
-"""Edits of a scene's text: move points, set numbers, add and remove parts."""
+"""Edits of the text of a scene: move points, set numbers, add and remove parts."""
 
 import cmath
 import math
@@ -25,8 +25,8 @@ from live.parts import EditError, Tables, drawn, scale_of
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
-STRAIGHT = 1e-3  # [rad] largest bend of a bar that counts as straight
-BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that the file does not write
+STRAIGHT = 1e-3  # [rad] largest angle between two parts of a straight bar
+BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written in a file
 EMPTY = """title = "New mechanism"
 
 [points]
@@ -45,16 +45,16 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
     Parameters
     ----------
     change
-        `do`: a name in `EDITS`, and its arguments. Positions in m, angles in rad, other numbers in SI units.
+        Name of an edit in `EDITS` as `do`, and the arguments of the edit in SI units.
     folder
-        Folder of files that the scene names.
+        Folder of the files to which the scene refers.
 
     Raises
     ------
     EditError
-        If the edit does not fit the scene.
+        The edit does not fit the scene.
     ValueError
-        If the text is not TOML.
+        The text is not TOML.
     """
     do = EDITS.get(str(change.get("do")))
     if do is None:
@@ -67,9 +67,9 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
 
 
 def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Replace each position on a link by a new point of that link; return the text and the edit.
+    """Add a point to a link for each position on the link in an edit; return the text and the edit with these points.
 
-    Such a position is {link, between, share}, see `add_to_link`.
+    A position on a link is given as {link, between, share}, see `add_to_link`.
     """
     for key in {"points", "from", "to"} & change.keys():
         ends = change[key] if key == "points" else [change[key]]
@@ -84,13 +84,13 @@ def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[st
 
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
-    """Parse a text; cached for the steps of a drag."""
+    """Return the tables of a text. Cached for the steps of a drag."""
     return read_toml(text)
 
 
 @lru_cache(maxsize=4)
 def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex], dict[str, complex]]:
-    """Positions of the points [m] and unit vectors of the links at the start of the motion.
+    """Return the positions of the points [m] and the x axes of the links at the start of the motion.
 
     Both are empty if the scene is invalid or does not close.
     """
@@ -111,7 +111,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0, digits: int = parts.DIGITS) -> Any:
-    """Write an SI value in the form of an existing number, or without a unit if that number's unit does not fit."""
+    """Return an SI value in the form of an existing number, or without a unit if its unit does not fit."""
     with suppress(ValueError):
         return written_like(there, value, unit, digits, per_bare)
     return written_like(None, value, unit, digits, per_bare)
@@ -124,10 +124,10 @@ def _place(tables: Tables, there: Any, place: complex, digits: int) -> str:
 
 
 def move(text: str, tables: Tables, change: Tables) -> str:
-    """Move a point: update its drawn position and the lengths of two-point links that end there.
+    """Move a point: update its drawn position and the lengths of links with two points.
 
-    Points on a straight bar that ends at the point stay on the bar. If links do not start as drawn, the drawn position
-    moves by the same amount, rotated back with the link.
+    Points on a straight bar that ends at the moved point stay on the bar. If links do not start as drawn, the same
+    displacement, rotated to the drawn position of the link, is applied to the drawing.
     """
     now, ways = start_of(text, change["folder"])
     sheet, spans = drawn(tables), places(text).values
@@ -152,17 +152,17 @@ def move(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _links_at(tables: Tables, point: str) -> Tables:
-    """Links that contain a point."""
+    """Return the links that contain a point."""
     return {name: link for name, link in tables.get("links", {}).items() if point in link.get("points", ())}
 
 
 def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: complex) -> dict[str, complex]:
-    """New positions of a moved point and of points on straight bars that end at it, at the same share of each bar."""
+    """Return the new positions of a moved point and of the points on straight bars that end at it."""
     moved = {point: to}
     for each in (queue := [point]):
         for name, link in _links_at(tables, each).items():
             if name == GROUND or (isinstance(link["points"], dict) and each == next(iter(link["points"]))):
-                continue  # the other points keep their coordinates
+                continue  # the coordinates of the other points do not change
             for bar in _bars_from(link, seen, each):
                 end = seen[bar[-1]]
                 fresh = [other for other in bar[1:-1] if other not in moved]
@@ -174,7 +174,7 @@ def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: comple
 
 
 def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[list[str]]:
-    """Points of each straight bar of a link that ends at a point; none if the point divides a bar."""
+    """Return the points of each straight bar of a link that ends at a point; empty if the point divides a bar."""
     known = {each: seen[each] for each in parts.points_of(link) if each in seen}
     pairs = [pair for pair in parts.beams_of(link) or pairwise(in_order(known, STRAIGHT)) if known.keys() >= {*pair}]
     pairs += [pair[::-1] for pair in pairs]
@@ -193,12 +193,12 @@ def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[li
 
 
 def _drawn_shapes(links: Tables) -> Tables:
-    """Select the links that take their shape from the drawing."""
+    """Return the links with a shape that is given by the drawing."""
     return {name: link for name, link in links.items() if "length" not in link and not isinstance(link["points"], dict)}
 
 
 def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str, complex]) -> complex:
-    """Unit vector that rotates a step from the first posture back to the drawing, by the first drawn link."""
+    """Return the unit vector that rotates a displacement from the start of the motion to the drawing."""
     for name, link in links.items():
         ends = [sheet[each] for each in list(link["points"])[:2] if each in sheet]
         if name != GROUND and name in ways and len(ends) == 2 and ends[0] != ends[1]:
@@ -209,7 +209,7 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, after: Any, ways: Any, digits: int
 ) -> Iterator[Any]:
-    """Changes to a link with the point: its length, or the point's local coordinates."""
+    """Yield the changes of a link with a moved point: its length, or the coordinates of the point in link axes."""
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
@@ -227,7 +227,7 @@ def _of_link(
 
 
 def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, after: Any) -> Iterator[Any]:
-    """Changes to the start angles of drives on links that end at the point."""
+    """Yield the changes of the start angles of drives on links that end at a moved point."""
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
         if "start" not in drive or point not in ends or len(ends) < 2 or not before.keys() >= {*ends}:
@@ -240,10 +240,10 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, 
 
 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point to a link: a point of the scene, which is then pinned to the link, or a new one.
+    """Add a point to a link: an existing point, which is then pinned to the link, or a new point.
 
-    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides it; the points of the
-    link stay in order. A point off the beams carries no load.
+    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides the beam, so that the
+    points of the link stay in order. A point that is not on a beam carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = parts.points_of(link)
@@ -256,9 +256,9 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
         there = [place.real, place.imag]
     text, (point,) = parts.with_points(text, tables, [there])
     if point in ends:
-        raise EditError(f'"{name}" has the point "{point}" already')
+        raise EditError(f'"{name}" already has the point "{point}"')
     if "between" in change:
-        text = with_value(text, ("points", point), parts.exact_place(place, tables))  # not rounded: exactly on the line
+        text = with_value(text, ("points", point), parts.exact_place(place, tables))  # exactly on the line
     seen = {**seen, point: _place_at_start(change, seen, point)}
     order = in_order({each: seen[each] for each in (*ends, point)}, STRAIGHT)
     if "length" in link or isinstance(link["points"], dict):
@@ -274,7 +274,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _divided(beams: list[Any], between: Any, point: str) -> list[Any]:
-    """Beams of a link, with the beam between two points divided at a new point."""
+    """Divide the beam between two points at a new point; return the beams of the link."""
     divided: list[Any] = []
     for beam, ends in zip(beams, parts.beams_of({"beams": beams}), strict=True):
         if between is None or {*ends} != {*between}:
@@ -287,7 +287,7 @@ def _divided(beams: list[Any], between: Any, point: str) -> list[Any]:
 
 
 def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> complex:
-    """Position of a new point in the first posture of the motion."""
+    """Return the position of a new point at the start of the motion."""
     if "between" in change:
         first, last = (seen[each] for each in change["between"])
         return first + float(change["share"]) * (last - first)
@@ -295,7 +295,7 @@ def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> 
 
 
 def _in_own_axes(text: str, tables: Tables, name: str, order: list[str], seen: Mapping[str, complex], ways: Any) -> str:
-    """Define a link's points, including a new one, by local coordinates."""
+    """Define the points of a link, including a new point, by coordinates in link axes."""
     link = tables["links"][name]
     ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
@@ -308,7 +308,7 @@ def _in_own_axes(text: str, tables: Tables, name: str, order: list[str], seen: M
 
 
 def put(text: str, tables: Tables, change: Tables) -> str:
-    """Set a value of any kind by its path."""
+    """Set a value of any type by its path."""
     return with_value(text, tuple(change["path"]), change["value"])
 
 
@@ -319,7 +319,7 @@ def _is_number(written: str) -> bool:
 
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
-    """Set a number by its path, from an SI value (written in the file's unit) or text with a unit."""
+    """Set a number by its path. Its new value is in the SI unit, or a text with a unit."""
     document = document_from_text(text, read=reader_in(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
@@ -338,7 +338,7 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
         node = node[name] if not isinstance(name, int) or isinstance(node, list) else node
     names = place.names
     if names not in places(text).values and isinstance(names[-1], int):
-        names = names[:-1]  # the same value for both ends of a beam
+        names = names[:-1]  # a single value for both ends of a beam
     if isinstance(place.leaf, int):
         return with_value(text, names, round(value))
     if isinstance(written, str) and unit not in BARE:

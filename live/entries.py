@@ -1,4 +1,4 @@
-"""Edits of table entries by key, and of tables that are not drawn."""
+"""Edits of table entries by key, and of tables without a symbol in the drawing."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -22,14 +22,14 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "fatigue": {"surface": "machined"},
     "sensitivities": {"figures": ["deflection"]},
 }
-"""Initial contents of tables that are not drawn."""
-APART = 0.3  # distance of a new cam's shaft below its roller, relative to the drawing's size
-COUNT, PART = 11, "1 %"  # initial number of designs in a sweep; initial tolerance
+"""Initial contents of tables without a symbol in the drawing."""
+APART = 0.3  # distance of the shaft of a new cam below its roller / size of the drawing
+COUNT, TOLERANCE = 11, "1 %"  # initial number of designs in a sweep, and initial tolerance
 
 
 @cache
 def keys() -> dict[str, list[tuple[str, str]]]:
-    """All keys of each table of a scene, with their descriptions."""
+    """Return the keys of each table of a scene with their descriptions."""
     schema = scene_schema()["$defs"]
     described = {}
     for name, entry in schema["SceneTable"]["properties"].items():
@@ -44,7 +44,7 @@ def keys() -> dict[str, list[tuple[str, str]]]:
 
 
 def _tables(entry: Any) -> Iterator[str]:
-    """Names of the tables that a schema entry can be or contain."""
+    """Yield the names of the tables that an entry of the schema can be or contain."""
     if "$ref" in entry:
         yield entry["$ref"].rpartition("/")[2]
     for each in (entry.get("additionalProperties"), entry.get("items"), *entry.get("anyOf", ())):
@@ -52,7 +52,7 @@ def _tables(entry: Any) -> Iterator[str]:
 
 
 def typed(words: str) -> Any:
-    """Parse a typed value as TOML if possible, otherwise as text.
+    """Return a typed value, parsed as TOML if possible, otherwise as text.
 
     Examples
     --------
@@ -68,16 +68,16 @@ def typed(words: str) -> Any:
 
 
 def entry(text: str, tables: Tables, change: Tables) -> str:
-    """Set a table entry by its path to the typed value, or remove it if empty."""
+    """Set a table entry by its path to a typed value. An empty value removes the entry."""
     path = tuple(change["path"])
     words = str(change["value"])
     return with_value(text, path, typed(words)) if words.strip() else without(text, path)
 
 
 def add_table(text: str, tables: Tables, change: Tables) -> str:
-    """Add a table that is not drawn: section, material, limits, a point's joint, a number's sweep, ...
+    """Add a table without a symbol: section, material, limits, joint of a point, sweep of a number, ...
 
-    `of`: path of the drive or link that the new motor, section or material belongs to.
+    `of` is the path of the drive or link for a new motor, section or material.
     """
     kind = change["kind"]
     if kind in ("sweep", "tolerances", "optimize"):
@@ -88,36 +88,36 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
     if part is not None:
         keys = part.begin(*map(str, (change.get("of") or ("", ""))[:2]))
         if keys is None:
-            raise EditError(f"choose first: {part.menu}")
+            raise EditError(f"first select: {part.menu}")
         return with_table(text, (kind, new_name(tables.get(kind, ()), f"{kind.removesuffix('s')}_")), keys)
     if kind not in FIRST:
         raise EditError(f"there is no table {kind!r} to add")
     if kind in ("limits", "fatigue", "sensitivities"):
         if kind in tables:
-            raise EditError(f"[{kind}] is there already")
+            raise EditError(f"[{kind}] already exists")
         return with_table(text, (kind,), FIRST[kind])
     stem = kind.removesuffix("s")
     named = str(change.get("name") or new_name(tables.get(kind, ()), f"{stem}_"))
     if named in tables.get(kind, {}):
-        raise EditError(f"[{kind}.{named}] is there already")
+        raise EditError(f"[{kind}.{named}] already exists")
     if kind in ("joints", "bearings") and not change.get("name"):
-        raise EditError(f"choose the point first of which the {stem} is")
+        raise EditError(f"first select the point of the {stem}")
     of = change.get("of")
     if kind == "motors" and not of:
         if len(tables.get("drives", ())) != 1:
-            raise EditError("choose the drive first of which the motor is")
+            raise EditError("first select the drive of the motor")
         of = ("drives", 0)
     text = with_table(text, (kind, named), FIRST[kind])
     return with_value(text, (*of, stem), named) if of else text
 
 
 def _with_cam(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cam below a moving point of a link; the point becomes the centre of the roller."""
+    """Add a cam below a moving point of a link. The point becomes the centre of the roller."""
     point, links = str(change.get("name") or ""), tables.get("links", {})
     owner = next((name for name, link in links.items() if name != GROUND and point in points_of(link)), None)
     places = drawn(tables)
     if owner is None or point in points_of(links.get(GROUND, {})) or point not in places:
-        raise EditError("choose the moving point first that is the centre of the roller")
+        raise EditError("first select a moving point as the centre of the roller")
     spots = list(places.values())
     size = max(abs(one - other) for one in spots for other in spots)
     centre = places[point] - 1j * APART * size
@@ -134,14 +134,14 @@ def _with_cam(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _with_study(text: str, kind: str, change: Tables) -> str:
-    """Turn a number into a sweep variable, a toleranced number or an optimisation variable."""
+    """Add a number to the sweep, the tolerances, or the variables of the optimization."""
     path = str(change.get("number") or "")
     if not path:
-        raise EditError("choose the number first that is to vary")
+        raise EditError("first select the number that varies")
     ends = [f"{float(change[end]):.6g}" for end in ("low", "high")]
     low, high = map(float, ends) if change["unit"] == "1" else (f"{end} {change['unit']}" for end in ends)
     if kind == "tolerances":
-        return with_value(text, ("tolerances", path), PART)
+        return with_value(text, ("tolerances", path), TOLERANCE)
     if kind == "sweep":
         return with_value(text, ("sweep", "vary", path), {"from": low, "to": high, "count": COUNT})
     if "optimize" not in tomllib.loads(text):

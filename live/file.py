@@ -1,4 +1,4 @@
-"""File of a live scene: read, watch, and overwrite it if unchanged on disk."""
+"""File of a live scene, which is read, watched, and overwritten unless it has changed on disk."""
 
 from dataclasses import dataclass
 from hashlib import sha256
@@ -18,12 +18,12 @@ class ChangedError(Exception):
 
 @dataclass(frozen=True)
 class SceneFile:
-    """The only file that the editor reads and writes; `path` is None if there is no file.
+    """The only file that the editor reads and writes.
 
     Attributes
     ----------
     path
-        Path of the file, which may not exist yet.
+        Path of the file, which need not exist; None if there is no file.
     first
         Initial text if the file does not exist.
     """
@@ -33,18 +33,18 @@ class SceneFile:
 
     @property
     def folder(self) -> Path | None:
-        """Folder of the files that the scene names, or None."""
+        """Folder of the files to which the scene refers, or None."""
         return None if self.path is None else self.path.parent
 
     def read(self) -> tuple[str, str]:
-        """Return the text and its checksum; raise SceneError if the file cannot be read."""
+        """Return the text and its checksum. Raise SceneError if the file cannot be read."""
         if self.path is None or not self.path.exists():
             return self.first, MISSING
         content = file_bytes(self.path)
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """Checksum of the file on disk; `UNREADABLE` for a pipe, a folder or a file that is too large."""
+        """Return the checksum of the file on disk, `MISSING`, or `UNREADABLE` (a pipe, a folder or a large file)."""
         try:
             return MISSING if self.path is None else _digest(file_bytes(self.path))
         except MissingFileError:
@@ -53,7 +53,7 @@ class SceneFile:
             return UNREADABLE
 
     def write(self, text: str, known: str) -> str:
-        """Overwrite the file with a text and return its checksum.
+        """Overwrite the file with a text; return its checksum.
 
         Parameters
         ----------
@@ -63,15 +63,15 @@ class SceneFile:
         Raises
         ------
         ChangedError
-            If the file has changed since then; it is not overwritten.
-        OSError
-            If the file cannot be written; it stays unchanged.
+            The file has changed since then. It is not overwritten.
+            OSError
+            The file cannot be written. It stays unchanged.
         """
         if self.path is None:
-            raise ChangedError("no file was given to the command: download the text instead")
+            raise ChangedError("the editor was started without a file: download the text instead")
         if self.digest() not in (known, MISSING):
             raise ChangedError(f"{self.path.name} has changed on disk since it was read: nothing was overwritten")
-        target = self.path.resolve()  # write through a symbolic link
+        target = self.path.resolve()  # follow a symbolic link
         content = text.encode("utf-8")
         put(target, content)
         return _digest(content)

@@ -1,4 +1,4 @@
-"""Full answer with the theory and accuracy of the scene, computed in a process that can be killed."""
+"""Full answer by the theory and accuracy of the scene, computed in a process that can be killed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
-    """Return the full answer to a text, the arrays of its picture, and its report; `folder` has the named files."""
+    """Return the full answer for a text, the arrays of its picture, and its report.
+
+    `folder` contains the files to which the text refers.
+    """
     import numpy as np
     from msgspec.structs import replace
 
@@ -54,12 +57,12 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "limits": most_used_first(_limit(row) for row in report.acceptance.limits or ()),
             }
             return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
-    except (ValueError, ArithmeticError) as error:  # errors in the scene, the mechanism or the request
+    except (ValueError, ArithmeticError) as error:  # errors of the scene, the mechanism or the request
         return {**empty, "mistakes": mistakes_of(error, text, reader_in(folder))}, b"", b""
 
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:
-    """A limit, its governing value, and its outcome, which takes the error into account."""
+    """Return a limit with the value that governs it, and its outcome, which includes the error."""
     from kinelast.outputs.words import LIMIT_NAMES
 
     return {
@@ -75,7 +78,7 @@ def _limit(row: JudgedLimit) -> dict[str, Any]:
 
 
 def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
-    """Compute and send the answer; runs in the process."""
+    """Compute an answer and send it. Runs in the separate process."""
     with suppress(BrokenPipeError, KeyboardInterrupt):
         try:
             pipe.send(whole_answer(text, name, folder))
@@ -85,7 +88,7 @@ def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
 
 
 def _context() -> Any:
-    """Process context with preloaded imports, if the system supports it."""
+    """Return the context for processes, with preloaded modules if the system supports this."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -98,7 +101,7 @@ STARTING = threading.Lock()
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide `__main__` while a process starts, or it would run the user's script and start another editor."""
+    """Hide `__main__` while a process starts, because it would run the user's script and start another editor."""
     with STARTING:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
@@ -109,7 +112,7 @@ def _without_main() -> Iterator[None]:
 
 
 class Worker:
-    """Computes one full answer at a time; a newer request or a drag cancels it."""
+    """Computes one full answer at a time. A newer request or a drag cancels it."""
 
     def __init__(self) -> None:
         self._context = _context()
@@ -117,7 +120,7 @@ class Worker:
         self._process: Any = None
 
     def begin(self) -> None:
-        """Preload imports before the first answer."""
+        """Start loading modules for the first answer."""
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         process = self._context.Process(target=str, daemon=True)
         with _without_main():
@@ -131,7 +134,7 @@ class Worker:
                 self._process = None
 
     def answer(self, text: str, name: str, folder: Path | None = None) -> tuple[dict[str, Any], bytes, bytes] | None:
-        """Return the full answer, or None if it was cancelled."""
+        """Return the full answer, or None if it is cancelled."""
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
         process = self._context.Process(target=_work, args=(theirs, text, name, folder), daemon=True)

@@ -1,4 +1,4 @@
-"""Marks in the editor: from the moving scene or, if it cannot move, from its tables."""
+"""Marks in the editor, from the moving scene or, if it cannot move, from its tables."""
 
 import math
 import re
@@ -21,11 +21,12 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Marks of a scene except points and masses, corners of its extent, and arrays, (items, positions).
+    """Return the marks of a scene (without points and masses), the corners of its extent, and complex arrays.
 
-    The arrays are complex: `origin` and `direction` of the links, and `spin` of bodies that are not links.
+    The arrays are `origin` and `direction` of the links, and `spin` of bodies that are not links, shape (items,
+    positions).
     """
-    on_points = (*symbols.POINTS, symbols.MASS)  # the tables draw these
+    on_points = (*symbols.POINTS, symbols.MASS)  # drawn from the tables
     marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in on_points]
     corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
     spins = [mark.direction(motion) for mark in marks if mark.spin]
@@ -35,12 +36,12 @@ def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str,
 
 
 def _list(value: Any) -> list[Any]:
-    """Return a list from the file, or an empty one if the value is not a list."""
+    """Return a list in the file, or an empty list if the value is not a list."""
     return value if isinstance(value, list) else []
 
 
 def _readable(parts: Iterable[Any]) -> list[Any]:
-    """Return parts that several tables define, or an empty list if a table is invalid."""
+    """Return a list of parts, or an empty list if a table on which they depend is invalid."""
     try:
         return list(parts)
     except (TypeError, AttributeError):
@@ -48,7 +49,7 @@ def _readable(parts: Iterable[Any]) -> list[Any]:
 
 
 def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Parts of a scene as drawn by its tables, even if it does not move; invalid parts are left out."""
+    """Return the parts of a scene as drawn, from its tables. Invalid parts are left out."""
     if is_chain(tables):
         raise ValueError("joints in space cannot be drawn in the plane")
 
@@ -95,14 +96,14 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Pin or weld at every point, for dragging, except at the middle points of cylinders."""
+    """Return a pin or weld for every point that can be dragged, i.e. all except the middle points of cylinders."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
     return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]
 
 
 def mass_marks(tables: Tables) -> list[dict[str, Any]]:
-    """Discs at point masses, those of links included."""
+    """Return the discs at point masses, including those under links."""
     links = tables.get("links")
     owners = [tables, *(links.values() if isinstance(links, dict) else ())]
     given = [owner["masses"] for owner in owners if isinstance(owner, dict) and isinstance(owner.get("masses"), dict)]
@@ -110,14 +111,14 @@ def mass_marks(tables: Tables) -> list[dict[str, Any]]:
 
 
 def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
-    """Marks of parts as drawn; invalid ones are left out."""
+    """Return the marks of parts as drawn. Invalid parts are left out."""
     makers = (_supports, _slides, _springs, _cylinders, _gears, _loads, _drives)
     plain = [mark.plain() for maker in makers for mark in _valid(maker, tables, sheet)]
     return [each for each in plain if each["at"]["point"] in sheet["points"]]
 
 
 def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sheet: Tables) -> Iterator[Mark]:
-    """Marks up to the first invalid table; its error is reported elsewhere."""
+    """Yield marks up to the first invalid table. Its error is reported elsewhere."""
     with suppress(AttributeError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError):
         yield from maker(tables, sheet)
 
@@ -135,7 +136,7 @@ def _slides(tables: Tables, sheet: Tables) -> Iterator[Mark]:
 
 
 def _way(direction: Any) -> complex:
-    """Unit vector of a slot's direction: a vector, or an angle in radians or degrees."""
+    """Return the unit vector of a direction, which is a vector or an angle in radians or degrees."""
     if isinstance(direction, list):
         way = complex(*direction)
         return way / abs(way)
@@ -144,7 +145,7 @@ def _way(direction: Any) -> complex:
 
 
 def _number(value: Any) -> float:
-    """Leading number of a quantity."""
+    """Return the number at the start of a quantity."""
     found = re.match(r"\s*[-+]?[\d.]+(e[-+]?\d+)?", str(value), re.IGNORECASE)
     return float(found[0]) if found else 0.0
 

@@ -1,4 +1,4 @@
-"""Errors in a scene's text, with line numbers."""
+"""Errors in the text of a scene, with line numbers."""
 
 import math
 import re
@@ -10,13 +10,13 @@ from kinelast.scene.mistakes import path_of
 from kinelast.scene.sections import Read
 from live.text import line_of, places
 
-NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."  # if there are no drives
+NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."  # shown if there are no drives
 
 
 def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
-    """List all errors in a text from top to bottom, or only `error` if no others are found.
+    """Return all errors in a text from top to bottom. If none are found, return `error`.
 
-    `read` reads files that the scene names.
+    `read` reads the files to which the scene refers.
     """
     others = error.others if isinstance(error, SceneError) else ()
     found = [mistake(each, text) for each in mistakes_in(text, read) or [error, *others]]
@@ -24,7 +24,7 @@ def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]
 
 
 def mistake(error: Exception, text: str) -> dict[str, Any]:
-    """Return the line (or None) and message of an error, or the next step if the drawing has no drive yet."""
+    """Return the line (or None) and the message of an error. If there are no drives, return the next step."""
     if isinstance(error, SceneError) and error.table == "drives" and error.problem.startswith("the table is missing"):
         return {"line": None, "message": NEXT, "next": True}
     if not isinstance(error, SceneError):

@@ -1,4 +1,4 @@
-"""Live editor in a notebook: server in a thread of the kernel, page in a frame below the cell."""
+"""Live editor in a notebook. The server runs in a thread of the kernel, and a frame shows the page."""
 
 import secrets
 import threading
@@ -19,23 +19,25 @@ from live.file import SceneFile
 from live.server import Live, LiveServer, bound_socket, scene_file
 
 FRAME = "width:100%;height:60em;border:1px solid #ccd"
-ELSEWHERE = "If the frame stays empty, this browser does not reach the kernel's computer: show <code>.widget</code> of it instead."  # noqa: E501
+ELSEWHERE = (
+    "If the frame stays empty, this browser cannot reach the kernel's computer: display <code>.widget</code> instead."
+)
 
 
 class LiveView:
-    """Editor of a scene: its page in a notebook, and the last saved text and scene.
+    """Editor of a scene in a notebook, with the last saved text and scene.
 
     Attributes
     ----------
     address
-        Address of the page, including the token of this view.
+        Address of the page, including its token.
     """
 
     def __init__(self, given: Scene | Document | str | Path | None) -> None:
         if isinstance(given, Scene | Document):
             text = given.text if isinstance(given, Scene) else given.text()
             if not text:
-                raise ValueError("the scene comes from tables: give its text, or write a file of it")
+                raise ValueError("the scene was built from tables and has no text: open it from a file")
             folder = mkdtemp(prefix="kinelast-")
             finalize(self, rmtree, folder, ignore_errors=True)
             self._file = SceneFile(Path(folder) / f"{given.name}.toml", text)
@@ -58,14 +60,14 @@ class LiveView:
 
     @property
     def scene(self) -> Scene:
-        """Scene of `text`; raises SceneError if the text is invalid."""
+        """Scene of `text`. Raises SceneError if the text is invalid."""
         return document_from_text(self.text, self.name, read=reader_in(self._file.folder)).scene
 
     @cached_property
     def widget(self) -> Any:
-        """Editor as a widget, for a kernel on another computer; raises ModuleNotFoundError without anywidget.
+        """Editor as a widget, for a kernel on another computer. Raises ModuleNotFoundError without anywidget.
 
-        Its requests are notebook messages, which are slightly slower than those of the frame.
+        The widget communicates by notebook messages, which is slightly slower than the frame.
         """
         from live.widget import widget_of
 
@@ -76,14 +78,14 @@ class LiveView:
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:
-        """Block until interrupted or closed, so that a script does not end; open the page if `browse`."""
+        """Wait until interrupted or closed, so that a script does not end. If `browse`, open the page."""
         if browse:
             webbrowser.open(self.address)
         with suppress(KeyboardInterrupt):
             self._thread.join()
 
     def close(self) -> None:
-        """Stop the server; the page keeps unsaved text."""
+        """Stop the server. The page keeps text that is not saved."""
         self._server.should_exit = True
         self._thread.join()
 
@@ -91,8 +93,8 @@ class LiveView:
         return f'LiveView("{self.name}": {self.address})'
 
     def _repr_html_(self) -> str:
-        """Frame with the page, and its address; the frame needs browser and kernel on the same computer."""
+        """Return a frame with the page, and a link. Browser and kernel must be on the same computer."""
         address = escape(self.address)
-        link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a window of its own</a>'
+        link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a separate window</a>'
         frame = f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe>'
         return f"{frame}<p>{link}. {ELSEWHERE}</p>"

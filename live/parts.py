@@ -1,4 +1,4 @@
-"""Edits that add or remove parts: points, links, slots, welds, springs, masses, loads."""
+"""Edits that add or remove points, links, slots, welds, springs, masses and loads."""
 
 import cmath
 import math
@@ -20,11 +20,11 @@ Tables = Mapping[str, Any]
 
 
 class EditError(ValueError):
-    """The edit is not possible in this scene."""
+    """An edit is not possible in the scene."""
 
 
 def drawn(tables: Tables) -> dict[str, complex]:
-    """Positions of the points as drawn [m]; invalid ones are left out."""
+    """Return the drawn positions of the points [m]. Invalid points are left out."""
     per_length = scale_of(tables)
     points = tables.get("points")
     ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
@@ -42,22 +42,22 @@ def drawn(tables: Tables) -> dict[str, complex]:
 
 
 def scale_of(tables: Tables) -> float:
-    """Unit of lengths without a unit in the file [m]."""
+    """Return the length unit of the file [m], for numbers without a unit."""
     return PER_LENGTH.get(tables.get("units", "m"), 1.0)
 
 
 def ground_points(tables: Tables) -> Any:
-    """Points of the ground as listed in the file."""
+    """Return the points of the ground as listed in the file."""
     return tables.get("links", {}).get(GROUND, {}).get("points", ())
 
 
 def metres(value: Any, per_length: float) -> float:
-    """Convert a length of the file to m; raise ValueError if it is not a length."""
+    """Convert a length in the file to m. Raise ValueError if it is not a length."""
     return float(Quantity.of_unit("m", value)) if isinstance(value, str) else float(value) * per_length
 
 
 def new_name(taken: Any, stem: str) -> str:
-    """First unused name: the next letters after a capital letter, or else a stem with a number."""
+    """Return the first unused name: a letter from a capital letter on, or a stem with a number."""
     names = set(taken)
     if len(stem) == 1:
         letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
@@ -70,25 +70,25 @@ def new_name(taken: Any, stem: str) -> str:
 
 
 def rounded_place(place: complex, tables: Tables) -> list[float]:
-    """Coordinates of a position in the file's unit of length, with `DIGITS` digits."""
+    """Return the coordinates of a position in the length unit of the file, with `DIGITS` digits."""
     per_length = scale_of(tables)
     return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
 
 
 def exact_place(place: complex, tables: Tables) -> list[float]:
-    """Coordinates of a position in the file's unit of length, precise enough to lie on a line."""
+    """Return the coordinates of a position in the length unit of the file, accurate enough to lie on a line."""
     return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
 
 
 def opposite(value: Any) -> Any:
-    """Change the sign of a number, with or without unit."""
+    """Return a number, with or without unit, with the opposite sign."""
     if isinstance(value, str):
         return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
     return -value
 
 
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
-    """Add a point for each position in `wanted`; return the text and the names of all points."""
+    """Add a point for each position in `wanted`; return the text and the names of all wanted points."""
     taken = {*tables.get("points", ()), *drawn(tables)}
     names = []
     for each in wanted:
@@ -103,16 +103,16 @@ def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list
 
 
 def add_point(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point, fixed to the ground if `fixed`."""
+    """Add a point. If `fixed`, fix it to the ground."""
     text, names = with_points(text, tables, [change["at"]])
     return fix(text, tomllib.loads(text), {"point": names[0]}) if change.get("fixed") else text
 
 
 def add_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a link through points and positions; `closed` makes a ring of three or more."""
+    """Add a link through existing points and new positions. `closed` makes a ring of three or more points."""
     text, names = with_points(text, tables, change["points"])
     if len(set(names)) < 2:
-        raise EditError("a link needs two points apart from each other")
+        raise EditError("a link needs two different points")
     name = new_name(tables.get("links", ()), "link_")
     entries: dict[str, Any] = {"points": names}
     if change.get("closed") and len(names) > 2:
@@ -124,20 +124,20 @@ def add_link(text: str, tables: Tables, change: Tables) -> str:
 
 
 def fix(text: str, tables: Tables, change: Tables) -> str:
-    """Fix a point to the ground, or release it."""
+    """Fix a point to the ground, or release a fixed point."""
     point = change["point"]
     ground = tables.get("links", {}).get(GROUND)
     if ground is None:
         return with_table(text, ("links", GROUND), {"points": [point]})
     points = ground.get("points", [])
     if isinstance(points, dict):
-        raise EditError("the ground's points have coordinates of their own: change them in the text")
+        raise EditError("[links.ground] gives the coordinates of its points: change them in the text")
     kept = [each for each in points if each != point] if point in points else [*points, point]
     return with_value(text, ("links", GROUND, "points"), kept)
 
 
 def moving_links(tables: Tables, point: str) -> list[str]:
-    """Moving links that contain a point; raise EditError if there is no such link."""
+    """Return the moving links that contain a point. Raise EditError if there are none."""
     links = tables.get("links", {})
     names = [name for name, link in links.items() if name != GROUND and point in link.get("points", ())]
     if not names:
@@ -146,15 +146,15 @@ def moving_links(tables: Tables, point: str) -> list[str]:
 
 
 def along(direction: complex) -> str:
-    """Write the angle of a direction as in a file."""
+    """Return the angle of a direction as written in a file."""
     return f"{math.degrees(cmath.phase(direction)):.{DIGITS}g} deg"
 
 
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
-    """Add a straight slot in the ground or in the link `on` for a point, or remove the existing slot.
+    """Add a straight slot for a point in the ground or in the link `on`. If the point has a slot already, remove it.
 
-    The default direction is along the link `on`, which first turns towards the point if it has a free end, or along x
-    on the ground.
+    By default, the direction is along x in the ground, or along the link `on`. If this link has a free end, the link is
+    first turned towards the point.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -170,13 +170,13 @@ def add_slot(text: str, tables: Tables, change: Tables) -> str:
                 return remove(text, tables, {"kind": kind[:-1], "name": name})
     link = next((name for name in moving_links(tables, point) if name != on), None)
     if link is None:
-        raise EditError(f'"{point}" belongs to "{on}" alone: a slot of it guides the pin of another link')
+        raise EditError(f'"{point}" only belongs to "{on}": a slot guides the pin of another link')
     entries = {"point": point, "link": link, **({"on": on} if on else {}), "direction": direction}
     return with_table(text, ("slots", new_name(tables.get("slots", ()), "slot_")), entries)
 
 
 def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, complex]:
-    """Turn a link with a free end towards a point; return the text and the link's direction."""
+    """Turn a link with a free end towards a point; return the text and the direction of the link."""
     sheet, ends = drawn(tables), points_of(tables["links"][name])
     others = [each for other, link in tables["links"].items() if other != name for each in points_of(link)]
     free = [end for end in ends if end not in others]
@@ -189,7 +189,7 @@ def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, com
 
 
 def weld(text: str, tables: Tables, change: Tables) -> str:
-    """Weld the links at a point, or remove the weld."""
+    """Weld the links at a point. If there is a weld already, remove it."""
     point = change["point"]
     if point in tables.get("welds", {}):
         return without(text, ("welds", point))
@@ -197,18 +197,18 @@ def weld(text: str, tables: Tables, change: Tables) -> str:
     here = welded(tables, point)
     links = [link for link in here if link not in pinned]
     if len(links) < 2:
-        raise EditError(f'a weld joins two links, and "{point}" belongs to one')
+        raise EditError(f'a weld needs two links, but "{point}" only belongs to one')
     return with_table(text, ("welds", point), {} if links == here else {"links": links})
 
 
 def welded(tables: Tables, point: str) -> list[str]:
-    """Links that a weld at a point joins: the named links, or all links with the point."""
+    """Return the links that a weld at a point joins: the listed links or, by default, all links with the point."""
     named = tables.get("welds", {}).get(point, {}).get("links")
     return named or [name for name, link in tables["links"].items() if point in points_of(link)]
 
 
 def add_spring(text: str, tables: Tables, change: Tables) -> str:
-    """Add a spring between two points, unloaded as drawn."""
+    """Add a spring between two points. It is unloaded in the drawn position."""
     text, (first, last) = with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
     grounded = ground_points(tables)
@@ -226,7 +226,7 @@ def add_spring(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_mass(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point mass to a moving link, or remove it."""
+    """Add a point mass to a moving link. If the point has a mass already, remove it."""
     point = change["point"]
     if point in tables.get("masses", {}):
         return without(text, ("masses", point))
@@ -242,10 +242,11 @@ def add_load(text: str, tables: Tables, change: Tables) -> str:
 
 
 def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
-    """Name, slider and parts of each cylinder that is drawn as a barrel and a rod.
+    """Yield the name, slider and parts of each cylinder that consists of a barrel and a rod.
 
-    The parts are `from` and `to`, its end points; `links`, the rod and barrel; and `middle`, a second point of the
-    barrel on its line.
+    The parts are the end points `from` and `to`, the links `links` (rod and barrel), and `middle`, the second point of
+    the
+    barrel.
     """
     links, sliders = tables.get("links", {}), tables.get("sliders", {})
     for drive in tables.get("drives", ()):
@@ -260,13 +261,13 @@ def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
 
 
 def points_of(link: Tables) -> list[str]:
-    """Names of a link's points; empty if invalid."""
+    """Return the names of the points of a link; empty if invalid."""
     points = link.get("points", ())
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
 
 def beams_of(link: Tables) -> list[list[Any]]:
-    """Ends of a link's beams as listed; invalid ones are left out."""
+    """Return the end points of the beams of a link as listed. Invalid beams are left out."""
     beams = link.get("beams")
     ends = [[each.get("from"), each.get("to")] if isinstance(each, dict) else each for each in beams or ()]
     return [each for each in ends if isinstance(each, list) and len(each) == 2]
@@ -281,7 +282,7 @@ LISTED = {"drive": "drives", "load": "loads", "spring": "springs", "gear": "gear
 
 
 def remove(text: str, tables: Tables, change: Tables) -> str:
-    """Remove a part and everything attached to it."""
+    """Remove a part and all parts attached to it."""
     kind, name = change["kind"], change["name"]
     if kind in LISTED:
         return without(text, (LISTED[kind], int(name)))
@@ -295,7 +296,7 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
         for number, drive in enumerate(tables.get("drives", ())):
             text = without(text, ("drives", number, "motor")) if drive.get("motor") == name else text
     if name == GROUND:
-        raise EditError("the ground stays: a mechanism stands on it")
+        raise EditError("the ground cannot be removed")
     if kind == "link":
         text = _without_naming(text, tables, lambda table: name in (table.get("link"), table.get("on")))
     if kind in ("slot", "slider"):
@@ -320,7 +321,7 @@ def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) 
 
 
 def _names_slider(name: str, table: Tables) -> bool:
-    """True if a table refers to a slider."""
+    """Return True if a table refers to a slider."""
     return bool(table.get("slider") == name)
 
 
@@ -334,7 +335,7 @@ def _without_cylinder(text: str, tables: Tables, name: str) -> str:
 
 
 def _without_point(text: str, tables: Tables, point: str) -> str:
-    """Remove a point: links of more than two points lose it, links of two points are removed."""
+    """Remove a point, including links that have only this and another point."""
     for name, link in tables.get("links", {}).items():
         points = link.get("points", ())
         if point not in points:

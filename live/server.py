@@ -1,4 +1,4 @@
-"""Server of the live editor on the loopback address: page, answers, one file; requests need the token."""
+"""Server of the live editor on the loopback address. It serves the page, answers and one file; a token is required."""
 
 import json
 import math
@@ -40,10 +40,10 @@ from live.share import LANDING, MARK, POLICY, linked
 
 HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
-MAX_REQUEST = 4_000_000  # bytes
-MAX_REPORTS = 4  # reports kept in memory
+MAX_REQUEST = 4_000_000  # [bytes]
+MAX_REPORTS = 4  # maximum number of reports in memory
 WEB, PAGE = files("live") / "web", files("kinelast.outputs.page") / "web"
-SHARED = ("placing.js", "symbols.js")  # scripts of the report that the editor uses too
+SHARED = ("placing.js", "symbols.js")  # scripts of the report that the editor also uses
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 SAFE = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
 NOTEBOOKS = "http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:* vscode-webview: vscode-file:"
@@ -54,7 +54,7 @@ PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-i
 class Live:
     """State of the server: file, address, worker and last reports.
 
-    `framed`: notebooks on this computer may embed the page in a frame; otherwise, no page may.
+    `framed` allows notebooks on this computer to show the page in a frame.
     """
 
     file: SceneFile
@@ -68,7 +68,7 @@ class Live:
 
     @property
     def hosts(self) -> tuple[str, str]:
-        """Host names that requests may use."""
+        """Host names that are allowed in requests."""
         return f"{HOST}:{self.port}", f"localhost:{self.port}"
 
     @property
@@ -78,14 +78,14 @@ class Live:
 
 
 def refusal(live: Live, request: Request) -> Response | None:
-    """Return an error response to an unauthorised request, else None."""
+    """Return an error response for an unauthorised request, otherwise None."""
     if request.headers.get("host") not in live.hosts:
         return Response("this is not the address of the editor", 403)
     token = str(request.path_params.get("token", ""))
     if not secrets.compare_digest(token.encode(), live.token.encode()):
-        return Response("the address lacks the token that the command printed", 403)
+        return Response("the token in the address is missing or wrong: use the address that the command printed", 403)
     if request.method != "GET" and request.headers.get("origin") not in [f"http://{host}" for host in live.hosts]:
-        return Response("asked for by another page", 403)
+        return Response("the request comes from another page", 403)
     return None
 
 
@@ -93,7 +93,7 @@ Handler = Callable[[Live, Request, Any], Response]
 
 
 def _authorised(live: Live, handler: Handler) -> Callable[[Request], Any]:
-    """Wrap a handler: check the request, parse its JSON, and run the handler in a thread."""
+    """Return a function that checks a request, parses its JSON, and runs the handler in a thread."""
 
     async def respond(request: Request) -> Response:
         refused = refusal(live, request)
@@ -127,7 +127,7 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
 
 
 def page_file(name: str) -> Any:
-    """File of the page with a given name, its own or shared with the report; None if it does not exist."""
+    """Return a file of the page by name, which may be shared with the report; None if it does not exist."""
     folder = PAGE if name in SHARED else WEB
     return next((each for each in folder.iterdir() if each.name == name), None)
 
@@ -142,7 +142,7 @@ def _web(name: str, ancestors: str = "") -> Response:
 
 
 def _scene(live: Live, request: Request, given: Any) -> Response:
-    """Text of the file, and initial data of the page."""
+    """Return the text of the file and the initial data of the page."""
     try:
         text, digest = live.file.read()
     except SceneError as error:
@@ -159,7 +159,7 @@ def _scene(live: Live, request: Request, given: Any) -> Response:
             "materials": [name for name, _ in library_entries("materials")],
             "keys": keys(),
             "parts": {part.key: part.menu for part in PARTS if part.menu},
-            "opens": f"http://{HOST}:{live.port or wished_port('None')}/",
+            "opens": f"http://{HOST}:{live.port or preferred_port('None')}/",
             "motions": MOTIONS,
         }
     )
@@ -170,7 +170,7 @@ def _state(live: Live, request: Request, given: Any) -> Response:
 
 
 def _answer(live: Live, request: Request, given: Any) -> Response:
-    """Apply edits to a text and return a quick answer; cancel a running full answer."""
+    """Apply edits to a text and return a quick answer. A running full answer is cancelled."""
     text, changes = given["text"], given.get("edits", ())
     live.worker.cancel()
     reply: dict[str, Any] = {"number": given.get("number"), "refused": ""}
@@ -185,7 +185,7 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
 
 
 def packed(answer: dict[str, Any], data: bytes) -> bytes:
-    """Serialise an answer: length of the JSON (padded to a multiple of four), JSON, array data."""
+    """Return an answer as bytes: length of the JSON (padded to a multiple of four), JSON, and array data."""
     head = json.dumps(_finite(answer), allow_nan=False).encode()
     head += b" " * (-len(head) % 4)
     return struct.pack("<I", len(head)) + head + data
@@ -203,7 +203,7 @@ def _finite(value: Any) -> Any:
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:
-    """Full answer to a text; status 409 if a newer request cancelled it."""
+    """Return the full answer for a text. The status is 409 if a newer request cancels it."""
     result = live.worker.answer(given["text"], live.name, live.file.folder)
     if result is None:
         return JSONResponse({"cancelled": True}, 409)
@@ -221,14 +221,14 @@ def _full(live: Live, request: Request, given: Any) -> Response:
 def _report(live: Live, request: Request, given: Any) -> Response:
     report = live.reports.get(str(request.path_params["key"]))
     if report is None:
-        return Response("this report is no longer kept: let the page answer once more", 404)
+        return Response("this report is no longer available: compute the full answer again", 404)
     from kinelast.outputs.page import report_policy
 
     return Response(report, media_type="text/html", headers={"Content-Security-Policy": report_policy()})
 
 
 def _save(live: Live, request: Request, given: Any) -> Response:
-    """Write the file."""
+    """Save the text to the file."""
     try:
         return JSONResponse({"digest": live.file.write(given["text"], str(given.get("digest")))})
     except ChangedError as error:
@@ -238,16 +238,16 @@ def _save(live: Live, request: Request, given: Any) -> Response:
 
 
 READ: Mapping[str, Handler] = {"scene": _scene, "state": _state}
-SENT: Mapping[str, Handler] = {"answer": _answer, "full": _full, "save": _save}  # requests with a text
+SENT: Mapping[str, Handler] = {"answer": _answer, "full": _full, "save": _save}  # requests that contain a text
 HANDLERS: Mapping[str, Handler] = {**READ, **SENT, "report": _report}
 
 
 def response_to(live: Live, path: str, given: Any) -> Response:
-    """Response to a widget's request, which arrives as a notebook message."""
+    """Return the response to a request of a widget, which is a notebook message."""
     name, _, key = path.partition("/")
     handler = HANDLERS.get(name)
     if handler is None:
-        return Response("there is no such question", 404)
+        return Response("there is no such request", 404)
     request = Request({"type": "http", "path_params": {"key": key}})
     try:
         return handler(live, request, {**given, "text": str(given.get("text", ""))})
@@ -256,7 +256,7 @@ def response_to(live: Live, path: str, given: Any) -> Response:
 
 
 def application(live: Live) -> Starlette:
-    """Web application of the editor."""
+    """Return the web application of the editor."""
     paths = {"": _page, "web/{name}": _file_of_page, "report/{key}": _report, **READ, **SENT}
 
     async def landing(request: Request) -> Response:
@@ -272,9 +272,10 @@ def application(live: Live) -> Starlette:
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
-    """File and scene name for an argument; the file need not exist, and a shipped scene is copied here.
+    """Return the file and the name of the scene for an argument.
 
-    Scenes from reports and web links have no file.
+    The file need not exist. For a shipped scene, it is in the working folder. Scenes from reports and web links have no
+    file.
     """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
@@ -288,26 +289,26 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
         text = shipped[argument].read_text(encoding="utf-8")
         return SceneFile(Path.cwd() / f"{argument}.toml", text), argument
     if path.suffix != ".toml" or not path.absolute().parent.is_dir():
-        expected = "expected a .toml file, there or to be, a report, or a shipped scene, see --list"
+        expected = "expected a .toml file (which need not exist), a report, or a shipped scene, see --list"
         raise MissingFileError(argument, "", "", foreign_words(argument) or expected)
     return SceneFile(path.absolute(), EMPTY), path.stem
 
 
-def wished_port(name: str) -> int:
-    """Preferred port of a file, derived from its name; an empty sheet has the same port on every computer."""
+def preferred_port(name: str) -> int:
+    """Return the preferred port for a file, which is derived from its name."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 
 def bound_socket(name: str) -> socket.socket:
-    """Bind a socket on the loopback address, if possible at the same port, so that the browser keeps its text."""
-    for port in (wished_port(name), 0):
+    """Bind a socket on the loopback address, if possible at the preferred port, where the browser stores its text."""
+    for port in (preferred_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
-        )  # asyncio sets TCP_NODELAY only if the protocol is named
+        )  # asyncio only sets TCP_NODELAY if the protocol is given
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, os.name != "nt")
         try:
             bound.bind((HOST, port))
-            bound.listen(64)  # early requests have to wait
+            bound.listen(64)  # requests may arrive before the server runs
         except OSError:
             bound.close()
             if port == 0:
@@ -318,7 +319,7 @@ def bound_socket(name: str) -> socket.socket:
 
 
 class LiveServer(uvicorn.Server):
-    """Server of an editor; run it with its socket."""
+    """Server of an editor."""
 
     def __init__(self, live: Live) -> None:
         config = uvicorn.Config(
@@ -328,7 +329,7 @@ class LiveServer(uvicorn.Server):
         self._live = live
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Cancel the running answer, then shut down."""
+        """Cancel a running answer, and shut down."""
         self._live.worker.cancel()
         await super().shutdown(sockets)
 
@@ -339,22 +340,20 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     Parameters
     ----------
     argument
-        File, shipped scene, or None for an empty sheet.
+        File, shipped scene, or None for a new scene.
     tell
-        Receives the lines for the terminal.
+        Function that prints lines to the terminal.
     browse
-        True to open the page.
+        Whether to open the page in a browser.
     """
     file, name = scene_file(argument)
     bound = bound_socket(str(file.path))
     live = Live(file, name, secrets.token_urlsafe(24), bound.getsockname()[1])
     live.worker.begin()
-    where = "nothing is saved but by download" if file.path is None else f"Save writes {file.path}"
+    where = "save the scene by download" if file.path is None else f"Save writes {file.path}"
     tell(f"{name}: {live.address}\n{where}; Ctrl+C ends it")
-    if live.port != (usual := wished_port(str(file.path))):
-        tell(
-            f"The usual port {usual} is in use, so a text that the browser kept at the usual address is not shown here."
-        )
+    if live.port != (usual := preferred_port(str(file.path))):
+        tell(f"The usual port {usual} is in use. Text that the browser stored at the usual address is not shown.")
     if browse:
         threading.Timer(0.3, webbrowser.open, [live.address]).start()
     with bound, suppress(KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""Scenes carried by web links, and the landing page of such links."""
+"""Web links that contain a scene, and their landing page."""
 
 import zlib
 from base64 import b64encode, urlsafe_b64decode, urlsafe_b64encode
@@ -11,7 +11,7 @@ MARK = "#scene="
 
 
 def fragment(text: str) -> str:
-    """Fragment of a web link with a scene's text, in the format of `web/share.js`.
+    """Return the fragment of a web link that contains the text of a scene, in the format of `web/share.js`.
 
     Examples
     --------
@@ -22,7 +22,7 @@ def fragment(text: str) -> str:
 
 
 def linked(link: str) -> str:
-    """Return the text in a link; raise SceneError if it is damaged."""
+    """Return the text in a link. Raise SceneError if the link is damaged."""
     letters = link.partition(MARK)[2].strip()
     try:
         inflate = zlib.decompressobj()
@@ -38,10 +38,10 @@ SCRIPT = r"""
 const path = localStorage.getItem("live path") ?? "";
 if (/^\/[\w-]+\/$/.test(path)) location.replace(path + location.hash);
 """
-WORDS = """This link carries a mechanism. No editor has been opened at this address in this browser yet, so it cannot be
-shown here. Please copy the link, open the address that <code>deflection-report --live</code> printed in the terminal,
-and paste the link into that page."""
+WORDS = """This link contains a mechanism. No editor has been opened at this address in this browser yet, so it cannot
+be shown here. Please copy the link, open the address that <code>deflection-report --live</code> printed in the
+terminal, and paste the link into that page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
-"""Landing page of web links: forwards to an editor that was open in the browser, or else explains the link."""
+"""Landing page of web links. It forwards to an editor that was open in the browser, or explains the link."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
 POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

@@ -1,4 +1,4 @@
-"""Positions of keys and values in a TOML text, and edits that preserve all other characters."""
+"""Positions of keys and values in a TOML text, and edits that leave all other characters unchanged."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -10,28 +10,28 @@ Path = tuple[str | int, ...]
 Span = tuple[int, int]
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
-OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and booleans; scenes contain no dates
+OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and booleans; a scene contains no dates
 BLANK = re.compile(r"(?:[ \t]*\n)*")
 QUOTES = '"""', "'''", '"', "'"
 
 
 @dataclass(frozen=True)
 class Places:
-    """Spans of the parts of a TOML text, by path; list entries count from 0.
+    """Spans of the parts of a TOML text by path. List entries are numbered from 0.
 
     Attributes
     ----------
     values
-        Span of each value, also within lists and inline tables: first character, one past the last.
+        Span of each value, including values in lists and inline tables. The end of a span is exclusive.
     tables
-        Span of each table with a heading: from the first character of the heading to the end of its last entry's line.
+        Span of each table with a heading, from the start of the heading to the end of the line with the last entry.
     """
 
     values: Mapping[Path, Span]
     tables: Mapping[Path, Span]
 
     def nearest(self, path: Path) -> int | None:
-        """First character of a path's value or table, or of its nearest parent; None if there is none."""
+        """Return the start of the value or table at a path, or of its nearest parent, or None."""
         for length in range(len(path), 0, -1):
             for spans in (self.values, self.tables):
                 if path[:length] in spans:
@@ -41,7 +41,7 @@ class Places:
 
 @dataclass
 class _Scanner:
-    """Scans a valid TOML text once."""
+    """Scanner of a valid TOML text."""
 
     text: str
     at: int = 0
@@ -70,7 +70,7 @@ class _Scanner:
         return Places(self.values, self.tables)
 
     def _entered(self, keys: list[str], double: bool) -> Path:
-        """Path of a heading; for a list of tables, path of its last entry."""
+        """Return the path of a heading. For a list of tables, it is the path of the last entry so far."""
         path: Path = ()
         for number, key in enumerate(keys):
             path = (*path, key)
@@ -81,7 +81,7 @@ class _Scanner:
         return path
 
     def _skip(self) -> bool:
-        """Skip white space and comments; return True if text follows."""
+        """Skip white space and comments. Return True if text follows."""
         while self.at < len(self.text):
             if self.text[self.at] == "#":
                 self.at = self._end_of_line()
@@ -165,14 +165,14 @@ def places(text: str) -> Places:
 
 
 def replaced(text: str, changes: Iterable[tuple[Span, str]]) -> str:
-    """Replace non-overlapping spans of a text."""
+    """Replace spans of a text, which must not overlap."""
     for (begin, end), new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text
 
 
 def as_toml(value: Any) -> str:
-    """Format a value as TOML.
+    """Return a value as TOML.
 
     Examples
     --------
@@ -196,9 +196,9 @@ def _as_key(key: str) -> str:
 
 
 def with_value(text: str, path: Path, value: Any) -> str:
-    """Set a value by its path, replacing it or adding an entry to its table.
+    """Set a value by its path. A new entry is added to its table, which is created if necessary.
 
-    Adds the table if needed. An inline list or table is rewritten to take a new entry.
+    An inline table is written again to add an entry.
     """
     known = places(text)
     if path in known.values:
@@ -219,7 +219,7 @@ def with_value(text: str, path: Path, value: Any) -> str:
 
 
 def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
-    """Add a table after the last one of its kind; if the path ends in a number, add to a list of tables."""
+    """Add a table after the last table of its kind. If the path ends with a number, add to a list of tables."""
     heading = ".".join(_as_key(str(part)) for part in path if not isinstance(part, int))
     heading = f"[[{heading}]]" if isinstance(path[-1], int) else f"[{heading}]"
     lines = [heading, *(f"{_as_key(key)} = {as_toml(value)}" for key, value in entries.items())]
@@ -230,7 +230,7 @@ def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
 
 
 def without(text: str, path: Path) -> str:
-    """Remove a table or an entry; inline lists and tables are rewritten."""
+    """Remove a table or an entry. Inline lists and tables are written again without the entry."""
     known = places(text)
     below = [span for key, span in known.tables.items() if key[: len(path)] == path]
     if below:
@@ -261,5 +261,5 @@ def _siblings(known: Places, above: Path) -> Iterator[Path]:
 
 
 def line_of(text: str, at: int) -> int:
-    """Number of the line that contains a character, from 1."""
+    """Return the number (from 1) of the line that contains a character."""
     return text.count("\n", 0, at) + 1

@@ -1,4 +1,4 @@
-"""Live editor as a widget: requests are notebook messages, so the kernel may run anywhere."""
+"""Live editor as a widget. Requests are notebook messages, so that the kernel can be on another computer."""
 
 import threading
 from typing import Any
@@ -8,7 +8,7 @@ from live.server import WEB, Live, page_file, response_to
 MODULES = ("state", "text", "talk", "symbols", "placing", "view", "layers", "links", "marks", "drawing", "share",
            "graph", "places", "toolbar", "tools", "notices", "shown", "requests", "parts", "entries", "inspector",
            "numbers", "choosing", "file", "handing", "main")  # fmt: skip
-"""Scripts of the page, each after the scripts that it imports."""
+"""Scripts of the page. Each script comes after the scripts that it imports."""
 PAGE = "page.html", "live.css", *(f"{name}.js" for name in MODULES)
 
 
@@ -18,13 +18,13 @@ def widget_of(live: Live) -> Any:
     Raises
     ------
     ModuleNotFoundError
-        If anywidget is not installed.
+        anywidget is not installed.
     """
     import anywidget
     import traitlets
 
     class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
-        """Page of the editor: files, scene name, and address on the kernel's computer."""
+        """Page of the editor: files, name of the scene, and address on the kernel's computer."""
 
         _esm = (WEB / "widget.js").read_text(encoding="utf-8")
         files = traitlets.Dict().tag(sync=True)

@@ -443,12 +443,12 @@ class TestEdits:
         assert tomllib.loads(left) == tomllib.loads(STEEL)
 
     def test_a_table_that_fits_nowhere_is_refused(self):
-        with pytest.raises(EditError, match="choose the drive first"):
+        with pytest.raises(EditError, match="first select the drive"):
             edited(f'{STEEL}\n[[drives]]\nlink = "rocker"\n', {"do": "table", "kind": "motors"})
         for change in ({"kind": "joints"}, {"kind": "cams", "name": "O"}, {"kind": "sweep"}, {"kind": "points"}):
             with pytest.raises(EditError):
                 edited(STEEL, {"do": "table", **change})
-        with pytest.raises(EditError, match="is there already"):
+        with pytest.raises(EditError, match="already exists"):
             edited(f"{STEEL}\n[limits]\nsafety = 2\n", {"do": "table", "kind": "limits"})
 
     @pytest.mark.parametrize(
@@ -915,7 +915,7 @@ class TestCommand:
         said = []
         with server.bound_socket("None"):  # the port of an empty sheet, or another if it is in use already
             assert server.serve(None, said.append, browse=False) == 0
-        assert said[1].startswith(f"The usual port {server.wished_port('None')} is in use")
+        assert said[1].startswith(f"The usual port {server.preferred_port('None')} is in use")
 
     def test_a_terminated_editor_mentions_no_scenes(self, tmp_path):
         command = [sys.executable, "-m", "kinelast", "--live"]
