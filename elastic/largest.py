@@ -73,8 +73,11 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
     """Return the largest known magnitude over the first axis (rows), or the smallest value if `least` is True."""
     value = np.asarray(rows.value)
     row = value.argmin(axis=0) if least else np.where(np.isnan(value), -1.0, np.abs(value)).argmax(axis=0)
-    wide = (np.broadcast_to(each, value.shape) for each in (rows.value, rows.position, rows.xi, rows.gain))
-    value, position, xi, gain = (np.take_along_axis(each, row[None], 0)[0] for each in wide)
+    known = (rows.value, rows.position, rows.xi, rows.gain)
+    value, position, xi, gain = (
+        np.take_along_axis(np.broadcast_to(each, value.shape), row[None], 0)[0] if np.ndim(each) else each
+        for each in known
+    )
     return Largest(value, position, xi, row, gain)
 
 

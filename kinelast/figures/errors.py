@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -176,11 +177,7 @@ def figure_errors(
     if off.moving is not None:
         before = stages[VIBRATION]
         closer = {key: _farther(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before}
-    return (
-        none
-        | errors
-        | {figure.key: _of_items(answer, figure, values, stages, bodies, closer, off, scales) for figure in others}
-    )
+    return none | errors | _of_items(answer, others, values, stages, bodies, closer, off, scales)
 
 
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:
@@ -245,59 +242,88 @@ def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[F
         before = np.abs(_difference(coarser, coarsest)) / QUARTER
         off = np.abs(_difference(peak.value, coarser)) + before
     off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(peak.value))
-    rounded = _round_off(cycle, figure) * np.where(np.isfinite(peak.value), np.abs(peak.value), 0.0)
+    at = np.broadcast_to(peak.position, np.shape(peak.value))
+    size = np.where(np.isfinite(peak.value), np.abs(peak.value), 0.0)
+    rounded = _round_off(cycle, at, figure.of_motion(cycle.scene)) * size
     pairs = zip(off.tolist(), np.broadcast_to(rounded, np.shape(off)).tolist(), strict=True)
     return [FigureError({BETWEEN: between, ROUND_OFF: lost}) for between, lost in pairs]
 
 
 def _of_items(
     answer: Cycle,
-    figure: Figure,
+    figures: Sequence[Figure],
     values: Mapping[str, Any],
     stages: Mapping[str, Mapping[str, Any]],
     bodies: Mapping[str, Any],
     closer: Mapping[str, Any],
     off: Estimate,
     scales: Mapping[str, float],
-) -> list[FigureError]:
-    before = here = values[figure.key]
+) -> dict[str, list[FigureError]]:
+    """Return the errors of all items of figures by key; arrays contain the items of all figures."""
+    if not figures:
+        return {}
+    counts = [len(values[figure.key]) for figure in figures]
+
+    def joined(sizes: Mapping[str, Any]) -> Reals:
+        return np.concatenate([sizes[figure.key] for figure in figures])
+
+    def each(numbers: Iterable[Any]) -> Any:
+        return np.repeat(np.array([*numbers]), counts)
+
+    here = joined(values)
+    power, reciprocal = each(figure.power for figure in figures), each(figure.key in RECIPROCAL for figure in figures)
+    units = [unit for figure in figures for unit in figure.units(answer.scene)]
+    scale = np.array([scales.get(unit, 0.0) for unit in units])
+    finite, first = np.where(np.isfinite(here), here, 0.0), np.cumsum([0, *counts[:-1]])
+
+    def among_items(reduction: np.ufunc, numbers: Reals) -> Reals:
+        return np.repeat(reduction.reduceat(numbers, first), counts)
+
+    base = np.concatenate([reference_deflection(part) for part in np.split(np.abs(finite), first[1:])])
+    wide = among_items(np.maximum, np.where(each(figure.of == POINT for figure in figures), scale, base))
+    wide = np.where(each(figure.over == LEAST for figure in figures), base, wide)  # the smallest values are quotients
+    weakest = among_items(np.minimum, np.where(finite > 0.0, finite, np.inf))  # item with the largest stress
+    wide = np.where(reciprocal, np.square(finite) / weakest, wide)
 
     def change(after: Any, before: Any) -> Reals:
-        return _change_of_stress(after, before, here) if figure.key in RECIPROCAL else _difference(after, before)
+        return np.where(reciprocal, _change_of_stress(after, before, here), _difference(after, before))
 
     parts: dict[str, Reals] = {}
+    before = here
     for name, stage in stages.items():
-        parts[name], before = change(stage[figure.key], before), stage[figure.key]
-    base = reference_deflection(np.where(np.isfinite(here), np.abs(here), 0.0))
-    units = figure.units(answer.scene)
-    scale = np.array([scales.get(unit, 0.0) for unit in units])
-    if figure.key in RECIPROCAL:  # relative errors refer to the largest stress of all items
-        finite = np.where(np.isfinite(here), here, 0.0)
-        wide = np.square(finite) / np.min(finite, where=finite > 0.0, initial=np.inf)
-    elif figure.over == LEAST:  # a quotient
-        wide = base
-    else:
-        wide = np.full(np.shape(here), np.max(scale if figure.of == POINT else base, initial=0.0))
-    known: Any = sum((parts[name] for name in BY_MOTION if name in parts), start=np.zeros(np.shape(here)))
+        after = joined(stage)
+        parts[name], before = change(after, before), after
+    known: Any = sum((parts[name] for name in BY_MOTION if name in parts), start=np.zeros(len(here)))
     away = np.where(known < 0.0, -1.0, 1.0)  # a share has no sign, so it must not cancel known parts
     for name, share in off.shares.items():
-        parts[name] = (away if name in BY_MOTION else 1.0) * figure.power * share * wide
-    if VIBRATION in off.shares and figure.over == AVERAGE:  # without vibration the average may be zero
-        parts[VIBRATION] = np.maximum(parts[VIBRATION], np.square(figure.power * off.shares[VIBRATION]) * scale)
+        parts[name] = (away if name in BY_MOTION else 1.0) * power * share * wide
+    if VIBRATION in off.shares:  # without vibration an average may be zero
+        least = np.square(power * off.shares[VIBRATION]) * scale
+        average = each(figure.over == AVERAGE for figure in figures)
+        parts[VIBRATION] = np.where(average, np.maximum(parts[VIBRATION], least), parts[VIBRATION])
     if TIME in off.shares:
-        moved = [scales.get(unit, 0.0) if unit in DISPLACEMENTS and figure.power else 0.0 for unit in units]
-        forces = [off.forces * figure.power if unit in ("N", "N m") or figure.power > 1.0 else 0.0 for unit in units]
-        parts[TIME] = np.maximum.reduce([parts[TIME], off.shares[TIME] * np.array(moved), np.array(forces) * wide])
-    if figure.remains_of and off.settled:
-        whole = np.max(answer.of(figure.remains_of).value, initial=0.0)
-        parts[TIME] = np.maximum(np.abs(parts.get(TIME, 0.0)), np.full(np.shape(here), off.settled * whole))
-    parts[BEAM_THEORY] = np.abs(change(bodies[figure.key], here))
-    parts[BETWEEN] = np.abs(change(closer[figure.key], here))
-    if figure.follows is not None:
-        parts[BETWEEN] = np.maximum(parts[BETWEEN], answer.pressed_beside)
-    parts[ROUND_OFF] = _round_off(answer, figure) * base
+        moved = np.array([unit in DISPLACEMENTS for unit in units]) & (power != 0.0)
+        pushed = np.array([unit in ("N", "N m") for unit in units]) | (power > 1.0)
+        of_moved, of_forces = np.where(moved, off.shares[TIME] * scale, 0.0), np.where(pushed, off.forces * power, 0.0)
+        parts[TIME] = np.maximum.reduce([parts[TIME], of_moved, of_forces * wide])
+    if off.settled and any(figure.remains_of for figure in figures):
+        whole = [
+            np.max(answer.of(figure.remains_of).value, initial=0.0) if figure.remains_of else 0.0 for figure in figures
+        ]
+        time = parts.get(TIME, np.zeros(len(here)))
+        remaining = each(figure.remains_of is not None for figure in figures)
+        parts[TIME] = np.where(remaining, np.maximum(np.abs(time), off.settled * each(whole)), time)
+    parts[BEAM_THEORY] = np.abs(change(joined(bodies), here))
+    parts[BETWEEN] = np.abs(change(joined(closer), here))
+    if any(figure.follows for figure in figures):
+        beside = [answer.pressed_beside if figure.follows else np.zeros(count)
+                  for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
+        parts[BETWEEN] = np.maximum(parts[BETWEEN], np.concatenate(beside))
+    positions = [np.broadcast_to(answer.of(figure).position, len(values[figure.key])) for figure in figures]
+    parts[ROUND_OFF] = _round_off(answer, np.concatenate(positions), rigid=False) * base
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
-    return [FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows]
+    errors = (FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows)
+    return {figure.key: [*islice(errors, count)] for figure, count in zip(figures, counts, strict=True)}
 
 
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
@@ -330,14 +356,12 @@ def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
     return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
 
 
-def _round_off(answer: Cycle, figure: Figure) -> Reals:
-    """Return the relative round-off of every item at its position.
+def _round_off(answer: Cycle, positions: Any, rigid: bool) -> Reals:
+    """Return the relative round-off at some positions: EPS times a condition number, or EPS at unknown positions.
 
-    It is EPS times the condition of the motion, or of the deflection at positions where links bend.
+    The condition number is that of the `rigid` motion, or else of the deflection if links bend.
     """
-    found = answer.of(figure)
-    at = np.broadcast_to(found.position, np.shape(found.value))
-    return np.where(at >= 0, answer.once(_round_off_at, figure.of_motion(answer.scene))[np.maximum(at, 0)], EPS)
+    return np.where(positions >= 0, answer.once(_round_off_at, rigid)[np.maximum(positions, 0)], EPS)
 
 
 def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
