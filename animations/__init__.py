@@ -1,6 +1,6 @@
-"""Pictures of moving mechanisms: deflection in, diagrams along the moving links out, as stills and films.
+"""Pictures and films of moving mechanisms, with diagrams of the deflection along the links.
 
-Everything is drawn off screen by pyvista, which is imported when the first picture is made.
+Pictures are rendered off screen by pyvista, which is imported when the first picture is made.
 """
 
 from animations.diagrams import DIAGRAMS, Diagram, diagram_named

@@ -1,4 +1,4 @@
-"""Off-screen VTK canvas for meshes of moving points and text."""
+"""Off-screen VTK canvas for moving meshes and text."""
 
 from pathlib import Path
 from typing import Any
@@ -12,17 +12,17 @@ from animations.style import Style, paints
 from rigid import Reals
 from rigid.arrays import Integers
 
-CLIP_DISTANCE = 1e4  # [pixels] from the middle plane, with the solid bodies, to the near and far clipping planes
-FLAT_HEIGHT = 4e3  # [pixels] height of flat shapes drawn over solid bodies
-BACK_LEVELS = ("guide",)  # levels drawn under solid bodies
+CLIP_DISTANCE = 1e4  # [pixels] distance of the clipping planes from the middle plane, which contains the solid bodies
+FLAT_HEIGHT = 4e3  # [pixels] z of flat shapes, which are drawn over solid bodies
+BACK_LEVELS = ("guide",)  # levels that are drawn under solid bodies
 SHADING = {"ambient": 0.5, "diffuse": 0.6, "specular": 0.25, "specular_power": 25}
-COLOUR_SHADING = SHADING | {"ambient": 0.75, "diffuse": 0.4}  # faces towards the viewer get the colours of the legend
-COLOURS = {True: "coolwarm", False: "YlOrRd"}  # matplotlib colour maps, by whether the field is signed
-LABEL_OPACITY = 0.75  # opacity of the background behind labels
+COLOUR_SHADING = SHADING | {"ambient": 0.75, "diffuse": 0.4}  # faces towards the viewer have the colours of the legend
+COLOURS = {True: "coolwarm", False: "YlOrRd"}  # matplotlib colour maps for signed and unsigned fields
+LABEL_OPACITY = 0.75  # opacity of the background of labels
 
 
 class Canvas:
-    """Canvas of a given size, viewed from above, with one unit per pixel."""
+    """Canvas of a given size, viewed from above, on which one unit is one pixel."""
 
     def __init__(self, style: Style) -> None:
         import pyvista as pv
@@ -30,7 +30,7 @@ class Canvas:
         self._paints, self._unit = paints(style.background), style.unit
         self._plotter: Any = pv.Plotter(off_screen=True, window_size=list(style.size))
         window: Any = self._plotter.render_window
-        window.SetDPI(72)  # one point of text height is one pixel
+        window.SetDPI(72)  # a text height of one point is one pixel
         self._plotter.renderer.SetBackground(*self._paints["paper"])
         self._plotter.renderer.SetUseOIT(False)  # order-independent blending is 50 % slower
         self._plotter.enable_anti_aliasing("msaa", multi_samples=8)
@@ -43,17 +43,17 @@ class Canvas:
         camera.parallel_scale = style.size[1] / 2
 
     def close(self) -> None:
-        """Free the window."""
+        """Release the window."""
         self._plotter.close()
 
     def image(self) -> Any:
         """Render and return the image, uint8, shape (height, width, 3)."""
         self._plotter.camera.clipping_range = (1.0, 2 * CLIP_DISTANCE)
-        self._plotter.render()  # a screenshot alone repeats the previous rendering
+        self._plotter.render()  # a screenshot alone would show the previous rendering
         return self._plotter.screenshot(None, return_img=True)
 
     def flat(self, shape: FlatShape, points: Complexes) -> Any:
-        """Add a flat shape: one actor for faces, one for lines on the same points."""
+        """Add a flat shape, with one actor for its faces and one for its lines on the same points."""
         import pyvista as pv
 
         mesh = pv.PolyData()
@@ -76,7 +76,7 @@ class Canvas:
         return mesh
 
     def solid(self, body: SolidShape, points: Reals, normals: Reals, most: float, signed: bool) -> Any:
-        """Add a solid body, coloured by its values up to `most` if it has any."""
+        """Add a solid body. If it has values, they colour it on a scale that ends at `most`."""
         import pyvista as pv
 
         mesh = pv.PolyData()
@@ -94,7 +94,7 @@ class Canvas:
         return mesh
 
     def colour_bar(self, low: complex, high: complex, signed: bool) -> None:
-        """Add a colour bar between two corners, from left to right."""
+        """Add a horizontal colour bar between two opposite corners."""
         import pyvista as pv
 
         x = np.linspace(low.real, high.real, 65)
@@ -116,14 +116,14 @@ class Canvas:
         )
 
     def write(self, words: Words, over: bool = False) -> Any:
-        """Add text; `over` dims the drawing behind it."""
+        """Add text. If `over` is True, the drawing behind it is dimmed."""
         from vtkmodules.vtkRenderingCore import vtkTextActor
         from vtkmodules.vtkRenderingFreeType import vtkMathTextFreeTypeTextRenderer  # noqa: F401
 
         actor = vtkTextActor()
         actor.SetInput(words.text)
         style = actor.GetTextProperty()
-        style.SetFontFamily(4)  # use a font file: VTK's built-in fonts lack Greek letters
+        style.SetFontFamily(4)  # use a font file, because the built-in fonts of VTK lack Greek letters
         style.SetFontFile(str(font_file()))
         style.SetFontSize(max(round(words.height), round(MIN_LETTER_HEIGHT)))
         style.SetColor(*self._paints[words.ink])
@@ -138,14 +138,14 @@ class Canvas:
 
 
 def font_file() -> Path:
-    """Path of the DejaVu Sans font that matplotlib installs."""
+    """Return the path of the DejaVu Sans font that matplotlib installs."""
     import matplotlib as mpl
 
     return Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 
 
 def move(mesh: Any, points: Any) -> None:
-    """Overwrite the points of a mesh, given complex (plane) or in space."""
+    """Set the points of a mesh, given as complex numbers in the plane or as vectors in space."""
     if np.iscomplexobj(points):
         mesh.points[:, 0] = points.real
         mesh.points[:, 1] = points.imag
@@ -155,5 +155,5 @@ def move(mesh: Any, points: Any) -> None:
 
 
 def cells(parts: Cells) -> Integers:
-    """Encode polygons or polylines for VTK: each preceded by its number of points."""
+    """Encode polygons or polylines for VTK, each preceded by its number of points."""
     return np.concatenate([np.concatenate([[len(part)], part]) for part in parts])

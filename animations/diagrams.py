@@ -1,4 +1,4 @@
-"""Diagrams that can be drawn, and the format of numbers in drawings."""
+"""Available diagrams, and formatting of numbers in drawings."""
 
 import math
 from collections.abc import Callable
@@ -16,10 +16,10 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 @dataclass(frozen=True)
 class Diagram:
-    """Field drawn across the links.
+    """Field that is drawn across the links.
 
-    `field` is a key of `elastic.FIELDS`, or None for the deformed shape and for the bare motion. `signed`: the field
-    can be negative.
+    `field` is a key of `elastic.FIELDS`, or None for the deformed shape and for the motion alone. `signed` is True if
+    the field can be negative.
     """
 
     title: str
@@ -38,12 +38,12 @@ DIAGRAMS = {
 
 
 def diagram_named(name: str) -> Diagram:
-    """Look up a diagram by its name or by its field's key.
+    """Look up a diagram by its name or by the key of its field.
 
     Raises
     ------
     ValueError
-        The name is unknown; the message lists the known names.
+        If the name is unknown. The message lists the known names.
     """
     if name in FIELDS:
         name = FIELDS[name].slug
@@ -53,19 +53,22 @@ def diagram_named(name: str) -> Diagram:
 
 
 def displacements(deflection: Deflection) -> Complexes:
-    """Displacements u + i w of the beams at 49 stations [m], shape (beams, positions, stations)."""
+    """Return the displacements u + i w of the beams at `STATIONS` [m], shape (beams, positions, stations)."""
     return sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
 
 
 def values_of(deflection: Deflection, diagram: Diagram) -> Reals:
-    """Field of a diagram, or magnitude of the displacements, at 49 stations, shape (beams, positions, stations)."""
+    """Return the field of a diagram, or the magnitude of the displacement, at `STATIONS`.
+
+    The shape is (beams, positions, stations).
+    """
     if diagram.field is None:
         return np.abs(displacements(deflection))
     return sample(deflection, diagram.field, STATIONS)
 
 
 def peak(deflection: Deflection, diagram: Diagram) -> float:
-    """Largest absolute value of a diagram [field unit], or displacement of the shape [m]."""
+    """Return the largest magnitude of the field of a diagram, or the largest displacement [m] of the deformed shape."""
     if diagram is MOTION:
         return 0.0
     if diagram.field is None:
@@ -88,9 +91,9 @@ def round_below(value: float) -> float:
 
 
 def steady(greatest: float, unit: str) -> Callable[[float], str]:
-    """Formatter with one prefix and number of decimals for all values up to `greatest`.
+    """Return a formatter that uses the same prefix and number of decimals for all values up to `greatest`.
 
-    Films use it, so that the text keeps its width.
+    It keeps the width of the text constant in films.
 
     >>> written = steady(0.0627, "s")
     >>> written(0.0005), written(0.0627)
@@ -128,5 +131,5 @@ def times(exaggeration: float) -> str:
 
 
 def _exponent(size: float) -> int:
-    """Exponent of the SI prefix for a value, a multiple of three."""
+    """Return the exponent of the SI prefix for a value, which is a multiple of three."""
     return min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0

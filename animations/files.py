@@ -1,4 +1,4 @@
-"""Export of pictures and films to files, and rendering without a screen."""
+"""Export of pictures and films, and rendering without a screen."""
 
 import os
 import subprocess
@@ -27,13 +27,13 @@ CODECS: dict[str, dict[str, Any]] = {
     ".mp4": {
         "codec": "libx264",
         "quality": 8,
-        "output_params": ["-preset", "veryfast"],  # half the time of "medium" for files of the same size
+        "output_params": ["-preset", "veryfast"],  # takes half the time of "medium" for the same file size
     },
-    ".gif": {  # palette of the first frames, which include the legend: a palette of all frames exhausts the memory
+    ".gif": {  # the palette is that of the first frames, which include the legend; all frames would exhaust the memory
         "codec": "gif",
         "pix_fmt_out": "pal8",
         "quality": None,
-        "bitrate": "1M",  # set to prevent a guess; the codec ignores it
+        "bitrate": "1M",  # ignored by the codec, but set to prevent a guess
         "output_params": [
             "-filter_complex",
             "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
@@ -70,11 +70,11 @@ def stills(
     diagram
         One of `DIAGRAMS`.
     positions
-        Position numbers.
+        Indices of the positions.
     path
-        A .png file. If there are several positions, each file name ends in the position number.
+        A .png file. If there are several positions, each file name ends with the index of the position.
     on_frame
-        Called after each picture with the number of pictures done and the total.
+        Function that is called after each picture with the number of finished pictures and the total.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def stills(
     Raises
     ------
     ValueError
-        A position is unknown or singular, or the diagram or file type is unknown.
+        If a position is unknown or singular, or the diagram or file type is unknown.
     RenderingUnavailable
         The machine has no OpenGL.
     """
@@ -92,7 +92,7 @@ def stills(
     count = deflection.motion.columns[-1]
     for position in positions:
         if not 0 <= position < count:
-            raise ValueError(f"position {position} is not among the {count} positions, 0 to {count - 1}")
+            raise ValueError(f"there is no position {position}: choose from 0 to {count - 1}")
         if position not in possible:
             raise ValueError(f"position {position} cannot be drawn: it is singular or out of reach")
     digits = len(str(count - 1))
@@ -114,18 +114,18 @@ def movie(
     on_frame: Progress | None = None,
     rate: float = RATE,
 ) -> tuple[Path, ...]:
-    """Write a film of a diagram over all positions.
+    """Write a film of a diagram over the motion.
 
     Parameters
     ----------
     diagram
         One of `DIAGRAMS`.
     path
-        A .mp4 or .gif file, or .png for numbered stills.
+        A .mp4 or .gif file, or a .png file for numbered stills.
     frames
-        Number of evenly spaced positions; if None, every drawable position, up to 120 frames.
+        Number of frames, at evenly spaced positions. The default is one frame per drawable position, at most 120.
     on_frame
-        Called after each frame with the number of frames done and the total.
+        Function that is called after each frame with the number of finished frames and the total.
     rate
         Frames per second.
 
@@ -136,7 +136,7 @@ def movie(
     Raises
     ------
     ValueError
-        More frames than positions, or an unknown diagram or file type.
+        If there are more frames than positions, or the diagram or file type is unknown.
     RenderingUnavailable
         The machine has no OpenGL.
     """
@@ -151,7 +151,7 @@ def movie(
 
 
 def pace_words(time: Any, chosen: Sequence[int], rate: float) -> str:
-    """Describe the film's speed relative to the machine; "" if the times are unknown.
+    """Describe the speed of the film relative to the machine, or return "" if the times are unknown.
 
     >>> pace_words(np.linspace(0.0, 0.1, 51), range(51), 25.0)
     'slow motion 1 : 20'
@@ -203,7 +203,7 @@ def _of_type(path: str | Path, types: tuple[str, ...]) -> Path:
 
 @contextmanager
 def _complete(path: Path) -> Iterator[Path]:
-    """Temporary name next to `path`, renamed to `path` on success."""
+    """Yield a temporary path in the same folder, which is renamed to `path` on success."""
     unfinished = path.with_name(f".{path.stem}.part{path.suffix.lower()}")
     try:
         yield unfinished
@@ -220,7 +220,7 @@ def _save(path: Path, image: Any) -> None:
 
 
 def _write(path: Path, images: Iterator[Any], rate: float) -> None:
-    """Write a film through ffmpeg, frame by frame."""
+    """Write a film frame by frame through ffmpeg."""
     from imageio_ffmpeg import write_frames
 
     first = next(images)
@@ -235,32 +235,32 @@ def _write(path: Path, images: Iterator[Any], rate: float) -> None:
 
 
 class RenderingUnavailable(RuntimeError):  # noqa: N818 - names the condition, not an error
-    """Rendering is impossible on this machine; the message names the library to install."""
+    """Raised if this machine cannot render; the message names the library to install."""
 
 
 @cache
 def probe() -> str | None:
-    """Find a kind of window that renders, in a child process, once per process.
+    """Find a VTK window class that works, by a trial in a child process. The result is cached.
 
     Returns
     -------
-    VTK class name of the window, or None for VTK's default.
+    Name of the window class, or None for the default of VTK.
 
     Raises
     ------
     RenderingUnavailable
-        No kind of window renders.
+        If no window class works.
     """
     chosen: tuple[str | None, ...] = (None,)
     if sys.platform.startswith("linux") and WINDOW not in os.environ:
-        chosen = (*OFF_SCREEN, None)  # these need no display; the one named in the environment may not exist
+        chosen = (*OFF_SCREEN, None)  # these need no display, and the display named in the environment may not exist
     for window in chosen:
         if _renders(window):
             return window
     raise RenderingUnavailable(
         "pictures need OpenGL, and rendering an empty window failed. On Debian or Ubuntu install it by "
         "`sudo apt install libegl1 libgl1`, or software rendering alone by `sudo apt install libosmesa6`. "
-        "All else works without: motion, deflection, reports, tables, finite element checks and meshes."
+        "Everything else works without OpenGL: motion, deflection, reports, tables, finite element checks and meshes."
     )
 
 
@@ -277,14 +277,14 @@ def _renders(window: str | None) -> bool:
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """Use the window class that `probe` found, and raise VTK's errors at the end.
+    """Render with the window class found by `probe`, and raise errors of VTK at the end.
 
     Raises
     ------
     RenderingUnavailable
         See `probe`.
     RuntimeError
-        VTK reported an error.
+        If VTK reported an error.
     """
     window = probe()
     import pyvista as pv

@@ -1,4 +1,4 @@
-"""Moving labels: names of points and links, and the peak value."""
+"""Labels that move with the mechanism: names of points and links, and the peak value."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,31 +18,32 @@ from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # candidate directions from a point to its name
-PLACES = (24, 17, 31, 10, 38)  # stations of a beam for the name of its link, of `STATIONS`
+# candidate directions from a point to its name, and from the end of the peak's ordinate to its value
+SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))
+PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))
+PLACES = (24, 17, 31, 10, 38)  # indices of the `STATIONS` at which the name of a link may be placed
 GAPS = (0.25, 1.0, 2.0, 3.0)  # distances of a label from its point or link, in letter heights
-PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # directions from the ordinate's end
-PEAK_GAPS = (0.0, 0.8, 1.6)  # additional distances from the ordinate's end, in letter heights
-DOT_RADIUS = 0.35  # radius of the peak dot, relative to a pin's diameter
-# Costs of a label at a position, in letter heights of a hidden line one pixel wide.
-FARTHER_COST, LATER_COST = 2.0, 0.2  # at the next distance, at the next place of the link
-WRONG_POINT_COST, OUTSIDE_COST, LEFT_OUT_COST = 25.0, 50.0, 200.0  # nearer to another point, partly outside, no label
+PEAK_GAPS = (0.0, 0.8, 1.6)  # additional distances from the end of the ordinate, in letter heights
+DOT_RADIUS = 0.35  # radius of the dot at the peak, relative to the diameter of a pin
+# Costs of a label at a position, relative to hiding a line that is one letter height long and one pixel wide.
+FARTHER_COST, LATER_COST = 2.0, 0.2  # for the next distance, for the next place along the link
+WRONG_POINT_COST, OUTSIDE_COST, LEFT_OUT_COST = 25.0, 50.0, 200.0  # nearer to another point, partly outside, hidden
 CHANGE_COST = 100.0  # for a label that changes its side, distance or visibility between two sampled positions
 
 
 def name_labels(
     deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float, stack: Stack | None = None
 ) -> list[Label]:
-    """Place the requested names on no link, on few other lines, and with few changes of sides.
+    """Place the requested names so that they cover no link and few other lines, and seldom change sides.
 
-    A name without such a place is hidden. Names of points come before names of links.
+    A name is hidden at positions at which this is impossible. Names of points are placed before names of links.
 
     Parameters
     ----------
     ink
-        Everything drawn, at a sample of positions.
+        Everything that is drawn, at a sample of positions.
     moved
-        Exaggeration of the displacements.
+        Exaggeration factor of the displacements.
     stack
         Layers of the links, if they are drawn solid.
     """
@@ -75,7 +76,10 @@ def name_labels(
 
 
 def _around(place: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
-    """Candidate middles of a name at the sides of a place, shape (candidates, positions), and their costs."""
+    """Return candidate positions of a name around a point, shape (candidates, positions), and their costs.
+
+    `half` is the half size of the text and `free` the radius to keep free around the point.
+    """
     corners = SIDES / np.maximum(np.abs(SIDES.real), np.abs(SIDES.imag))
     ways = np.concatenate([_reach(corners, half) + SIDES * (free + gap * height) for gap in GAPS])
     there: Complexes = place + ways[:, None]
@@ -84,12 +88,12 @@ def _around(place: Complexes, half: complex, free: float, height: float) -> tupl
 
 
 def _beside(line: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
-    """Candidate middles of a name on both sides of a beam, shape (candidates, positions), and their costs.
+    """Return candidate positions of a name on both sides of a beam, shape (candidates, positions), and their costs.
 
     Parameters
     ----------
     line
-        The beam's stations [pixels], complex, shape (positions, stations).
+        Axis of the beam at the stations [pixels], complex, shape (positions, stations).
     """
     chord = line[:, -1] - line[:, 0]
     across = 1j * chord / np.maximum(np.abs(chord), 1e-9)
@@ -103,7 +107,7 @@ def _beside(line: Complexes, half: complex, free: float, height: float) -> tuple
 def _label(
     text: str, height: float, colour: str, there: Complexes, cost: Reals, style: Style, ink: Ink, others: list[Label]
 ) -> Label:
-    """Choose among candidate middles of a name, or hide it, at each position."""
+    """Choose one of the candidate positions of a name at each position of the mechanism, or hide the name."""
     half, steps = half_of(text, height), np.arange(there.shape[1])
     inside = kept_inside(there, half, style)
     cost = cost + OUTSIDE_COST * (np.abs(inside - there) > 0)
@@ -118,7 +122,7 @@ def _label(
 
 
 def _sides(cost: Reals) -> Integers:
-    """Return the side at each position that minimises the cost, shape (positions, sides), plus that of changes."""
+    """Choose the side at each position for which the total of `cost`, (positions, sides), and changes is smallest."""
     best, before = cost[0], []
     for here in cost[1:]:
         stays = best <= best.min() + CHANGE_COST
@@ -131,20 +135,20 @@ def _sides(cost: Reals) -> Integers:
 
 
 def _reach(way: Complexes, half: complex) -> Complexes:
-    """Offset from the edge of a text box to its middle, in a direction [pixels]."""
+    """Return the offset from the edge of a text box to its centre, in a given direction [pixels]."""
     return way.real * half.real + 1j * way.imag * half.imag
 
 
 @dataclass(frozen=True, eq=False)
 class LargestValue:
-    """Largest value of a diagram at each position, from 49 stations per beam.
+    """Value of the largest magnitude of a diagram at each position, over `STATIONS` of all beams.
 
     Attributes
     ----------
     value, place, along
-        Value, end of its ordinate [m], and direction of its beam, complex.
+        Value, end of its ordinate [m] and direction of its beam, complex.
     depth
-        Depth of its beam, if drawn solid [m].
+        Depth of its beam [m], zero unless the links are solid.
     """
 
     value: Reals
@@ -156,7 +160,7 @@ class LargestValue:
 def peak_of(
     deflection: Deflection, diagram: Diagram, scales: Scales, view: View, stack: Stack | None = None
 ) -> LargestValue:
-    """Find the value of largest magnitude at each position."""
+    """Find the value of the largest magnitude at each position."""
     values = values_of(deflection, diagram)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
     beam, station = np.unravel_index(sizes.reshape(len(sizes), -1).argmax(-1), sizes.shape[1:])
@@ -173,7 +177,7 @@ def peak_of(
 
 
 def _axes(deflection: Deflection, scales: Scales) -> Complexes:
-    """Axes of the beams as drawn [m], complex, shape (positions, beams, stations)."""
+    """Return the axes of the beams as drawn [m], complex, shape (positions, beams, stations)."""
     axes = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
     return np.array([axes(position) for position in range(deflection.motion.columns[-1])])
 
@@ -189,12 +193,12 @@ def peak_label(
     stack: Stack | None = None,
     ink: Ink | None = None,
 ) -> tuple[Complexes, Label]:
-    """Label the value of largest magnitude at each position.
+    """Label the value of the largest magnitude at each position.
 
     Parameters
     ----------
     names, marks
-        Labels and lines to avoid if possible, in addition to the links.
+        Labels and lines that the label should not cover, in addition to the links.
     stack
         Layers of the links, if they are drawn solid.
     ink
@@ -202,7 +206,7 @@ def peak_label(
 
     Returns
     -------
-    Its position [m], complex, shape (positions,), and the label.
+    Position of the value [m], complex, shape (positions,), and the label.
     """
     peak = peak_of(deflection, diagram, scales, view, stack)
     value, place, along, depth = peak.value, peak.place, peak.along, peak.depth

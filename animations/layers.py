@@ -1,4 +1,4 @@
-"""Layers of solid links, so that overlapping links never share one."""
+"""Layers of solid links, chosen such that overlapping links are in different layers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from animations.shapes import Complexes
 from rigid import Reals
 
-LAYER_PITCH = 1.2  # distance between neighbouring layers, relative to their thickness
-SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # directions in which extents are measured
-PIERCING_COST = 3.0  # [layers] an axle may be this much longer if it then avoids an unrelated link
+LAYER_PITCH = 1.2  # distance between neighbouring layers, relative to their mean thickness
+SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # directions in which the extents of bodies are measured
+PIERCING_COST = 3.0  # [layers] an axle may be this much longer to avoid one unrelated link
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Positions of the links across the plane of motion.
+    """Positions of the links normal to the plane of motion.
 
     Attributes
     ----------
     layer
-        Layer number of each link; the ground, behind all others, has -1.
+        Index of the layer of each link. The ground is behind all others and has the index -1.
     middle, thick
-        z of each link's mid-plane and thickness of its layer [m].
+        z of the mid-plane of each link, and thickness of its layer [m].
     """
 
     layer: Sequence[int]
@@ -34,7 +34,7 @@ class Stack:
 
 
 def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
-    """Stack the layers, each as thick as its thickest link; the ground copies the first layer."""
+    """Stack the layers. Each is as thick as its thickest link, and that of the ground as thick as the first one."""
     of_layer = [0.0] * (max(layer_of) + 1)
     for layer, each in zip(layer_of[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)
@@ -47,17 +47,17 @@ def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
 
 
 def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Reals]]) -> list[int]:
-    """Assign a layer to each link; the ground has layer -1.
+    """Assign a layer to each link; the ground gets layer -1.
 
-    Links whose bodies overlap get different layers. Among the valid assignments, axles should be short and pass through
-    few links that they do not join. A local search changes one link or swaps two layers while this reduces the cost.
+    Overlapping links get different layers. Axles should be short and pass through few links that they do not join. A
+    local search moves a link to another layer, or swaps two layers, as long as this reduces the cost.
 
     Parameters
     ----------
     bodies
         Extents of the parts of each link, see `reach`; empty for the ground.
     pins
-        Sets of links joined by an axle, with the axle's extent.
+        For each axle, the set of links that it joins, and its extent.
     """
     links = range(len(bodies))
     meeting = [(a, b) for a, b in combinations(links, 2) if meet(bodies[a], bodies[b])]
@@ -86,34 +86,34 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
 
 
 def _without_gaps(assigned: Sequence[int]) -> list[int]:
-    """Renumber the layers without gaps."""
+    """Renumber the layers such that no number is unused."""
     taken = sorted(set(assigned))
     return [taken.index(layer) - 1 for layer in assigned]
 
 
 def reach(points: Complexes, radius: float) -> Reals:
-    """Extent of points in each direction of `SIDES`, plus a margin [m].
+    """Return the extent of points in each direction of `SIDES`, plus a margin [m].
 
     Parameters
     ----------
     points
-        Shape (positions, points).
+        Points of a body, shape (positions, points).
 
     Returns
     -------
-    Shape (positions, sides).
+        Array of shape (positions, sides).
     """
     return (np.conj(SIDES) * points[..., None]).real.max(axis=1) + radius
 
 
 def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
-    """Whether the convex hulls of two bodies' parts overlap at any position."""
+    """Return whether the convex hulls of any parts of two bodies overlap at any position."""
     if not some or not others:
         return False
-    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # compare whole bodies first, which rules out most pairs
+    near = _over(np.max(some, axis=0), np.max(others, axis=0))  # a comparison of whole bodies rules out most pairs
     return bool(near.any()) and any(bool(_over(one[near], other[near]).any()) for one in some for other in others)
 
 
 def _over(one: Reals, other: Reals) -> NDArray[Any]:
-    """Whether two hulls overlap at each position: no direction of `SIDES` separates them."""
+    """Return for each position whether two hulls overlap, i.e. no direction of `SIDES` separates them."""
     return np.all(one + np.roll(other, len(SIDES) // 2, axis=-1) > 0, axis=-1)

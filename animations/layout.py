@@ -1,4 +1,4 @@
-"""Scales and view of a picture, the same at all positions."""
+"""Scales and view of a picture, which are the same at all positions."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from elastic import Deflection, sample
 from rigid import Reals, position_of
 from symbols import PIN_RADIUS
 
-MAX_ORDINATE = 0.17  # largest ordinate, relative to the mechanism's size
-MAX_DISPLACEMENT = 0.10  # largest displacement with automatic exaggeration, relative to the mechanism's size
-# pin diameter and its minimum, relative to the mechanism's size; its maximum, relative to the shortest link
+MAX_ORDINATE = 0.17  # largest ordinate, relative to the size of the mechanism
+MAX_DISPLACEMENT = 0.10  # largest displacement with automatic exaggeration, relative to the size of the mechanism
+# diameter of a pin and its minimum, relative to the size of the mechanism; its maximum, relative to the shortest link
 PIN_SIZE, MIN_PIN_SIZE, MAX_PIN_SHARE = 0.026, 0.009, 0.4
-HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # heights of title and legend, and margin, relative to `Style.unit`
-TILT, YAW = np.radians(28.0), np.radians(-18.0)  # view direction of solid links: from above and from the left
+HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # heights of title and legend, and width of the margin, relative to `Style.unit`
+TILT, YAW = np.radians(28.0), np.radians(-18.0)  # view of solid links, from above and from the left
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class Scales:
     Attributes
     ----------
     peak
-        Largest absolute value of the diagram over the cycle [its unit].
+        Largest magnitude of the diagram over the cycle [unit of the field].
     scale
-        Ordinate length per unit of the field [m].
+        Length of an ordinate per unit of the field [m].
     exaggeration
-        Scale factor of the displacements.
+        Exaggeration factor of the displacements.
     pin
         Diameter of a pin [m].
     size
@@ -55,12 +55,12 @@ class Scales:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Transform from mechanism coordinates to pixels.
+    """Transformation from mechanism coordinates to pixels.
 
     Attributes
     ----------
     corner, pixels
-        Lower left corner of the picture in view coordinates [m], and pixels per metre.
+        Lower left corner of the picture in view coordinates [m], and number of pixels per metre.
     turn
         Rotation from (x, y, z) to (right, up, towards the viewer), shape (3, 3).
     """
@@ -70,11 +70,11 @@ class View:
     turn: Reals
 
     def flat(self, points: Complexes) -> Complexes:
-        """Project points of the plane of motion [m] to pixels, complex."""
+        """Project points in the plane of motion [m] to pixels, complex."""
         return (_seen(points, self.turn) - self.corner) * self.pixels
 
     def aside(self, z: float) -> complex:
-        """In-plane shift [m] that looks the same as a shift by z."""
+        """Return the shift in the plane of motion [m] that looks the same as a shift by z."""
         right, up = np.linalg.solve(self.turn[:2, :2], self.turn[:2, 2] * z)
         return complex(right, up)
 
@@ -84,7 +84,7 @@ class View:
 
 
 def turn_of(look: str) -> Reals:
-    """Rotation of the view for a look, see `View.turn`."""
+    """Return the rotation of the view for a look, see `View.turn`."""
     if look == "plain":
         return np.eye(3)
     c, s = np.cos((TILT, YAW)), np.sin((TILT, YAW))
@@ -93,16 +93,16 @@ def turn_of(look: str) -> Reals:
 
 
 def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
-    """Numbers of the positions that can be drawn, i.e. that are neither singular nor unreachable.
+    """Return the indices of the positions that can be drawn, i.e. that are neither singular nor unreachable.
 
     Raises
     ------
     ValueError
-        There are several designs, no drawable position, or a diagram but no beam.
+        If there are several designs, no position can be drawn, or a diagram is requested but there is no beam.
     """
     motion = deflection.motion
     if len(motion.columns) != 1:
-        raise ValueError(f"pictures show one design, and these columns have shape {motion.columns}: take one design")
+        raise ValueError(f"columns of shape {motion.columns}: pictures show only one design")
     if not deflection.sections and diagram is not MOTION:
         raise ValueError('no link has beams: choose the diagram "motion"')
     parts: list[Any] = [motion.origin]
@@ -112,7 +112,7 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
         values = sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)
         beams_known = np.isfinite(values).any(axis=(1, 2))
         if len(values) and not beams_known.any() and np.isfinite(deflection.w).any():
-            raise ValueError(f"the {diagram.title} is not known: the sections have no dimensions")
+            raise ValueError(f"the {diagram.title} is unknown, because the sections have no dimensions")
         parts.append(values[beams_known])
     good = np.logical_and.reduce([np.isfinite(part).all(axis=tuple(range(part.ndim - 1))) for part in parts])
     if not good.any():
@@ -121,12 +121,12 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
 
 
 def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
-    """Choose scales that suit every position.
+    """Choose scales that are suitable for all positions.
 
     Raises
     ------
     ValueError
-        See `drawable`; also if the mechanism has no extent.
+        If `drawable` raises it, or the mechanism has no extent.
     """
     skeleton = _skeleton(deflection)[:, drawable(deflection, diagram)]
     size = float(max(np.ptp(skeleton.real), np.ptp(skeleton.imag)))
@@ -144,7 +144,7 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
 
 
 def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
-    """Fit all points, given in view coordinates [m], between title and legend."""
+    """Return the view that fits all points, given in view coordinates [m], between title and legend."""
     seen = list(places)
     (left, right), (low, high) = (
         (min(part.min() for part in parts), max(part.max() for part in parts))
@@ -171,14 +171,14 @@ def _seen(points: Complexes, turn: Reals) -> Complexes:
 
 
 def _skeleton(deflection: Deflection) -> Complexes:
-    """Positions of all points of all links, shape (points, positions)."""
+    """Return the positions of all points of all links, shape (points, positions)."""
     motion = deflection.motion
     links = enumerate(motion.mechanism.links)
     return np.array([position_of(motion, at, name) for at, link in links for name in link.points])
 
 
 def _shortest(deflection: Deflection) -> float:
-    """Shortest distance between two points of a moving link [m], or infinity."""
+    """Return the shortest distance between two points of a moving link [m], or infinity if there is none."""
     links = deflection.motion.mechanism.links[1:]
     ways = (abs(complex(one - other)) for link in links for one, other in combinations(link.points.values(), 2))
     return min((way for way in ways if way), default=np.inf)

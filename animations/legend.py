@@ -1,4 +1,4 @@
-"""Title, scales, colour legend and drive coordinates around a mechanism."""
+"""Title, scales, colour legend and drive coordinates around the drawing."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from animations.shapes import BENT, FILL_OPACITY, INK, NEGATIVE, POSITIVE, QUIET
 from animations.style import Style
 from elastic import Deflection
 
-LETTER_WIDTH = 0.62  # average letter width, relative to its height
+LETTER_WIDTH = 0.62  # average width of a letter, relative to its height
 MIN_LETTER_HEIGHT = 7.0  # [pixels] smallest readable letter height
 
 
@@ -19,7 +19,7 @@ MIN_LETTER_HEIGHT = 7.0  # [pixels] smallest readable letter height
 class Words:
     """Line of text at a position in pixels from the lower left corner.
 
-    `side` aligns it: -1 starts there, 0 is centred, +1 ends there.
+    `side` is its alignment: -1 if the text starts at the position, 0 if it is centred, +1 if it ends there.
     """
 
     text: str
@@ -30,7 +30,7 @@ class Words:
 
 
 def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
-    """Title and diagram name at the top left, and space for the drives' text at the top right."""
+    """Return the title and diagram name at the top left, and an empty line for the drives at the top right."""
     (width, height), unit = style.size, style.unit
     left = MARGIN * unit
     kind = f"{diagram.title} {diagram.symbol}".strip()
@@ -49,7 +49,7 @@ def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> li
 
 
 def drive_words(deflection: Deflection) -> Callable[[int], str]:
-    """Formatter for the drive coordinates and the time at a position."""
+    """Return a formatter for the drive coordinates and the time at a position."""
     motion = deflection.motion
     counted = np.array_equal(motion.time, np.arange(len(motion.time)))
     time = steady(np.abs(motion.time).max(), "s")
@@ -67,14 +67,14 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
 
 
 def _within_turn(angle: float) -> float:
-    """Angle in degrees, from 0 to below 360 after rounding to one decimal."""
+    """Return an angle in degrees that is from 0 to less than 360 after rounding to one decimal."""
     within = float(np.degrees(angle)) % 360.0
     return 0.0 if within >= 359.95 else within
 
 
 @dataclass(frozen=True)
 class Legend:
-    """Scale bars, text, and the corners of the colour bar [pixels], if any."""
+    """Scale bars, text, and the corners of the colour bar if there is one [pixels]."""
 
     shapes: list[FlatShape]
     words: list[Words]
@@ -82,7 +82,7 @@ class Legend:
 
 
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
-    """Legend along the bottom: ordinate scale, meaning of the colours, length scale."""
+    """Return the legend along the bottom: ordinate scale, meaning of the colours, and length scale."""
     unit = style.unit
     letter, middle = max(0.026 * unit, MIN_LETTER_HEIGHT), 0.5j * FOOT * unit
     shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)
@@ -126,9 +126,9 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
 
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[FlatShape], list[Words]]:
-    """Labelled length scale on the right."""
+    """Return the length scale on the right with its label."""
     start, end = view.flat(np.array([0j, 1.0]))
-    metre = float(abs(end - start))  # a horizontal metre is foreshortened in a rotated view
+    metre = float(abs(end - start))  # horizontal lengths are foreshortened in a rotated view
     value = round_below(9.0 * letter / metre)
     ends = np.array([right - value * metre, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)
@@ -136,7 +136,7 @@ def _length(view: View, right: float, middle: float, letter: float) -> tuple[lis
 
 
 def _bar(ends: Complexes, tick: float) -> FlatShape:
-    """Scale bar with a tick at each end."""
+    """Return a scale bar with a tick at each end."""
     across = 1j * (ends[1] - ends[0]) / abs(ends[1] - ends[0]) * tick
     points = np.concatenate([ends, ends + across, ends - across])
     lines = (np.array([0, 1]), np.array([2, 4]), np.array([3, 5]))
@@ -148,7 +148,7 @@ def _stroke(ends: Complexes, width: float, ink: str = INK) -> FlatShape:
 
 
 def _patch(corners: Complexes, fill: str) -> FlatShape:
-    """Colour sample with the opacity of the diagrams."""
+    """Return a colour sample with the opacity of the diagrams."""
     ring = np.arange(4)
     return FlatShape(
         "fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=FILL_OPACITY

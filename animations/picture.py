@@ -1,4 +1,4 @@
-"""Picture of a mechanism and its extent, built once and then updated for each position."""
+"""Picture of a mechanism, which is built once and then updated for each position."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -35,23 +35,23 @@ from rigid import Reals
 from rigid.arrays import Integers
 from symbols import DRIVE, JOINTS, hull, marks_of
 
-MAX_SAMPLES = 120  # maximum number of positions used for the view and the labels
-MAX_SOLID_SAMPLES = 40  # how many of these are used for solid bodies
-MIN_SYMBOL_SIZE = 0.0145  # smallest symbol size of a drive's arrow, relative to the mechanism's size
+MAX_SAMPLES = 120  # maximum number of positions used to fit the view and to place the labels
+MAX_SOLID_SAMPLES = 40  # same, for the solid bodies in the view
+MIN_SYMBOL_SIZE = 0.0145  # smallest size of the arrow of a drive, relative to the size of the mechanism
 PARTS = 6  # number of convex pieces that approximate a bent beam
 
 
 class Picture:
-    """Picture of a diagram, shown at one position after another.
+    """Picture of a diagram that can be shown at one position after another.
 
-    Create it inside `files.off_screen`, and close it or use it in a `with` statement.
+    Create it inside `files.off_screen`, and close it or use it as a context manager.
 
     Attributes
     ----------
     scales, view
-        The same for all positions.
+        Scales and view, which are the same for all positions.
     shapes, meshes
-        Flat shapes and their meshes, reused for all positions.
+        Flat shapes and their meshes, which are reused for all positions.
     bodies, solids
         Solid bodies and their meshes.
     """
@@ -87,11 +87,11 @@ class Picture:
         self.close()
 
     def close(self) -> None:
-        """Free the canvas."""
+        """Release the canvas."""
         self._canvas.close()
 
     def show(self, position: int) -> Any:
-        """Move everything to a position and return the image, uint8, (height, width, 3)."""
+        """Move everything to a position and return the image, uint8, shape (height, width, 3)."""
         for shape, mesh in zip(self.shapes, self.meshes, strict=True):
             move(mesh, self.view.flat(shape.place(position)))
         for body, mesh in zip(self.bodies, self.solids, strict=True):
@@ -111,14 +111,14 @@ class Picture:
         return self._canvas.image()
 
     def _placed(self, body: SolidShape, position: int) -> tuple[Reals, Reals]:
-        """Points [pixels] and normals of a body in view coordinates."""
+        """Return the points [pixels] and normals of a body in view coordinates."""
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
 
     def _labelled(
         self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Integers, stack: Stack | None
     ) -> list[Label]:
-        """Create the moving labels, and add a dot at the peak to the shapes."""
+        """Create the moving labels, and add the dot at the peak to the shapes."""
         moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
         marks = [shape for shape in self.shapes if shape.level == "mark"]
         with_peak = "peak" in style.show and self.scales.peak
@@ -148,7 +148,7 @@ class Picture:
 
 
 def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[FlatShape]:
-    """All flat shapes that move."""
+    """Return all moving flat shapes."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
     marks = marks_of(deflection.motion, style.marks)
@@ -170,7 +170,7 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
 
 
 def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, style: Style) -> View:
-    """View that shows all moving shapes at the given positions."""
+    """Return a view that contains all moving shapes at the given positions."""
     turn = turn_of(style.look)
     unscaled = View(0j, 1.0, turn)
     flat = (unscaled.flat(shape.place(position)) for shape in shapes for position in positions)
@@ -187,13 +187,13 @@ def _dot(place: Complexes, radius: float) -> FlatShape:
 
 
 def stack_of(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> Stack:
-    """Assign layers so that no solid link passes through another."""
+    """Assign layers such that no solid link passes through another."""
     found = layers(_links(deflection, scales, style, positions), _pins(deflection, scales, positions))
     return stacked(found, thicknesses(deflection, scales))
 
 
 def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any) -> list[list[Reals]]:
-    """Extents of the parts of each link, see `reach`."""
+    """Return the extents of the parts of each link, see `reach`."""
     motion, pin, moved = deflection.motion, scales.pin, scales.exaggeration
     links = motion.mechanism.links
     bodies: list[list[Reals]] = [[] for _ in links]
@@ -229,7 +229,7 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
 
 
 def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[set[int], Reals]]:
-    """Sets of links joined by an axle or block, with its extent, see `reach`."""
+    """Return for each axle or block the set of links that it joins, and its extent (see `reach`)."""
     motion = deflection.motion
     joined: dict[str, set[int]] = {}
     axles: dict[str, Reals] = {}
@@ -240,6 +240,6 @@ def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[
         elif joint.parent:
             axles[joint.name] = reach(block(deflection, motion.mechanism.slider(joint.name), scales)[positions], 0.0)
         else:
-            continue  # the block slides on the ground's rail
+            continue  # the block slides on the rail of the ground
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
     return [(joined[name], axles[name]) for name in axles]

@@ -1,4 +1,4 @@
-"""Placement of moving labels: the cost of hiding parts of the drawing, and overlaps."""
+"""Placement of moving labels: cost of hiding parts of the drawing, and removal of overlaps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,21 +15,21 @@ from animations.style import Style
 from rigid import Reals
 from rigid.arrays import Flags, Integers
 
-LINKS = ("link", "curve", "outline")  # levels of the shapes of links; those in the colour `QUIET` are thin lines
-CROSSING_COST, COVER_COST = 10.0, 1000.0  # costs of a label over a thin line, and over a link or another label
-POINT_COST = 0.35  # cost of hiding a point of a body, in steps of a one pixel line; most are at eyes and axles
+LINKS = ("link", "curve", "outline")  # levels of shapes that belong to links, except thin lines in the colour `QUIET`
+CROSSING_COST, COVER_COST = 10.0, 1000.0  # costs of a label that covers a thin line, a link or another label
+POINT_COST = 0.35  # area of a point of a solid body / area of a step of a line one pixel wide
 
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """Text, constant or per position, and its middle [pixels], complex.
+    """Text, constant or for each position, and the position of its centre [pixels], complex.
 
     Attributes
     ----------
     half
-        Half width and half height [pixels].
+        Half width + i half height [pixels].
     shown
-        Whether it is visible at each position; None if always.
+        True at positions at which the label is visible; None if it is always visible.
     """
 
     text: str | Sequence[str]
@@ -40,29 +40,29 @@ class Label:
     shown: NDArray[Any] | None = None
 
     def at(self, position: int) -> str:
-        """Text at a position, or "" if hidden."""
+        """Return the text at a position, or "" if the label is hidden."""
         if self.shown is not None and not self.shown[position]:
             return ""
         return self.text if isinstance(self.text, str) else self.text[position]
 
 
 def half_of(text: str, height: float) -> complex:
-    """Half width and half height of a text [pixels]."""
+    """Return half width + i half height of a text [pixels]."""
     return complex(0.5 * LETTER_WIDTH * len(text) + 0.15, 0.6) * height
 
 
 def within(way: Complexes, half: Any) -> Flags:
-    """Whether an offset from the middle of a box is inside it."""
+    """Return whether a point is inside a box, given its offset from the centre and the half size of the box."""
     return (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
 
 
 def meeting(one: Label, other: Label) -> Flags:
-    """Whether two labels overlap, at each position."""
+    """Return for each position whether two labels overlap."""
     return within(one.middle - other.middle, one.half + other.half)
 
 
 def without_overlaps(labels: Sequence[Label]) -> list[Label]:
-    """Hide each label at positions at which it overlaps an earlier, visible one."""
+    """Hide each label at positions at which it overlaps an earlier label that is visible."""
     kept: list[Label] = []
     for label in labels:
         free = np.ones(len(label.middle), bool) if label.shown is None else label.shown.copy()
@@ -73,7 +73,7 @@ def without_overlaps(labels: Sequence[Label]) -> list[Label]:
 
 
 def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
-    """Shift the middles [pixels] so that a text stays inside the margins and clear of the title and the legend."""
+    """Shift the centres of a text [pixels] such that it is inside the picture and clear of title and legend."""
     (width, height), unit = style.size, style.unit
     return np.clip(middle.real, half.real, width - half.real) + 1j * np.clip(
         middle.imag, FOOT * unit + half.imag, height - HEAD * unit - half.imag
@@ -82,17 +82,17 @@ def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class Ink:
-    """Everything drawn at a sample of positions, in small pieces.
+    """Everything that is drawn at a sample of positions, divided into small pieces.
 
     Attributes
     ----------
     positions
-        Position numbers.
+        Indices of the positions.
     places, areas
-        Middles [pixels], complex, and areas of the pieces, one array per position. An area is length [pixels] times
+        Centres [pixels], complex, and areas of the pieces, one array per position. An area is the length [pixels] times
         `FlatShape.width`.
     of_links
-        Whether each piece belongs to a link, one array per position.
+        True for pieces that belong to a link, one array per position.
     """
 
     positions: list[int]
@@ -101,26 +101,26 @@ class Ink:
     of_links: list[Flags]
 
     def nearest(self, positions: Integers) -> Integers:
-        """Number of the sample nearest to each position."""
+        """Return the index of the sample nearest to each position."""
         return np.abs(positions[:, None] - self.positions).argmin(axis=1)
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Area that texts of equal size hide at the sampled positions, shape (positions, texts).
+        """Return the area that texts of equal size hide at the sampled positions, shape (positions, texts).
 
         Parameters
         ----------
         middle
-            Middles of the texts at all positions of the mechanism, shape (texts, positions).
+            Centres of the texts at all positions of the mechanism, shape (texts, positions).
         """
         return self._hidden(middle, half)[..., 0]
 
     def cost(self, middle: Complexes, half: complex, height: float) -> Reals:
-        """Cost of texts as `hidden`, in letter heights [pixels] of a line one pixel wide."""
+        """Return the cost of texts for the arguments of `hidden`, in letter heights of a line one pixel wide."""
         area, links = np.moveaxis(self._hidden(middle, half), -1, 0)
         return area / height + CROSSING_COST * (area > 0) + COVER_COST * (links > 0)
 
     def _hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Hidden area, of everything and of links, shape (positions, texts, 2)."""
+        """Return the hidden area of everything and of links, shape (positions, texts, 2)."""
         areas_hidden = []
         for position, places, areas, links in zip(self.positions, self.places, self.areas, self.of_links, strict=True):
             here = middle[:, position]
@@ -134,7 +134,7 @@ class Ink:
 def ink_of(
     shapes: Sequence[FlatShape], bodies: Sequence[SolidShape], view: View, positions: Sequence[int], step: float
 ) -> Ink:
-    """Split lines into pieces of at most `step` [pixels], and add the points of bodies."""
+    """Split the lines of shapes into pieces no longer than `step` [pixels], and add the points of solid bodies."""
     pairs, widths, first, links = [np.zeros((0, 2), int)], [np.zeros(0)], 0, [np.zeros(0, bool)]
     for shape in shapes:
         for line in shape.lines:

@@ -1,6 +1,6 @@
-"""Flat shapes as moving points and fixed cells, independent of the graphics.
+"""Flat shapes as moving points and fixed cells, independent of the graphics library.
 
-Each shape computes its points in the plane of motion at a position [m].
+Each shape computes the coordinates of its points in the plane of motion at a position [m].
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,30 +17,30 @@ from rigid.kinetostatics import beam_directions
 from symbols import hull
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
-Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
+Cells = tuple[Any, ...]  # arrays of point indices, one per polygon or polyline
 
 INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # keys of `paints`
 POSITIVE, NEGATIVE, PAPER = "positive", "negative", "paper"
-FILL_OPACITY = 0.55  # opacity of diagrams: overlapping ones mix their colours
+FILL_OPACITY = 0.55  # opacity of diagrams, which mix their colours if they overlap
 LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin", "mark")
 
 
 @dataclass(frozen=True, eq=False)
 class FlatShape:
-    """Points, and polygons and polylines between them.
+    """Points with polygons and polylines between them.
 
     Attributes
     ----------
     level
         One of `LEVELS`, from back to front.
     place
-        Points at a position: position -> complex [m], shape (points,).
+        Function that returns the points at a position [m], complex, shape (points,).
     faces, lines
-        Point numbers of filled polygons and of polylines.
+        Point indices of filled polygons and of polylines.
     fill, ink
         Colour names, see `paints`.
     width
-        Line width [pixels] in a picture with `Style.unit` of 720.
+        Line width [pixels] in a picture with a `Style.unit` of 720.
     opacity
         Opacity of the fill.
     """
@@ -57,20 +57,20 @@ class FlatShape:
 
 @dataclass(frozen=True, eq=False)
 class BeamPlaces:
-    """Undeformed beams: `start` [m] and unit vectors `along`, complex, (beams, positions)."""
+    """Starts [m] and unit vectors of the undeformed beams, complex, shape (beams, positions), and their lengths [m]."""
 
     start: Complexes
     along: Complexes
     length: Reals
 
     def points(self, position: int, stations: Reals = STATIONS) -> Complexes:
-        """Points of the axes at a position [m], shape (beams, stations)."""
+        """Return points on the axes at a position [m], shape (beams, stations)."""
         way = self.along[:, position] * self.length
         return self.start[:, position, None] + way[:, None] * stations
 
 
 def beams(deflection: Deflection) -> BeamPlaces:
-    """Undeformed positions of all beams."""
+    """Return the undeformed positions of all beams."""
     motion = deflection.motion
     start = [position_of(motion, at, beam.start) for at, beam in motion.mechanism.beams]
     shape = (len(start), *motion.columns)
@@ -78,19 +78,19 @@ def beams(deflection: Deflection) -> BeamPlaces:
 
 
 def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[FlatShape]:
-    """Draw a field across each beam: filled by sign, outlined, with ordinates.
+    """Draw a field across each beam, with an outline, ordinates, and a fill for each sign.
 
     Parameters
     ----------
     scale
-        Ordinate length per unit of the field [m]; positive ordinates point along the beam's y'.
+        Length of an ordinate per unit of the field [m]. Positive ordinates point along y' of the beam.
     hatch
         Draw every `hatch`-th ordinate.
 
     Returns
     -------
-    Positive fill, negative fill, ordinates, outline. The points of each shape are the points on the beams' axes, then
-    the ends of the ordinates, beam by beam.
+    Positive fill, negative fill, ordinates, and outline. The points of each shape are the points on the axes of all
+    beams, followed by the ends of all ordinates.
     """
     place, values = beams(deflection), sample(deflection, field, STATIONS)
     values = np.where(np.isfinite(values).any(axis=(1, 2), keepdims=True), values, 0.0)  # zero if unknown
@@ -121,7 +121,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
 
 
 def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], Complexes]:
-    """Deformed axes at 49 stations, exaggerated [m], complex, (beams, stations)."""
+    """Return a function for the exaggerated, deformed axes at a position [m], complex, shape (beams, stations)."""
     place = beams(deflection)
     moved = displacements(deflection)
     return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
@@ -130,7 +130,7 @@ def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], 
 def deformed_shapes(
     deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0
 ) -> list[FlatShape]:
-    """Draw the deformed mechanism, exaggerated; links without beams move rigidly."""
+    """Draw the deformed mechanism with exaggerated displacements; links without beams move rigidly."""
     axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
     shapes = [FlatShape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
@@ -144,7 +144,7 @@ def deformed_shapes(
 
 
 def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[FlatShape]:
-    """Draw undeformed links: elastic beams as lines, rigid ones as bodies of a radius [m]."""
+    """Draw the undeformed links: elastic beams as lines, and rigid ones as bodies with rounded ends of a radius [m]."""
     place, mechanism = beams(deflection), deflection.motion.mechanism
     rigid = [bool(np.all(np.isinf(section.EA)) and np.all(np.isinf(section.EI))) for section in deflection.sections]
     slender = [k for k, stiff in enumerate(rigid) if not stiff]
@@ -165,19 +165,19 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[F
 
 
 def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[complex]]) -> list[FlatShape]:
-    """Draw the outlines of links, given by corners in the links' axes [m].
+    """Draw the outlines of links, given by their corners in link axes [m].
 
     Raises
     ------
     ValueError
-        An outline names an unknown link or has fewer than three corners.
+        If an outline belongs to an unknown link or has fewer than three corners.
     """
     shapes = []
     for name, corners in outlines.items():
         if name not in deflection.motion.mechanism.index:
             raise ValueError(f'there is no link "{name}" to outline')
         if len(corners) < 3:
-            raise ValueError(f'the outline of link "{name}" has {len(corners)} corners: it takes three at least')
+            raise ValueError(f'the outline of link "{name}" has {len(corners)} corners: it needs at least three')
         at = deflection.motion.mechanism.index[name]
         place = carried(deflection, at, np.array(corners, complex), 0.0)
         shapes.append(_closed("outline", place, len(corners), QUIET, 1.0))
@@ -189,7 +189,7 @@ def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
 
 
 def carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
-    """Points fixed to a link, with the link's exaggerated displacement."""
+    """Return a function for points fixed to a link, with the exaggerated displacement of the link."""
     motion = deflection.motion
 
     def place(position: int) -> Complexes:

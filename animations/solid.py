@@ -1,6 +1,6 @@
-"""Solid bodies as moving points and fixed polygons: prisms and beams.
+"""Solid bodies (prisms and beams) as moving points and fixed polygons.
 
-Coordinates are the plane of motion and z towards the viewer [m].
+Coordinates are x and y in the plane of motion, and z towards the viewer [m].
 """
 
 from collections.abc import Callable, Sequence
@@ -14,25 +14,25 @@ from elastic import Section, Taper
 from rigid import Reals
 from rigid.arrays import Integers
 
-CIRCLE_CORNERS = 24  # corners of a circle
+CIRCLE_CORNERS = 24  # number of corners of a circle
 
 
 @dataclass(frozen=True, eq=False)
 class SolidShape:
-    """Points and the polygons between them.
+    """Points with polygons between them.
 
     Attributes
     ----------
     place
-        Points [m] and unit normals at a position, each of shape (points, 3).
+        Function that returns the points [m] and unit normals at a position, each of shape (points, 3).
     faces
-        Point numbers of the polygons.
+        Point indices of the polygons.
     fill
         Name of the colour, see `paints`.
     opacity
-        1 is opaque.
+        Opacity, 1 for an opaque body.
     values
-        Field values that colour the points at a position; None for a single colour.
+        Function that returns the values that colour the points at a position, or None for a single colour.
     """
 
     place: Callable[[int], tuple[Reals, Reals]]
@@ -51,7 +51,7 @@ def prism(
     opacity: float = 1.0,
     smooth: bool = False,
 ) -> SolidShape:
-    """Extrude a plane polygon from one z to another; `smooth` for curved outlines."""
+    """Extrude a plane polygon from z = `low` to z = `high`; use `smooth` for curved outlines."""
     ring = np.arange(corners)
     after = np.roll(ring, -1)
     sides = 2 * corners + 4 * ring[:, None] + np.arange(4)
@@ -59,7 +59,7 @@ def prism(
     def at(position: int) -> tuple[Reals, Reals]:
         points = place(position)
         if np.sum((np.conj(points) * points[after]).imag) < 0:
-            points = points[::-1]  # counter-clockwise: faces are lit from outside
+            points = points[::-1]  # make the outline counter-clockwise, so that faces are lit from outside
         way = points[after] - points
         out = -1j * way / np.maximum(np.abs(way), 1e-300)
         first = second = out
@@ -87,7 +87,7 @@ def _along(taper: Sequence[float]) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class CrossSections:
-    """Depth in the plane and width across it [m] at a beam's stations, and whether it is round."""
+    """Depth in the plane and width normal to it [m] at the stations of a beam, and whether the section is round."""
 
     depth: Reals
     width: Reals
@@ -95,9 +95,10 @@ class CrossSections:
 
 
 def cross_sections(section: Section, thin: float) -> CrossSections:
-    """Cross-sections of a beam; round with diameter `thin` [m] if dimensions are unknown.
+    """Return the cross-sections of a beam.
 
-    If only the width is unknown, draw a rectangle of the same area and depth.
+    If the dimensions are unknown, the section is round with the diameter `thin` [m]. If only the width is unknown, it
+    is a rectangle of the same area and depth.
     """
     fibre, area, width = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.width))
     if not np.isfinite(fibre):
@@ -114,16 +115,16 @@ def beam_bodies(
     layers: Sequence[float],
     values: Callable[[int], Reals] | None,
 ) -> SolidShape:
-    """Build one body of all beams.
+    """Build a single body of all beams.
 
     Parameters
     ----------
     axes
-        Their axes at 49 stations [m], complex, shape (beams, stations).
+        Function that returns the axes at a position [m], complex, shape (beams, stations).
     layers
         z of each axis [m].
     values
-        Values of a field at the stations at a position, shape (beams, stations).
+        Function that returns the values of a field at a position, shape (beams, stations).
     """
     rings = [_ring(each.round) for each in sections]
     counts = [len(y) for y, *_ in rings]
@@ -151,7 +152,7 @@ def beam_bodies(
 
 
 def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
-    """Unit section: y, z and normal y + i z of its points, and neighbouring pairs."""
+    """Return a unit section: y, z and normal y + i z of its points, and pairs of neighbouring points."""
     if is_round:
         turn = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
         return (
@@ -166,5 +167,5 @@ def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
 
 
 def spatial(plane: Complexes, z: Reals) -> Reals:
-    """Combine points of the plane with z, shape (points, 3)."""
+    """Combine points in the plane with z, shape (points, 3)."""
     return np.stack([plane.real.ravel(), plane.imag.ravel(), np.ravel(z)], -1)

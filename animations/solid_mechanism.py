@@ -1,4 +1,4 @@
-"""A mechanism drawn as solid bodies: links in layers on axles, the ground behind them."""
+"""Mechanism as solid bodies: links in layers on axles, in front of the ground."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ Place = Callable[[int], Complexes]
 
 CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
-DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to a pin's diameter
-SLAB_SHARE = 0.52  # half thickness of a body / thickness of its link: bodies cover the faces of the beams
-AXLE_REACH, HEAD_REACH, RAIL_REACH = 0.55, 0.58, 0.65  # [layer thicknesses] from the mid-plane
-EYE_RADIUS, AXLE_RADIUS = 0.62, 0.34  # radii of link ends and of axles, relative to a pin's diameter
+DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to the diameter of a pin
+SLAB_SHARE = 0.52  # half thickness of a body / thickness of its link; slightly over 0.5, to cover the faces of beams
+AXLE_REACH, HEAD_REACH, RAIL_REACH = 0.55, 0.58, 0.65  # [layer thicknesses] distance of ends from the mid-plane
+EYE_RADIUS, AXLE_RADIUS = 0.62, 0.34  # radii of link ends and of axles, relative to the diameter of a pin
 OUTLINE_OPACITY = 0.4  # opacity of outlines
 GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring layers
 
@@ -31,7 +31,7 @@ GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring l
 def mechanism_bodies(
     deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
 ) -> list[SolidShape]:
-    """Build links, joints and ground; beams are coloured by the diagram's field or the displacement."""
+    """Build links, joints and ground; the field of the diagram, or the displacement, colours the beams."""
     bodies = _Bodies(deflection, scales, stack)
     return [
         *bodies.beams(diagram),
@@ -43,12 +43,12 @@ def mechanism_bodies(
 
 
 def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
-    """Cross-sections of every beam, as drawn."""
+    """Return the cross-sections of every beam as drawn."""
     return [cross_sections(section, DEFAULT_THICKNESS * scales.pin) for section in deflection.sections]
 
 
 def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
-    """Thickness of each link [m]: width of the widest beam, or thickness of a rigid body."""
+    """Return the thickness of each link [m]: the width of its widest beam, or the thickness of a rigid body."""
     thick = [DEFAULT_THICKNESS * scales.pin] * len(deflection.motion.mechanism.links)
     for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
         thick[at] = max(thick[at], float(section.width.max()))
@@ -64,7 +64,7 @@ class _Bodies:
     stack: Stack
 
     def beams(self, diagram: Diagram) -> Iterator[SolidShape]:
-        """One body of all beams."""
+        """Yield a single body of all beams, if there are any."""
         sections = sections_of(self.deflection, self.scales)
         if sections:
             axes = moved_beams(self.deflection, self.scales.exaggeration)
@@ -73,7 +73,7 @@ class _Bodies:
             yield beam_bodies(axes, sections, heights, lambda position: values[:, position])
 
     def outlines(self, corners: Mapping[str, Sequence[complex]]) -> Iterator[SolidShape]:
-        """Outlines of links, transparent."""
+        """Yield the outlines of links as transparent bodies."""
         half = SLAB_SHARE * DEFAULT_THICKNESS * self.scales.pin
         for at, link in enumerate(self.deflection.motion.mechanism.links):
             if link.name in corners:
@@ -81,7 +81,7 @@ class _Bodies:
                 yield self._slab(at, half, place, len(corners[link.name]), "quiet", OUTLINE_OPACITY)
 
     def rigid_parts(self) -> Iterator[SolidShape]:
-        """Eyes of the moving links, and the hulls of links without beams."""
+        """Yield the eyes of the moving links, and the hulls of links without beams."""
         links, pin = self.deflection.motion.mechanism.links, self.scales.pin
         for at, (link, thick) in enumerate(zip(links, thicknesses(self.deflection, self.scales), strict=True)):
             if at == 0:
@@ -97,7 +97,7 @@ class _Bodies:
                 yield self._slab(at, half, self._on_link(at, corners), len(corners), fill)
 
     def blocks(self) -> Iterator[SolidShape]:
-        """Blocks, each with the bar of the link that guides it, or with a rail on the ground."""
+        """Yield the blocks, each with a bar on the link that guides it, or with a rail on the ground."""
         motion, pin = self.deflection.motion, self.scales.pin
         for joint in motion.structure.joints:
             if joint.turns:
@@ -111,10 +111,10 @@ class _Bodies:
                 bar = np.array([start, end, end, start]) + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
                 yield self._slab(on, 0.05 * self.stack.thick[on], self._on_link(on, bar), 4)
             else:
-                yield _still(rail(self.deflection, slider, pin), *self._between({at}, RAIL_REACH, RAIL_REACH), "quiet")
+                yield _fixed(rail(self.deflection, slider, pin), *self._between({at}, RAIL_REACH, RAIL_REACH), "quiet")
 
     def axles(self) -> Iterator[SolidShape]:
-        """Axles, square at welds, and their pedestals on the ground."""
+        """Yield the axles, which are square at welds, and their pedestals on the ground."""
         mechanism, pin = self.deflection.motion.mechanism, self.scales.pin
         joined: dict[str, set[int]] = {}
         for joint in self.deflection.motion.structure.joints:
@@ -129,14 +129,14 @@ class _Bodies:
             yield prism(axle, len(corners), low, high, "soft", smooth=not welded)
             if 0 in links:
                 foot = complex(mechanism.links[0].points[name]) + self.scales.symbol * PEDESTAL
-                yield _still(foot, *self._between({0}, 0.5, 0.5))
+                yield _fixed(foot, *self._between({0}, 0.5, 0.5))
 
     def _on_link(self, at: int, corners: Complexes) -> Place:
-        """Corners in the axes of a link [m]."""
+        """Return a function for corners given in link axes [m]."""
         return carried(self.deflection, at, corners, self.scales.exaggeration)
 
     def _about(self, at: int, point: str, corners: Complexes, direction: Complexes | None = None) -> Place:
-        """Corners about a link's point [m], in the ground's axes or turned to a direction."""
+        """Return a function for corners relative to a point of a link [m], in ground axes or rotated to a direction."""
         middle = moved_place(self.deflection, at, point, self.scales.exaggeration)
         if direction is None:
             return lambda position: middle[position] + corners
@@ -152,24 +152,24 @@ class _Bodies:
         opacity: float = 1.0,
         smooth: bool = False,
     ) -> SolidShape:
-        """Flat body in the mid-plane of a link."""
+        """Return a flat body in the mid-plane of a link."""
         z = self.stack.middle[at]
         return prism(place, corners, z - half, z + half, fill, opacity, smooth)
 
     def _between(self, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-        """Range of z of some links [m], extended below and above by multiples of their thicknesses."""
+        """Return the range of z of some links [m], with ends given in multiples of their thicknesses."""
         middle, thick = self.stack.middle, self.stack.thick
         low = min(middle[at] - below * thick[at] for at in links)
         return low, max(middle[at] + above * thick[at] for at in links)
 
 
-def _still(corners: Complexes, low: float, high: float, fill: str = "metal") -> SolidShape:
-    """Body at rest."""
+def _fixed(corners: Complexes, low: float, high: float, fill: str = "metal") -> SolidShape:
+    """Return a body that does not move."""
     return prism(lambda _: corners, len(corners), low, high, fill)
 
 
 def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
-    """Corners of a sliding block at all positions [m], shape (positions, 4)."""
+    """Return the corners of a sliding block at all positions [m], shape (positions, 4)."""
     motion = deflection.motion
     along = motion.direction[motion.mechanism.index[slider.on]] * slider.direction
     middle = moved_place(deflection, slider.link, slider.point, scales.exaggeration)
@@ -177,20 +177,20 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
 
 
 def slide(deflection: Deflection, slider: Slider, pin: float) -> tuple[complex, complex]:
-    """Ends of a slider's path in the axes of the link that guides it [m], slightly extended."""
+    """Return the ends of the path of a slider, slightly extended, in the axes of the link that guides it [m]."""
     low, high = travel(deflection.motion, slider) or (0.0, 0.0)
     start, end = (complex(slider.origin + slider.direction * way) for way in (low - 2.6 * pin, high + 2.6 * pin))
     return start, end
 
 
 def under(way: complex) -> complex:
-    """Unit normal of a line on the ground: downwards, or left of a vertical line."""
+    """Return the unit normal of a line on the ground that points downwards, or to the left of a vertical line."""
     side = 1j * way / abs(way)
     return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
 
 
 def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
-    """Corners of the ground's rail under a block [m]."""
+    """Return the corners of the rail of the ground under a block [m]."""
     start, end = slide(deflection, slider, pin)
     way = under(end - start)
     return np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way

@@ -13,17 +13,17 @@ LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1
 DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
         "metal": "#8b93a0", "iron": "#6b7380", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
         "negative": "#f27a4d"}  # fmt: skip
-SYMBOL_PAINTS = {"load": "accent", "link": "ink", "shade": "quiet", "none": "paper"}  # colours of marks
-MAX_DARK_LUMINANCE = 0.45  # largest luminance of a dark background
+SYMBOL_PAINTS = {"load": "accent", "link": "ink", "shade": "quiet", "none": "paper"}  # colours of marks by their name
+MAX_DARK_LUMINANCE = 0.45  # a background with a smaller luminance is dark
 
 
 def paints(background: str) -> Mapping[str, Colour]:
-    """Colours for a background; "paper" is the background itself.
+    """Return the colours for a background, by name; "paper" is the background itself.
 
     Parameters
     ----------
     background
-        A colour name, such as "white", or "#rrggbb".
+        Name of a colour, such as "white", or "#rrggbb".
 
     Raises
     ------
@@ -37,7 +37,7 @@ def paints(background: str) -> Mapping[str, Colour]:
 
 
 def colour(name: str) -> Colour:
-    """Convert a colour name or "#rrggbb" to red, green, blue.
+    """Convert the name of a colour or "#rrggbb" to red, green, blue.
 
     >>> colour("#ff0000"), colour("white")
     ((1.0, 0.0, 0.0), (1.0, 1.0, 1.0))
@@ -52,13 +52,13 @@ def colour(name: str) -> Colour:
     try:
         red, green, blue = ImageColor.getrgb(name)[:3]
     except ValueError:
-        raise ValueError(f'there is no colour "{name}": give a name, as "white", or "#rrggbb"') from None
+        raise ValueError(f'there is no colour "{name}": give a name, such as "white", or "#rrggbb"') from None
     return red / 255, green / 255, blue / 255
 
 
 LOOKS = ("plain", "solid")
-"""Looks of the links: lines, or shaded bodies."""
-MAX_ASPECT = 0.62  # largest ratio of height to width used for the size of letters
+"""Looks of the links: lines or shaded bodies."""
+MAX_ASPECT = 0.62  # largest height / width of the picture that is used for the size of letters
 SHOWN = ("names", "links", "peak", "drives", "paths", "deformed")
 """Optional parts of a picture."""
 
@@ -72,24 +72,25 @@ class Style:
     title
         Heading of the picture.
     size
-        Width and height in pixels; both even, as films require.
+        Width and height in pixels. Both must be even, because films require it.
     look
-        "plain": diagrams across links drawn as lines; "solid": links as shaded bodies, deformed and coloured by the
-        field.
+        "plain" draws links as lines with diagrams across them. "solid" draws links as shaded bodies that are deformed
+        and coloured by the field.
     show
-        Additions from `SHOWN`: point names, link names, the peak value at each position, drive arrows, point paths,
-        the deformed shape over a diagram.
+        Optional parts from `SHOWN`: names of points, names of links, peak value at each position, arrows of drives,
+        paths of points, and the deformed shape in a diagram.
     background
-        A colour name or "#rrggbb"; lines are light on a dark background.
+        Name of a colour or "#rrggbb". Lines are light on a dark background.
     pace
-        Playback speed relative to the machine, in words; set by `movie`.
+        Text that describes the playback speed relative to the machine, set by `movie`.
     scale
-        Drawn length of one unit of the field [m]; if None, the largest ordinate is 17 % of the mechanism's size.
+        Length of an ordinate per unit of the field [m]. By default, the largest ordinate is 17 % of the size of the
+        mechanism.
     exaggeration
-        Scale factor of displacements; if None, a round number that draws the largest at about a tenth of the
-        mechanism's size.
+        Exaggeration factor of the displacements. By default, it is a round number for which the largest displacement is
+        drawn as about a tenth of the size of the mechanism.
     outlines
-        Corners of the links' bodies in the links' axes [m], complex, by link name.
+        Corners of the outlines of links in link axes [m], complex, by link name.
     marks
         Symbols of parts other than joints, springs, gears, loads and drives.
     """
@@ -108,7 +109,7 @@ class Style:
     def __post_init__(self) -> None:
         """Raise ValueError for an invalid choice."""
         if min(self.size) < 160 or self.size[0] % 2 or self.size[1] % 2:
-            raise ValueError(f"picture size {self.size[0]} x {self.size[1]}: both must be even, 160 at least")
+            raise ValueError(f"picture size {self.size[0]} x {self.size[1]}: both must be even and at least 160")
         if self.exaggeration is not None and not self.exaggeration > 0:
             raise ValueError(f"exaggeration {self.exaggeration:g}: it must be positive")
         if self.scale is not None and not self.scale > 0:
@@ -122,5 +123,5 @@ class Style:
 
     @property
     def unit(self) -> float:
-        """Unit of letters, margins and lines [pixels]: the height, limited for tall pictures."""
+        """Reference length for letters, margins and lines [pixels]: the height, limited for tall pictures."""
         return min(float(self.size[1]), MAX_ASPECT * self.size[0])

@@ -1,4 +1,4 @@
-"""Symbols of the display list and paths of points, as flat shapes at displaced positions."""
+"""Symbols and paths of points as flat shapes at displaced positions."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -15,20 +15,20 @@ from symbols import NONE, SHADE, Mark, Spot
 def symbol_shapes(
     deflection: Deflection, marks: Iterable[Mark], size: float, exaggeration: float = 0.0
 ) -> list[FlatShape]:
-    """Draw marks; the arrow of a drive at rest shrinks to a point.
+    """Draw marks. The arrow of a drive at rest is reduced to a point.
 
     Parameters
     ----------
     size
         Size of the symbols [m].
     exaggeration
-        Scale factor of the displacements of the symbols.
+        Exaggeration factor of the displacements of the symbols.
     """
     return [_shape(deflection, mark, size, exaggeration) for mark in marks]
 
 
 def moved_place(deflection: Deflection, link: str | int, point: str, exaggeration: float) -> Complexes:
-    """Positions of a link's point, with exaggerated displacement."""
+    """Return the positions of a point of a link with exaggerated displacement."""
     place: Complexes = position_of(deflection.motion, link, point)
     if exaggeration:
         place = place + exaggeration * displacement_of(deflection, link, point)
@@ -36,7 +36,7 @@ def moved_place(deflection: Deflection, link: str | int, point: str, exaggeratio
 
 
 def _spot(deflection: Deflection, spot: Spot, exaggeration: float) -> Any:
-    """Positions of a spot, shape (positions,)."""
+    """Return the positions of a spot, shape (positions,)."""
     if spot.point:
         return moved_place(deflection, spot.link, spot.point, exaggeration)
     at = deflection.motion.mechanism.index[spot.link]
@@ -64,11 +64,11 @@ def _shape(deflection: Deflection, mark: Mark, size: float, exaggeration: float)
                      mark.stroke, mark.width, opacity)  # fmt: skip
 
 
-MAX_CLOSING_GAP = 1.5  # largest gap between the ends of a closed path, relative to the longest step
+MAX_CLOSING_GAP = 1.5  # a path with a smaller gap between its ends is closed; relative to the longest step
 
 
 def path_shapes(deflection: Deflection, positions: Integers, exaggeration: float = 0.0) -> list[FlatShape]:
-    """Draw the paths of all moving points, with exaggerated displacements."""
+    """Draw the paths of all moving points with exaggerated displacements."""
     motion = deflection.motion
     seen, shapes = set(motion.mechanism.links[0].points), []
     for link in motion.mechanism.links[1:]:

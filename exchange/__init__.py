@@ -1,4 +1,4 @@
-"""Files of other programs: mechanisms, read into scenes that mark all assumptions or written; columns of CSV."""
+"""Import and export of mechanisms of other programs, DXF and SVG drawings, and CSV columns."""
 
 from exchange.columns import Columns, columns_of
 from exchange.drawing import (

@@ -1,4 +1,4 @@
-"""Columns of CSV files of other programs: headings, cells, and the line number of every row."""
+"""Columns of CSV files: headings, cells, and the line number of every row."""
 
 import csv
 import re
@@ -8,8 +8,8 @@ from typing import Any
 
 from exchange.drawing import ExchangeError
 
-SEPARATORS = ";\t,"  # in order of preference, because a comma may be a decimal comma
-UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # such as "angle [deg]", "angle (deg)", "angle / deg"
+SEPARATORS = ";\t,"  # in order of preference; a comma comes last, because it may be a decimal comma
+UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # as in "angle [deg]", "angle (deg)", "angle / deg"
 NUMBER = re.compile(r"[-+]?\.?\d")
 COMMENT = "#%"  # characters that start a comment
 
@@ -21,9 +21,10 @@ class Columns:
     Attributes
     ----------
     headings
-        Line number (from 1) and cells of each line before the first row of numbers; the last line is preferred.
+        Line number (from 1) and cells of each heading line before the first row of numbers. The last of these lines has
+        precedence.
     rows
-        Line number and cells of each row of numbers, with decimal points.
+        Line number and cells of each row of numbers. The cells have decimal points.
     titles
         Line number and text of all other lines before the first row of numbers.
     """
@@ -33,7 +34,10 @@ class Columns:
     titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
-        """Return line and unit from a column's heading or from a line of units below it; (0, "") if there is none."""
+        """Return the line number and unit in the heading of a column, or in a line of units below it.
+
+        Return (0, "") if there is no unit.
+        """
         for line, cells in reversed(self.headings):
             found = UNIT.search(cells[column])
             if found:
@@ -47,7 +51,7 @@ class Columns:
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     r"""Return the first columns of a CSV text with commas, semicolons or tabs.
 
-    Other columns are ignored if they are empty, or if they have headings and the first columns have units.
+    Further columns are ignored if they are empty, or if they have headings and the first columns have units.
 
     Parameters
     ----------
@@ -57,7 +61,7 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     Raises
     ------
     ExchangeError
-        A line has too few or too many cells; the message gives its number.
+        If a line has too few or too many cells. The message gives the line number.
 
     Examples
     --------
@@ -97,8 +101,8 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(texts: list[str], line: str, count: int) -> list[str]:
-    """Cells of a line with at least `count` headings, which may use another separator; otherwise []."""
-    while texts and not texts[-1]:  # left over by spreadsheets
+    """Return the cells of a line that has at least `count` headings, possibly with another separator, or else []."""
+    while texts and not texts[-1]:  # spreadsheets append empty cells
         texts.pop()
     if len(texts) >= count:
         return texts
@@ -110,7 +114,7 @@ def _heading(texts: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """The expected cells of a line of numbers; any other cells must be empty or have a heading."""
+    """Return the expected cells of a row of numbers; further cells must be empty or have a heading."""
     width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell contains a number
     if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))
@@ -128,12 +132,12 @@ def _read(reader: Any) -> Iterator[list[str]]:
 
 
 def _miscounted(line: int, count: int, names: tuple[str, ...]) -> str:
-    """Error message for a line with too few or too many cells."""
+    """Return the error message for a line with too few or too many cells."""
     wanted = f"expected {len(names)} columns, {' and '.join(names)}"
     texts = f"line {line}: {wanted}, got {count}"
     if count < len(names):
         return f"{texts}: put a comma, a semicolon or a tab between them"
     return (
-        f"{texts}: leave the others out, or put them last with headings of their own, beside units of the first;"
-        " where decimals have a comma, a semicolon or a tab parts the columns"
+        f"{texts}: delete the others, or put them last with headings of their own and give units for the first; with"
+        " decimal commas, separate columns by semicolons or tabs"
     )

@@ -1,4 +1,4 @@
-"""A mechanism as drawing programs store it: points, links, joints, drives, masses and forces."""
+"""Mechanism as stored by drawing programs: points, links, joints, drives, masses and forces."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ GROUND = "ground"
 
 
 class ExchangeError(ValueError):
-    """The file has another format, is damaged, or contains no mechanism."""
+    """Raised if a file has another format, is damaged, or contains no mechanism."""
 
 
 @dataclass(frozen=True)
 class ForeignLink:
-    """A link.
+    """Link of a drawing.
 
     Attributes
     ----------
     points
-        Their names.
+        Names of its points.
     mass
-        [kg]; None if unknown.
+        Mass [kg], or None if unknown.
     center
-        Centre of mass in the drawing; that of a uniform bar if not given.
+        Centre of mass in drawing coordinates; None for that of a uniform bar.
     inertia
-        Moment of inertia about the centre of mass [kg m^2]; that of a uniform bar if not given.
+        Moment of inertia about the centre of mass [kg m^2]; None for that of a uniform bar.
     rigid
         True if the link is rigid.
     braces
-        Additional beams; there is already a beam from each point to the next.
+        Beams in addition to those from each point to the next.
     """
 
     points: tuple[str, ...]
@@ -42,7 +42,7 @@ class ForeignLink:
     braces: tuple[tuple[str, str], ...] = ()
 
     def with_beam(self, start: str, end: str) -> ForeignLink:
-        """Return the link with an additional beam between two points, so that a slot can load it."""
+        """Return the link with a beam between two points, which a slot between them needs."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
         return self if known else replace(self, braces=(*self.braces, (start, end)))
@@ -50,9 +50,10 @@ class ForeignLink:
 
 @dataclass(frozen=True)
 class Slot:
-    """The pin `point` of `link` in a straight slot of `on`, along `direction` as drawn.
+    """Straight slot of the link `on`, in which the pin `point` of `link` moves.
 
-    `travel` is the range of the pin along the slot, measured from its position as drawn; (0, 0) if unknown.
+    `direction` is that of the slot in the drawing. `travel` is the range of the pin along the slot, relative to its
+    drawn position, or (0, 0) if unknown.
     """
 
     point: str
@@ -64,7 +65,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class ForeignSlider:
-    """`link` slides on `on` along a line through `through` in `direction`, without turning; for `travel` see `Slot`."""
+    """Slider: `link` slides on `on` without rotation, along the line through the point `through` in `direction`.
+
+    For `travel` see `Slot`.
+    """
 
     link: str
     on: str
@@ -75,18 +79,18 @@ class ForeignSlider:
 
 @dataclass(frozen=True)
 class Drive:
-    """Motion of a joint: constant speed, or a law that repeats.
+    """Motion of a joint, with constant speed or by a repeated law.
 
     Attributes
     ----------
     joint
-        Keys of the drive in a scene: `link`, `on` and `at` of a pin, or `slider`.
+        Keys of the drive in a scene, which are `link`, `on` and `at` for a pin, or `slider`.
     speed
-        Speed with its unit, such as "30 rpm"; None if there is a law.
+        Speed with its unit, such as "30 rpm", or None if there is a law.
     law
-        Segments as in a scene, with the keys curve, duration and by.
+        Segments of the law as in a scene, with the keys curve, duration and by.
     start
-        Initial angle, such as "0 deg", of a wheel that is drawn as a single point.
+        Initial angle, such as "0 deg", needed for a wheel that is drawn as a single point.
     """
 
     joint: Mapping[str, str]
@@ -96,22 +100,22 @@ class Drive:
 
     @property
     def strokes(self) -> list[float]:
-        """Strokes of a law."""
+        """Strokes of the law."""
         return [float(segment["by"].split()[0]) for segment in self.law]
 
     @property
     def mean_speed(self) -> float:
-        """Constant speed, or mean speed of a law with the sign of its first stroke."""
+        """Constant speed, or mean speed of the law with the sign of its first stroke."""
         if self.speed is not None:
             return float(self.speed.split()[0])
         duration = sum(float(segment["duration"].split()[0]) for segment in self.law)
-        unit = 6.0 if self.law[0]["by"].endswith("deg") else 1.0  # degrees a second in rpm
+        unit = 6.0 if self.law[0]["by"].endswith("deg") else 1.0  # degrees per second for 1 rpm
         return copysign(sum(map(abs, self.strokes)) / duration / unit, self.strokes[0])
 
 
 @dataclass(frozen=True)
 class ForeignGear:
-    """Joints of two wheels, the ratio of the second wheel's angle to the first's, and whether teeth mesh."""
+    """Gear: joints of two wheels, ratio of the second angle to the first, and whether the teeth mesh."""
 
     driver: Mapping[str, str]
     follower: Mapping[str, str]
@@ -121,7 +125,7 @@ class ForeignGear:
 
 @dataclass(frozen=True)
 class ForeignLoad:
-    """A force [N] at a point of a link; a turning one rotates with the link."""
+    """Force at a point of a link [N]. If `turning` is True, it rotates with the link."""
 
     link: str
     point: str
@@ -131,7 +135,7 @@ class ForeignLoad:
 
 @dataclass(frozen=True)
 class ForeignMechanism:
-    """A mechanism, defined by its drawing.
+    """Mechanism that is defined by its drawing.
 
     Attributes
     ----------
@@ -140,19 +144,19 @@ class ForeignMechanism:
     unit
         Unit of all lengths: "m", "cm", "mm" or "in".
     points
-        Positions as drawn, by the names that the scene uses.
+        Drawn positions by name; the names are those of the scene.
     ground, links
-        Points of the fixed link, and the moving links by name.
+        Points of the fixed link, and moving links by name.
     slots, slides
-        By name.
+        Slots and sliders by name.
     drives, gears, loads
-        In the order of the file.
+        Drives, gears and loads in the order of the file.
     traced
-        Point that the user traces, or "".
+        Point with a traced path, or "".
     masses
         Point masses at joints [kg].
     gravity
-        Whether gravity acts, along -y.
+        True if gravity acts along -y.
     notes
         Sentences that state assumptions and omissions.
     """
@@ -174,13 +178,13 @@ class ForeignMechanism:
     notes: tuple[str, ...] = ()
 
 
-MIN_HEIGHT = 1e-3  # points that are closer to a line, relative to its length, are in line
+MIN_HEIGHT = 1e-3  # points closer to a line than this are on it; relative to the length of the line
 
 
 def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with a beam from the last to the first point of each link, except straight ones.
+    """Return the drawing with a beam from the last to the first point of each link that is not straight.
 
-    Other programs draw such a link as a plate. A note names the links.
+    Other programs draw such a link as a plate. A note lists the links.
     """
     links = dict(drawing.links)
     for name, body in drawing.links.items():
@@ -195,14 +199,14 @@ def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
 
 
 class Names:
-    """Unique scene names (letters, digits, - and _) for the names or numbers in a file."""
+    """Unique scene names (letters, digits, - and _) for names or numbers in a file."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._names: dict[str, str] = {}
         self._taken = set(taken)
 
     def __call__(self, key: object, wanted: str = "") -> str:
-        """Return the scene name of `key`; the first call derives it from `wanted`."""
+        """Return the scene name of `key`, which the first call derives from `wanted`."""
         known = str(key)
         if known not in self._names:
             plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted or known).strip("_") or "x"
@@ -215,12 +219,12 @@ class Names:
 
 
 def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
-    """Return the first link that has all the points, or None."""
+    """Return the first link that contains all the points, or None."""
     return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
 
 
 def to_and_fro(ways: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Segments of a law that makes the strokes `ways`, each from rest to rest.
+    """Return the segments of a law with the strokes `ways`, each from rest to rest.
 
     `speed` is the mean speed in `unit` per second.
     """

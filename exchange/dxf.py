@@ -1,4 +1,4 @@
-"""DXF drawings: read lines as links, and write links with holes at their joints."""
+"""DXF drawings: import of lines as links, and export of links with holes at their joints."""
 
 import re
 from collections import Counter
@@ -16,26 +16,26 @@ SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
-CHORD = 1e-4  # largest distance of an arc from its chords / size of the section
-SAME = 1e-4  # largest distance of ends that count as one point / size of the drawing
+CHORD = 1e-4  # largest distance between an arc and its chords / size of the section
+SAME = 1e-4  # ends closer than this count as one point; relative to the size of the drawing
 TURN = "60 rpm"
 FIXED = 1.0  # radius of the circle at a fixed point
-CRANKS = "CRANKS"  # layer of pylinkage for driven joints
-AXIS = "axis "  # prefix of the layers with the links' axes in drawings of kinelast
+CRANKS = "CRANKS"  # layer on which pylinkage draws driven joints
+AXIS = "axis "  # prefix of the layers with the axes of links in drawings by kinelast
 
 
 @dataclass(frozen=True)
 class DrawnLink:
-    """A link to be drawn.
+    """Link of an exported drawing.
 
     Attributes
     ----------
     points
         Position of each point, by name.
     beams
-        Start, end, and half depth at each end of every beam; nan if a beam has no depth.
+        Start, end, and half depths at start and end of every beam; the half depths are nan if unknown.
     holes
-        Known diameters of the holes at its points.
+        Diameters of the holes at points, if known.
     """
 
     name: str
@@ -44,7 +44,7 @@ class DrawnLink:
     holes: Mapping[str, float] = field(default_factory=dict)
 
     def outlines(self) -> Iterator[tuple[complex, complex, complex, complex]]:
-        """Corners of every beam with a depth: one at its start, two at its end, and the other at its start."""
+        """Yield the corners of every beam with a known depth, from the left corner at its start in clockwise order."""
         for start, end, first, last in self.beams:
             if first > 0 and last > 0 and start != end:
                 across = 1j * (end - start) / abs(end - start)
@@ -53,7 +53,7 @@ class DrawnLink:
 
 @contextmanager
 def _fixed_dates() -> Iterator[None]:
-    """Make ezdxf write fixed dates and identifiers, so that the same drawing gives the same bytes."""
+    """Make ezdxf write fixed dates and identifiers, so that equal drawings give identical files."""
     from ezdxf._options import options
 
     before = options.write_fixed_meta_data_for_testing
@@ -72,16 +72,17 @@ def dxf_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return a drawing with one layer per link for outline and holes; axes, fixed points and paths have others.
+    """Return a DXF drawing with a layer for the outline and holes of each link.
 
-    Beams end in half circles about their points. `of_dxf` reads the axes and the fixed points.
+    Axes, fixed points and paths are on further layers. Beams end in semicircles about their points. `of_dxf` reads the
+    axes and the fixed points.
 
     Parameters
     ----------
     fixed
         Points of the ground.
     paths
-        Successive locations of moving points.
+        Successive positions of moving points, by name.
     unit
         Unit of all lengths: "mm", "cm", "m" or "in".
     curves
@@ -90,7 +91,7 @@ def dxf_text(
     Raises
     ------
     ModuleNotFoundError
-        Without ezdxf.
+        If ezdxf is not installed.
     """
     from ezdxf.filemanagement import new
 
@@ -125,18 +126,18 @@ def _xy(place: complex) -> tuple[float, float]:
 
 
 def of_dxf(path: Path, title: str) -> ForeignMechanism:
-    """Return the mechanism in a drawing: every line is a link, every polyline a link of all its corners.
+    """Return the mechanism in a drawing, in which lines are links and polylines are links with several points.
 
     Blocks are exploded. Coincident ends are pinned together. Ends and circles on a layer with "ground", "fixed" or
-    "base" in its name are fixed; without such a layer, ends of only one link are fixed. The link at a circle on the
-    layer "CRANKS" is driven, or otherwise the first link on the ground. The notes count all other entities.
+    "base" in its name are fixed. Without such a layer, ends that belong to only one link are fixed. The driven link is
+    the one at a circle on the layer "CRANKS", or else the first link on the ground. The notes count all other entities.
 
     Raises
     ------
     ExchangeError
-        The file is damaged, or contains no line.
+        If the file is damaged, or contains no line.
     ModuleNotFoundError
-        Without ezdxf.
+        If ezdxf is not installed.
     """
     from ezdxf.disassemble import recursive_decompose
     from ezdxf.filemanagement import readfile
@@ -146,7 +147,7 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
         drawing = readfile(path)
         entities = [*recursive_decompose(drawing.modelspace())]
     except (OSError, DXFError) as error:
-        raise ExchangeError(f"no DXF drawing, or a damaged one: {error}") from None
+        raise ExchangeError(f"not a DXF drawing, or a damaged one: {error}") from None
     axes = [entity for entity in entities if entity.dxf.layer.startswith(AXIS)]
     sorted_out = _SortedOut()
     for entity in [*axes, *(each for each in entities if each.dxf.layer == "ground")] if axes else entities:
@@ -157,7 +158,7 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
 
 class _SortedOut:
-    """Entities of a drawing: chains of corners, marks of the ground and of cranks, and a count of everything else."""
+    """Entities of a drawing: chains of corners, marks of fixed and driven joints, and a count of all others."""
 
     def __init__(self) -> None:
         self.chains: list[list[complex]] = []
@@ -183,9 +184,9 @@ class _SortedOut:
 
 
 def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> ForeignMechanism:
-    """Links of the chains of a drawing; `axes` are their names in drawings of kinelast."""
+    """Convert the chains of a drawing to links; `axes` are their names in drawings by kinelast."""
     if not entities.chains:
-        raise ExchangeError(f"there is no line in it{_listed(entities.left, ', only ')}")
+        raise ExchangeError(f"the drawing contains no line{_listed(entities.left, ', only ')}")
     spread = [place for chain in entities.chains for place in chain]
     near = SAME * max(abs(a - spread[0]) for a in spread)
     points: list[complex] = []
@@ -194,11 +195,11 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     def marked(marks: Iterable[complex]) -> set[int]:
         return {n for n, place in enumerate(points) if any(abs(place - mark) <= near for mark in marks)}
 
-    notes = ["every line of the drawing is a link; ends at one place are pinned together"]
+    notes = ["every line of the drawing is a link; coincident ends are pinned together"]
     fixed, tips = marked(entities.marks), marked(entities.cranks)
     lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
-        notes.append("no layer named ground, fixed or base: the ends that only one line has are taken as fixed")
+        notes.append("no layer named ground, fixed or base: ends that belong to only one line are taken as fixed")
     if not fixed or tips:  # pylinkage marks only some fixed points
         fixed |= lone - tips
     entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
@@ -222,25 +223,26 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
 
 
 def _listed(left: Counter[str], before: str) -> str:
-    """Kinds of entities with their numbers, such as "2 arcs, 1 text"."""
+    """Return the counted kinds of entities as text, such as "2 arcs, 1 text"."""
     words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
     return before + ", ".join(words) if words else ""
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
-    """Return the corners (x, y) of a drawn section [m], then of each hole; arcs become chords.
+    """Return the corners (x, y) of a drawn section, followed by those of each hole [m].
 
-    Blocks are exploded. Layers and line types for centre lines, hidden edges and dimensions are ignored.
+    Arcs are replaced by chords, and blocks are exploded. Layers and line types for centre lines, hidden edges and
+    dimensions are ignored.
 
     Parameters
     ----------
     unit
-        Unit to use if the drawing has none.
+        Unit of length if the drawing has none.
 
     Raises
     ------
     ExchangeError
-        The file is damaged, or its lines are not one outline with holes.
+        If the file is damaged, or its lines are not a single outline with holes.
     ModuleNotFoundError
         If ezdxf or shapely is not installed.
     """
@@ -261,21 +263,21 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
                 paths.append(make_path(entity))
     box = bbox(paths)
     if not box.has_data:
-        raise ExchangeError("there is no line in it")
+        raise ExchangeError("the drawing contains no line")
     size = max(box.size.x, box.size.y)
     lines = [LineString([(at.x, at.y) for at in path.flattening(CHORD * size)]) for path in paths if len(path)]
     faces, cuts, open_ended, _ = polygonize_full([set_precision(union_all(lines), SAME * size)])
     for loose in (*open_ended.geoms, *cuts.geoms):
         x, y = loose.coords[0]
-        raise ExchangeError(f"a line from ({x:g}, {y:g}) closes nothing: centre lines belong on a layer of that name")
+        raise ExchangeError(f"a line from ({x:g}, {y:g}) is on no closed outline: move centre lines to a layer CENTER")
     found = list(faces.geoms)
     section = max(found, key=lambda face: Polygon(face.exterior).area)
     holes = [Polygon(ring) for ring in section.interiors]
     others = [face for face in found if face is not section]
     if len(others) != len(holes) or not all(any(face.equals(hole) for hole in holes) for face in others):
         raise ExchangeError(
-            f"it closes {len(others) + 1} areas that are not one outline with its holes: lines that cross, a line"
-            " across it, a second outline"
+            f"its lines enclose {len(others) + 1} areas, expected one outline with its holes: remove crossing lines and"
+            " further outlines"
         )
     scale = METRES[UNITS.get(drawing.header.get("$INSUNITS", 0), unit)]
     return [[(scale * x, scale * y) for x, y in ring.coords[:-1]] for ring in (section.exterior, *section.interiors)]

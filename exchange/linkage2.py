@@ -1,4 +1,4 @@
-"""Mechanisms of Linkage, version 2 and 3 (.linkage2): XML of connectors, links and ratios."""
+"""Mechanisms of Linkage, versions 2 and 3 (.linkage2), stored as XML with connectors, links and ratios."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,19 +22,21 @@ from exchange.drawing import (
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
-DRAWN_ONLY = 1 << 0  # layer of drawings and dimensions, which are not part of the mechanism
-TURNS = 15.0  # rpm or cycles a minute, Linkage's own default
-MAX_OFFSET = 1e-3  # largest distance of a pin from its slot / length of the slot
-MAX_ARC_OFFSET = 0.02  # largest distance of a pin from its curved slot / radius
+DRAWN_ONLY = 1 << 0  # flag of layers with drawings and dimensions, which are not part of the mechanism
+TURNS = 15.0  # [rpm or cycles per minute] default of Linkage
+MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot / length of the slot
+MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot / radius of the slot
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
 TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage accepts attributes without a space between them
 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector: scene name, position, counter-clockwise speed [rpm] if it is an input, ends of the slot.
+    """Connector of Linkage.
 
-    An input with a `swing` [deg] oscillates. It starts at `offset` [deg], or on the way back if that exceeds the swing.
+    `turns` is the counter-clockwise speed [rpm] if the connector is an input, or None. `limits` are the ends of the
+    slot. An input with a `swing` [deg] oscillates. It starts at `offset` [deg], or on the way back if this exceeds the
+    swing.
     """
 
     name: str
@@ -50,7 +52,7 @@ class Connector:
 
 @dataclass
 class _LinkageReading:
-    """Parts of the scene read so far: connectors by number, links of the file by key."""
+    """State of the import: connectors by number, links of the file by key, and parts of the scene."""
 
     connectors: dict[str, Connector]
     unit: str
@@ -71,10 +73,10 @@ def of_linkage2(text: str, title: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        The file is damaged or comes from another program.
+        If the file is damaged or comes from another program.
     """
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ExchangeError("the file has a document type, which files of Linkage have not")
+        raise ExchangeError("the file has a document type, which files of Linkage do not have")
     try:
         root = ElementTree.fromstring(TOUCHING.sub(r"\1 ", text))
     except ElementTree.ParseError as error:
@@ -105,7 +107,7 @@ def of_linkage2(text: str, title: str) -> ForeignMechanism:
 
 
 def _moves(each: ElementTree.Element) -> bool:
-    """True if a connector or link belongs to the mechanism."""
+    """Return whether a connector or link belongs to the mechanism."""
     return not int(each.get("layer") or 0) & DRAWN_ONLY and each.get("measurementelement") != "true"
 
 
@@ -116,7 +118,9 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
         names(each.attrib["id"], name or f"P{each.attrib['id']}"),
         complex(float(each.attrib["x"]), float(each.attrib["y"])),
         each.get("anchor") == "true",
-        -float(each.get("rpm") or TURNS) if each.get("input") == "true" else None,  # clockwise is positive in Linkage
+        -float(each.get("rpm") or TURNS)
+        if each.get("input") == "true"
+        else None,  # clockwise speeds are positive in Linkage
         float(each.get("limitangle") or 0),
         float(each.get("startoffset") or 0),
         each.get("draw") == "true",
@@ -126,7 +130,7 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
 
 
 def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
-    """Read the links, joining fastened ones. Return the actuators by key."""
+    """Read the links, merging those that are fastened together, and return the actuators by key."""
     actuators: dict[str, ElementTree.Element] = {}
     elements: dict[str, ElementTree.Element] = {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
@@ -150,9 +154,10 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
 
 
 def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
-    """Groups of fastened links, larger links first, and whether each group is fastened to the ground.
+    """Return the groups of fastened links, and whether each group is fastened to the ground.
 
-    An input of Linkage turns all links at its pin, so these links also form a group.
+    Each group starts with its largest link. In Linkage, an input turns all links at its pin, so these also form a
+    group.
     """
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -175,13 +180,13 @@ def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -
         elif len(fixed) == 1 and fixed[0].turns is not None:
             join(key, driven.setdefault(fixed[0].name, key))
         if anchor is not None and not anchor.fixed:
-            read.notes.append(f"link {each.get('id')} is fastened to the moving connector {anchor.name}: left out")
+            read.notes.append(f"left out: the fastening of link {each.get('id')} to the moving connector {anchor.name}")
     distinct = {id(keys): keys for keys in groups.values()}.values()
     return [(sorted(keys, key=lambda key: -len(read.members[key])), bool(grounded & {*keys})) for keys in distinct]
 
 
 def _read_slot(read: _LinkageReading, key: str) -> None:
-    """Read the slot of a connector: a fixed pin in a moving link, or a pin of a moving link."""
+    """Read the slot of a connector, which is a fixed pin in a moving link, or a pin of a moving link."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -199,7 +204,7 @@ def _read_slot(read: _LinkageReading, key: str) -> None:
     mine = [read.link_of[link] for link, members in read.members.items() if key in members and link in read.link_of]
     link = GROUND if pin.fixed else next((name for name in mine if name not in (on, GROUND)), "")
     if not on or not link or link == on:
-        read.notes.append(f"{pin.name} slides between points of two links, which is left out")
+        read.notes.append(f"left out: {pin.name} slides between points of two links")
     elif pin.radius:
         _read_arc(read, pin, start, end, on)
     else:
@@ -210,7 +215,7 @@ def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end:
     along = end.place - start.place
     across = ((pin.place - start.place) * along.conjugate()).imag / abs(along) ** 2 if along else 1.0
     if abs(across) > MAX_OFFSET:
-        read.notes.append(f"{pin.name} slides beside its line, which is left out")
+        read.notes.append(f"left out: the slot of {pin.name}, because the pin is not on its line")
         return
     read.points[pin.name] -= 1j * across * along
     read.slots[f"slot_{pin.name}"] = Slot(pin.name, link, on, along)
@@ -219,16 +224,16 @@ def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end:
 
 
 def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
-    """Replace a curved slot by a link from its centre to its pin, with the same motion."""
+    """Replace a curved slot by a link from its centre to its pin, which moves in the same way."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
-        read.notes.append(f"{pin.name} slides along an arc that its two ends do not have, which is left out")
+        read.notes.append(f"left out: the curved slot of {pin.name}, because no arc of its radius joins its ends")
         return
     height = 1j * half / abs(half) * sqrt(max(radius**2 - abs(half) ** 2, 0.0))
     centers = [start.place + half + side * height for side in (1, -1)]
     offset, center = min(((abs(abs(pin.place - each) - radius), each) for each in centers), key=lambda pair: pair[0])
     if offset > MAX_ARC_OFFSET * radius:
-        read.notes.append(f"{pin.name} slides beside its arc, which is left out")
+        read.notes.append(f"left out: the curved slot of {pin.name}, because the pin is not on its arc")
         return
     owned = read.fixed if on == GROUND else read.links[on].points
     name = next((point for point in owned if abs(read.points[point] - center) < MAX_OFFSET * radius), "")
@@ -241,11 +246,11 @@ def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Conn
             body = read.links[on]
             read.links[on] = replace(body, points=(*body.points, name))
     read.links[read.called(f"arc {pin.name}", f"arc_{pin.name}")] = ForeignLink((name, pin.name), LIGHT, None, 0.0)
-    read.notes.append(f"the curved slot of {pin.name} is a link from the arc's centre here, with the same motion")
+    read.notes.append(f"the curved slot of {pin.name} is replaced by a link from its centre, with the same motion")
 
 
 def _turning(read: _LinkageReading) -> Iterator[Drive]:
-    """Drives of the input connectors; each moves the first link at its connector."""
+    """Yield the drives of the input connectors, each of which moves the first link at its connector."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
@@ -261,7 +266,7 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
 
 
 def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
-    """Strokes of a cycle back and forth that starts at `offset`, or on the way back if that exceeds the stroke."""
+    """Return the strokes of a cycle that starts at `offset`, or on the way back if this exceeds the stroke."""
     done = offset if stroke > 0 else -offset
     if offset <= abs(stroke):
         return stroke - done, -stroke, done
@@ -269,7 +274,7 @@ def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
 
 
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
-    """Add barrel, rod and slider of an actuator; it extends by its throw and returns, or retracts first if cpm < 0."""
+    """Add the barrel, rod and slider of an actuator, which extends by its throw and returns (reversed if cpm < 0)."""
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
     head, tip = f"{name}_head", f"{name}_tip"
@@ -288,18 +293,18 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Gears, with their ratio from two sizes; both wheels turn on the link that carries them, or on the ground."""
+    """Yield the gears. Both wheels turn on the link that carries them, or on the ground; sizes give the ratio."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
-            read.notes.append("a gear between links that are not in the file is left out")
+            read.notes.append("left out: a gear between links that are not in the file")
             continue
         (first, axle, size), (second, other, other_size) = sorted(wheels, key=lambda wheel: wheel[0] != GROUND)
         pins = read.connectors[axle], read.connectors[other]
         others = {name: body for name, body in read.links.items() if name not in (first, second)}
         carrier = link_with(others, *(pin.name for pin in pins))
         if carrier is None and not all(pin.fixed for pin in pins):
-            read.notes.append(f"a gear between {first} and {second}, which no link carries, is left out")
+            read.notes.append(f"left out: a gear between {first} and {second}, because no link carries both")
             continue
         on = {} if carrier is None else {"on": carrier}
         driver = {"link": first, **on, "at": pins[0].name}
@@ -312,7 +317,7 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
 
 
 def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]]) -> tuple[ForeignGear, ...]:
-    """Turn gears so that their motion comes from the driven joints."""
+    """Order and reverse gears such that each is driven by a joint with a known motion."""
     moved, left, ordered = [dict(joint) for joint in driven], gears, []
     while left:
         pairs = [(gear, end in moved) for gear in left for end in (dict(gear.driver), dict(gear.follower))]
@@ -326,6 +331,6 @@ def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]])
 
 
 def _wheel(read: _LinkageReading, each: ElementTree.Element) -> tuple[str, str, float]:
-    """Link, axle and size of a wheel; the link is "" if the file does not contain it."""
+    """Return link, axle and size of a wheel; the link is "" if the file does not contain it."""
     key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
     return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

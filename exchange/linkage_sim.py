@@ -1,4 +1,4 @@
-"""Mechanisms of linkage_sim: JSON of bodies, joints and drivers in SI units, each body in its own axes."""
+"""Mechanisms of linkage_sim, stored as JSON with bodies (each in its own axes), joints and drivers in SI units."""
 
 import cmath
 from collections.abc import Callable, Mapping, Sequence
@@ -11,20 +11,21 @@ from exchange.drawing import GROUND, Drive, ExchangeError, ForeignLink, ForeignM
 
 SOURCE = "linkage_sim"
 TURN = "60 rpm"
-READ = ("revolute", "fixed", "prismatic")  # joints
-TRIES = 60  # random starts of the search for an assembly
-CLOSED = 1e-9  # largest gap of a closed joint / size of the largest body
-STEPS, DONE = 50, 1e-10  # limit of the program's own solver, which starts with all bodies at the origin
-DIFFERENCE = 1e-6  # [rad] step of difference quotients; for lengths, relative to the largest body
+READ = ("revolute", "fixed", "prismatic")  # supported joint types
+TRIES = 60  # number of random starts in the search for an assembly
+MAX_GAP = 1e-9  # largest gap of a closed joint / size of the largest body
+MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver of linkage_sim, which starts with all bodies at the origin
+DIFFERENCE = 1e-6  # step of difference quotients [rad], or for lengths relative to the size of the largest body
 
-Place = tuple[complex, float]  # coordinates of a body: its origin and its angle
+Place = tuple[complex, float]  # origin and angle of a body
 
 
 @dataclass(frozen=True)
 class JointPair:
-    """A joint between points of two bodies, each in its body's axes; `axis` of a slider is in the first body's axes.
+    """Joint between points of two bodies, each given in the axes of its body.
 
-    `turn` is the angle of the second body from the first if it is constant, else None.
+    `axis` is the direction of a slider in the axes of the first body, or None. `turn` is the angle of the second body
+    relative to the first if it is constant, or None.
     """
 
     first: str
@@ -41,7 +42,7 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        Its bodies cannot be assembled.
+        If the bodies cannot be assembled.
     """
     bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
@@ -60,8 +61,8 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     where, own = _assembled(list(local), list(pairs.values()), turns)
     if not own:
         notes.append(
-            "linkage_sim saves no places, and its own solver finds none: this is one possible assembly. For another,"
-            " move the points"
+            "linkage_sim stores no positions, and its solver does not converge: this is one possible assembly. For"
+            " another one, move the points"
         )
     names, called = Names(), Names([GROUND])
     host = _hosts(local, joints)
@@ -110,7 +111,7 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     ground = tuple(members.get(GROUND, ()))
     return ForeignMechanism(
         title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=True, notes=tuple(notes)
-    )  # linkage_sim opens every file with gravity along -y
+    )  # linkage_sim applies gravity along -y to every file
 
 
 def _points(body: Mapping[str, Any]) -> dict[str, complex]:
@@ -119,7 +120,7 @@ def _points(body: Mapping[str, Any]) -> dict[str, complex]:
 
 
 def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | None, complex | None, float | None]:
-    """Total mass, centre and inertia of the bodies that form a link, with their point masses."""
+    """Return the total mass, centre and inertia of the bodies that form a link, including their point masses."""
     lumps = []
     for body, (origin, angle) in parts:
         turn = cmath.exp(1j * angle)
@@ -147,35 +148,35 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
 
 
 def _hosts(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """For each body, the first body to which fixed joints tie it; the ground comes first."""
+    """Return for each body the first body that is connected to it by fixed joints, or the ground if it is connected."""
     host = {body: body for body in local}
     for each in joints.values():
         if each["type"] == "fixed":
             one, other = host[each["body_i"]], host[each["body_j"]]
-            keep, gone = (other, one) if other == GROUND else (one, other)
-            host = {body: keep if now == gone else now for body, now in host.items()}
+            keep, merged = (other, one) if other == GROUND else (one, other)
+            host = {body: keep if now == merged else now for body, now in host.items()}
     return host
 
 
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Points of bodies that a joint makes coincide: each with the name of the first."""
+    """Return a common name for all points that joints make coincide, by body and point."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
             a, b = (each["body_i"], each["point_i"]), (each["body_j"], each["point_j"])
             keep = of.get(a) or of.get(b) or " ".join(a)
-            gone = {of.get(a), of.get(b)} - {None, keep}
-            of |= {point: keep for point, name in of.items() if name in gone} | {a: keep, b: keep}
+            replaced = {of.get(a), of.get(b)} - {None, keep}
+            of |= {point: keep for point, name in of.items() if name in replaced} | {a: keep, b: keep}
     return of
 
 
 def _assembled(
     bodies: list[str], pairs: list[JointPair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
-    """Positions that close all joints with the drivers at their start, and whether the program itself finds the same.
+    """Return positions that close all joints with the drivers at their start, and whether linkage_sim finds the same.
 
-    A file contains no positions. The program starts Newton's method with every body at the origin; so does this
-    function.
+    A file contains no positions. Like linkage_sim, this function starts Newton's method with every body at the origin.
+    If that fails, it searches from random positions.
     """
     moving = [body for body in bodies if body != GROUND]
     if not moving:
@@ -189,7 +190,7 @@ def _assembled(
         return {GROUND: (0j, 0.0), **at}
 
     def gaps(x: Any) -> Any:
-        """Gaps of all joints and drivers."""
+        """Return the gaps of all joints and drivers."""
         at, out = placed(x), []
         for pair in pairs:
             (p, a), (q, b) = at[pair.first], at[pair.second]
@@ -209,11 +210,11 @@ def _assembled(
 
 
 def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
-    """Solve for zero gaps by Newton's method with minimum-norm steps; None if this fails."""
+    """Solve for zero gaps by Newton's method with minimum-norm steps; return None if this fails."""
     steps = DIFFERENCE * np.diag(np.tile([size, size, 1.0], len(x) // 3))
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         gap = gaps(x)
-        if np.linalg.norm(gap) < DONE:
+        if np.linalg.norm(gap) < MAX_RESIDUAL:
             return x
         slopes = [(gaps(x + step) - gaps(x - step)) / (2.0 * step.sum()) for step in steps]
         x = x - np.linalg.lstsq(np.transpose(slopes), gap, rcond=DIFFERENCE)[0]
@@ -221,13 +222,13 @@ def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
 
 
 def _searched(gaps: Callable[[Any], Any], bodies: int, size: float) -> Any:
-    """Solve for zero gaps from random starts."""
+    """Solve for zero gaps from random starting positions."""
     from scipy.optimize import least_squares
 
     random, scale = np.random.default_rng(0), np.tile([size, size, np.pi], bodies)
     for _ in range(TRIES):
         start = scale * random.uniform(-1, 1, 3 * bodies)
         best = least_squares(gaps, start, x_scale=scale, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        if np.abs(best.fun).max(initial=0) < CLOSED * max(size, 1.0):
+        if np.abs(best.fun).max(initial=0) < MAX_GAP * max(size, 1.0):
             return best.x
     raise ExchangeError("the bodies of this file of linkage_sim cannot be assembled")

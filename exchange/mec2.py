@@ -1,4 +1,4 @@
-"""Models of mec2, as JSON of nodes and constraints, alone or within the <mec-2> element of a page."""
+"""Models of mec2, stored as JSON with nodes and constraints, in a file or in the <mec-2> element of a page."""
 
 import math
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ CURVES = {
 def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """Return the mechanism in a JSON object of mec2."""
     names, called = Names(), Names(["ground"])
-    notes = ["mec2 draws in pixels: each is taken as a millimetre"]
+    notes = ["mec2 draws in pixels: 1 pixel is taken as 1 mm"]
     nodes = {str(each["id"]): each for each in data["nodes"]}
     points = {names(key): complex(each.get("x", 0), each.get("y", 0)) for key, each in nodes.items()}
-    still = {names(key) for key, each in nodes.items() if each.get("base")}
+    fixed_points = {names(key) for key, each in nodes.items() if each.get("base")}
     constraints = {str(each["id"]): each for each in data["constraints"]}
     members: dict[str, list[str]] = {}
     host: dict[str, str] = {}
@@ -41,14 +41,14 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
         ):
             members[reference] += [name for name in (start, end) if name not in members[reference]]
             host[key] = reference
-        elif length["type"] == "const" and angle["type"] == "const" and not angle.get("ref") and start in still:
-            still.add(end)
+        elif length["type"] == "const" and angle["type"] == "const" and not angle.get("ref") and start in fixed_points:
+            fixed_points.add(end)
         elif length["type"] == "const" and not angle.get("ref"):
             link = host[key] = called(key)
             members[link] = [start, end]
             if angle["type"] == "drive":
                 drives.append(_drive(angle, {"link": link, "at": start}, math.tau, "rad"))
-        elif length["type"] in ("free", "drive") and angle["type"] == "const" and start in still:
+        elif length["type"] in ("free", "drive") and angle["type"] == "const" and start in fixed_points:
             slots[called(f"{key} slot", f"slot_{key}")] = Slot(end, "", "ground", points[end] - points[start])
             if length["type"] == "drive":
                 slides[called(f"{key} slide", f"slide_{key}")] = ForeignSlider(
@@ -59,7 +59,7 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
             notes.append(
                 f"constraint {key} is of a kind that is left out ({length['type']} length, {angle['type']} angle)"
             )
-    links = {name: ForeignLink(tuple(own)) for name, own in members.items() if not set(own) <= still}
+    links = {name: ForeignLink(tuple(own)) for name, own in members.items() if not set(own) <= fixed_points}
     if data.get("loads"):
         notes.append("loads of mec2 are left out: put them under [[loads]]")
     gravity = data.get("gravity")
@@ -69,10 +69,10 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     notes += [f"a slot is left out: no link has its point {slots.pop(name).point}" for name in idle]
     slides, slots = _with_blocks(slides, slots, links, called)
     shown = (str(view.get("of")) for view in data.get("views", ()) if view.get("as") == "trace")
-    traced = next((names(key) for key in shown if key in nodes and names(key) not in still), "")
-    used = {name for body in links.values() for name in body.points} | still
+    traced = next((names(key) for key in shown if key in nodes and names(key) not in fixed_points), "")
+    used = {name for body in links.values() for name in body.points} | fixed_points
     points = {name: place for name, place in points.items() if name in used}
-    fixed = tuple(name for name in points if name in still)
+    fixed = tuple(name for name in points if name in fixed_points)
     return ForeignMechanism(
         str(data.get("title") or data.get("id") or title), SOURCE, "mm", points, fixed, links, slots, slides,
         tuple(drives), traced=traced, gravity=gravity is True, notes=tuple(notes),
@@ -82,7 +82,7 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
 def _with_blocks(
     slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], called: Names
 ) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
-    """Add a block to every slide, and the first link at its pin to every slot."""
+    """Complete the sliders with a block each, and the slots with the first link at their pin."""
     driven = {slide.through for slide in slides.values()}
     blocks = {}
     for name, slide in slides.items():
@@ -98,13 +98,13 @@ def _with_blocks(
 
 
 def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
-    """Return the first link at a slot's point, else the slide that drives it, if any."""
+    """Return the first link at the point of a slot, or else the slider that drives the point, or None."""
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 
 
 def _drive(how: Mapping[str, Any], joint: dict[str, str], whole: float, unit: str) -> Drive:
-    """Drive of an angle or a length: `Dw` within `Dt`, by a function or a sequence of functions."""
+    """Return a drive that changes an angle or a length by `Dw` within `Dt`, by a function or a sequence of them."""
     time, by = float(how.get("Dt", 1)), float(how.get("Dw", whole))
     kind = how.get("func", "linear")
     if kind == "linear":

@@ -1,4 +1,4 @@
-"""Mechanisms of PMKS+: its web links and the files it saves, which contain the same text."""
+"""Mechanisms of PMKS+, from web links or saved files, which contain the same text."""
 
 import cmath
 from collections.abc import Mapping
@@ -32,32 +32,32 @@ from exchange.pmks_code import (
 )
 
 SOURCE = "PMKS+"
-# kilograms, kg m^2 and newtons in the units of a file, by its unit of length
+# units of mass [kg], inertia [kg m^2] and force [N] of a file, by its unit of length
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
-UNTOUCHED = 1.0  # default mass and inertia of a link in PMKS+
-MAX_OFFSET = 0.005  # largest distance of a pin from its slot / length of the slot
-BODY_DOCUMENT = "pmks2:"  # start of the files that its body editor saves
+DEFAULT_MASS = 1.0  # default mass and inertia of a link in PMKS+
+MAX_OFFSET = 0.005  # largest accepted distance of a pin from its slot / length of the slot
+BODY_DOCUMENT = "pmks2:"  # start of files that are saved by the body editor
 
 
 def of_pmks(text: str, title: str) -> ForeignMechanism:
-    """Return the mechanism in a web link or file of PMKS+: version 1, version 2, or the current one.
+    """Return the mechanism in a web link or file of PMKS+, of version 1, version 2, or the current one.
 
     Raises
     ------
     ExchangeError
-        The text is damaged or comes from another program.
+        If the text is damaged or comes from another program.
     """
     query = urlsplit(text.strip()).query if "?" in text else text.strip()
     if query.startswith(BODY_DOCUMENT):
-        raise ExchangeError(f'a file of PMKS+ that begins with "{BODY_DOCUMENT}" is not read: save it as a link')
+        raise ExchangeError(f'files of PMKS+ that begin with "{BODY_DOCUMENT}" cannot be read: save it as a link')
     saved = _of_first(query) if "j=" in query else decoded(query)
     return _PmksReading(folded(saved), title).drawing()
 
 
 def _of_first(query: str) -> Saved:
-    """Version 1: joints, links and forces as rows of comma-separated values, without masses."""
+    """Read version 1, which has joints and links as rows of comma-separated values, without masses."""
     given = parse_qs(query, keep_blank_values=True)
     rows = {
         kind: [row.split(",") for row in given.get(kind, [""])[0].replace("\\n", "\n").split("\n") if row.strip()]
@@ -76,7 +76,7 @@ def _of_first(query: str) -> Saved:
         raise ExchangeError(f"a {kind} of this link of PMKS+, version 1, cannot be read") from None
     known = {joint.key for joint in joints}
     if lost := next((key for part in parts for key in part.joints if key not in known), None):
-        raise ExchangeError(f'a link of PMKS+ has a joint "{lost}" that the file does not')
+        raise ExchangeError(f'a link of PMKS+ has a joint "{lost}" that is not in the file')
     unit = settings[3] if len(settings) > 3 and settings[3] in ("cm", "m", "in") else "cm"
     return Saved(unit, joints, parts, turns=-turns if settings[1:2] == ["true"] else turns)
 
@@ -94,7 +94,7 @@ class _PmksReading:
         self.saved, self.title = saved, title
         self.joints = {joint.key: joint for joint in saved.joints}
         self.notes: list[str] = []
-        self.untouched: list[str] = []  # links and sliders with the default mass
+        self.with_default_mass: list[str] = []  # links and sliders
         names, called = Names(), Names([GROUND])
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
@@ -121,22 +121,22 @@ class _PmksReading:
             )
 
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
-        """Mass [kg], centre and inertia [kg m^2] of a link; PMKS+ defaults count as not given."""
+        """Return mass [kg], centre and inertia [kg m^2] of a link; the defaults of PMKS+ count as unknown."""
         unit = self.saved.unit
-        if part.mass == part.inertia == UNTOUCHED:
-            self.untouched.append(self.link_of[part.key])
-        if not part.mass or part.mass == part.inertia == UNTOUCHED:
+        if part.mass == part.inertia == DEFAULT_MASS:
+            self.with_default_mass.append(self.link_of[part.key])
+        if not part.mass or part.mass == part.inertia == DEFAULT_MASS:
             return None, None, None
         inertia = None if part.inertia is None else part.inertia * INERTIA[unit]
         return part.mass * MASS[unit], part.center, inertia
 
     def _add_slot(self, joint: PmksJoint) -> None:
-        """Add the slot of a joint: of a pin, or of a link that slides without turning."""
+        """Add the slot of a pin, or of a link that slides without rotation."""
         point = self.point[joint.key]
         on = self.link_of.get(joint.carrier, GROUND) if joint.carrier else GROUND
         riders = [name for name, body in self.links.items() if point in body.points and name != on]
         if not riders:
-            self.notes.append(f'the slider "{joint.name}" of PMKS+ has no link, and is left out')
+            self.notes.append(f'left out: the slider "{joint.name}" of PMKS+, because it has no link')
             return
         direction, travel = cmath.rect(1.0, joint.angle), (0.0, 0.0)
         if joint.carrier:
@@ -145,9 +145,9 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # saved to 0.001 only, so slightly off its line
+            self.places[point] -= 1j * across * direction  # positions are rounded to 0.001
             if abs(across) > MAX_OFFSET * abs(end - start):
-                self.notes.append(f'"{joint.name}" of PMKS+ is drawn beside its slot, and is moved into it here')
+                self.notes.append(f'"{joint.name}" of PMKS+ is drawn outside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
             travel = min(low, 0.0), max(high, 0.0)
             ends = [self.point[key] for key in joint.slot]
@@ -155,7 +155,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
-            if on != GROUND and not low <= 0.0 <= high:  # no beam of the scene is there
+            if on != GROUND and not low <= 0.0 <= high:  # the scene has no beam at the pin
                 self.links[on] = replace(self.links[on], rigid=True)
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):
@@ -164,7 +164,7 @@ class _PmksReading:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
     def _drive(self, joint: PmksJoint) -> Drive:
-        """Drive of a joint; it moves the first link on the ground, else the second link relative to the first."""
+        """Return the drive of a joint, which moves its first link if fixed, or its second relative to the first."""
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):
             name = next((each for each in (f"slide_{point}", f"slot_{point}") if each in self.slides | self.slots), "")
@@ -176,16 +176,18 @@ class _PmksReading:
         if joint.has(FIXED) and links:
             return Drive({"link": links[0], "at": point}, speed)
         if len(links) < 2:
-            raise ExchangeError(f'the driven joint "{joint.name}" of PMKS+ joins no two links')
+            raise ExchangeError(f'the driven joint "{joint.name}" of PMKS+ does not connect two links')
         return Drive({"link": links[1], "on": links[0], "at": point}, speed)
 
     def _loads(self) -> tuple[ForeignLoad, ...]:
-        """Forces at points of links; a position that is not a joint becomes a point."""
+        """Return the forces at points of links. A position that is not a joint becomes a point."""
         loads, unit = [], self.saved.unit
         for force in self.saved.forces:
             link = self.link_of.get(force.link, "")
             if link not in self.links or force.start == force.end:
-                self.notes.append(f'the force "{force.name}" of PMKS+ is on no moving link, and is left out')
+                self.notes.append(
+                    f'left out: the force "{force.name}" of PMKS+, because it is zero or on no moving link'
+                )
                 continue
             along = (force.end - force.start) / abs(force.end - force.start) * (1 if force.outward else -1)
             point = self._point_at(link, force)
@@ -209,23 +211,25 @@ class _PmksReading:
         masses = {
             self.point[joint.key]: joint.mass * MASS[saved.unit]
             for joint in saved.joints
-            if joint.mass not in (0.0, UNTOUCHED) and joint.has(SLIDES)
+            if joint.mass not in (0.0, DEFAULT_MASS) and joint.has(SLIDES)
         }
-        self.untouched += [
-            self.point[joint.key] for joint in saved.joints if joint.mass == UNTOUCHED and joint.has(SLIDES)
+        self.with_default_mass += [
+            self.point[joint.key] for joint in saved.joints if joint.mass == DEFAULT_MASS and joint.has(SLIDES)
         ]
         weighed = bool(masses) or any(body.mass for body in self.links.values())
         if not weighed and any(part.whole for part in saved.parts):
-            self.notes.append("the file has no masses of its own: the assumed section and material give the masses")
-        if weighed and self.untouched:
-            words = ", ".join(self.untouched)
-            self.notes.append(f"left out: the mass of {words}, the default of PMKS+; sections give that of links")
+            self.notes.append("the file has only default masses: masses follow from the assumed section and material")
+        if weighed and self.with_default_mass:
+            names = ", ".join(self.with_default_mass)
+            self.notes.append(
+                f"left out: the default masses of {names}; the masses of links follow from their sections"
+            )
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
-        watched = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
+        traced = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
         return ForeignMechanism(
             self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,
-            self.slides, drives, traced=next((point for point in watched if point in used), ""), masses=masses,
+            self.slides, drives, traced=next((point for point in traced if point in used), ""), masses=masses,
             loads=loads, gravity=saved.gravity, notes=tuple(self.notes),
         )  # fmt: skip
 

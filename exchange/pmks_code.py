@@ -1,4 +1,4 @@
-"""Text format of PMKS+ (base 64 numbers, records between dots), converted to plain records and back."""
+"""Text format of PMKS+, with numbers in base 64 and records separated by dots: decoding and encoding."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -12,22 +12,22 @@ Record = TypeVar("Record")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECKS = DIGITS[:62]
 UNITS = ("in", "cm", "m")  # indexed by the number in the file
-HEAD = 4  # records before the joints: switches, decimals, integers, units
+HEAD = 4  # number of records before the joints: switches, decimals, integers, units
 CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # switches
-SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing: grids, names, forces
-SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # marks of a joint
-LINK_MARKS = "YAMG0123"  # flags of a link that is not part of a welded one: bar or disc, manual or automatic masses
-PART_MARKS = "NamgN4567"  # flags of a part of a welded link
-OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with a manual inertia, a manual centre
-CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number to more than three decimals
+SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing, which shows grids, names and forces
+SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # flags of a joint
+LINK_MARKS = "YAMG0123"  # marks of links that are not part of a welded one, by shape and by manual or automatic masses
+PART_MARKS = "NamgN4567"  # marks of the parts of a welded link
+OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with manual inertia and with manual centre
+CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number with more than three decimals
 DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
 
 
 @dataclass(frozen=True)
 class PmksJoint:
-    """A joint: position, angle of its line [rad] if it slides, link and two joints of a moving slot.
+    """Joint: position, angle of its line [rad] if it slides, and link and two joints of a moving slot.
 
-    A `speed` of 0 means the default speed of the file.
+    A `speed` of 0 stands for the default speed of the file.
     """
 
     key: str
@@ -41,13 +41,13 @@ class PmksJoint:
     mass: float = 0.0
 
     def has(self, mark: int) -> bool:
-        """Whether the joint has a mark."""
+        """Return whether the joint has a flag."""
         return bool(self.marks & mark)
 
 
 @dataclass(frozen=True)
 class PmksPart:
-    """A link; `parts` are the links welded into it. In older files the block of a slider is a `piston`."""
+    """Link; `parts` are the links that are welded into it. In older files, the block of a slider is a `piston`."""
 
     key: str
     name: str
@@ -62,7 +62,7 @@ class PmksPart:
 
 @dataclass(frozen=True)
 class PmksForce:
-    """A force at `start` towards or away from `end`; a local force turns with its link."""
+    """Force at `start`, directed towards `end` or away from it. A local force rotates with its link."""
 
     link: str
     name: str
@@ -75,7 +75,7 @@ class PmksForce:
 
 @dataclass(frozen=True)
 class Saved:
-    """The records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of its drives."""
+    """Records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of drives."""
 
     unit: str
     joints: tuple[PmksJoint, ...]
@@ -87,7 +87,7 @@ class Saved:
 
 
 def integer(text: str) -> int:
-    """Return a number in base 64; a leading 0 makes it negative."""
+    """Decode a number in base 64. A leading 0 is a minus sign."""
     value = 0
     for digit in text[1:] if text[:1] == "0" else text:
         value = 64 * value + DIGITS.index(digit)
@@ -95,7 +95,7 @@ def integer(text: str) -> int:
 
 
 def coded(value: float) -> str:
-    """Return thousandths in base 64, with a leading 0 if negative."""
+    """Encode a number, in thousandths, in base 64 with a leading 0 if it is negative."""
     left, text = abs(round(1000 * value)), ""
     while left or not text:
         left, digit = divmod(left, 64)
@@ -104,16 +104,16 @@ def coded(value: float) -> str:
 
 
 def decoded(text: str) -> Saved:
-    """Return the records of a saved mechanism, version 2.
+    """Decode a saved mechanism of version 2.
 
     Raises
     ------
     ExchangeError
-        A record cannot be read.
+        If a record cannot be read.
     """
     words = DIGEST.sub("", text).split(".")
     if len(words) <= HEAD or "," not in words[HEAD]:
-        raise ExchangeError("this is no mechanism of PMKS+: the text has no joints behind its four settings")
+        raise ExchangeError("this is not a mechanism of PMKS+: no joints follow the four settings")
     lists: list[list[str]] = [[]]
     for word in words[HEAD:]:
         lists.append([]) if not word and len(lists) < 4 else lists[-1].append(word)
@@ -121,7 +121,7 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    # early files of version 2 have the checksum after the forces, without commas
+    # early files of version 2 have a checksum, without commas, after the forces
     forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]
@@ -142,7 +142,7 @@ def _read(
     exact: Mapping[tuple[str, str, int], float],
     reader: Callable[[list[str], Callable[[int, str], float]], Record],
 ) -> Record:
-    """Read a record; `exact` contains the numbers that were saved to more than three decimals."""
+    """Read a record. `exact` contains the numbers that were saved with more than three decimals."""
     fields = word.split(",")
     mark = 2 if kind == "link" else 1
     key = fields[0][mark:]
@@ -186,21 +186,23 @@ def _force(fields: list[str], number: Callable[[int, str], float]) -> PmksForce:
 
 
 def _require_known(joints: tuple[PmksJoint, ...], parts: tuple[PmksPart, ...]) -> None:
-    """Raise if a record names an unknown joint or link."""
+    """Raise ExchangeError if a record refers to an unknown joint or link."""
     keys, links = {joint.key for joint in joints}, {part.key for part in parts}
     for part in parts:
         for key in part.joints:
             if key not in keys:
-                raise ExchangeError(f'the link "{part.name}" of PMKS+ has a joint "{key}" that the file does not')
+                raise ExchangeError(f'the link "{part.name}" of PMKS+ has a joint "{key}" that is not in the file')
     for joint in joints:
         if joint.carrier and (joint.carrier not in links or not keys.issuperset(joint.slot)):
-            raise ExchangeError(f'the slot of the joint "{joint.name}" of PMKS+ is in a link that the file has not')
+            raise ExchangeError(
+                f'the slot of the joint "{joint.name}" of PMKS+ refers to parts that are not in the file'
+            )
 
 
 def folded(saved: Saved) -> Saved:
-    """Return the file in the current form: a slider is one joint instead of a joint, a pin and a block."""
+    """Convert a file to the current form, in which a slider is one joint instead of a joint, a pin and a block."""
     known = {joint.key: joint for joint in saved.joints}
-    gone: dict[str, str] = {}
+    merged: dict[str, str] = {}
     blocks = set()
     for block in saved.parts:
         ends = [known[key] for key in block.joints if key in known]
@@ -214,14 +216,14 @@ def folded(saved: Saved) -> Saved:
             guide, key=pin.key, name=pin.name, marks=marks, mass=block.mass, speed=guide.speed or pin.speed
         )
         del known[guide.key]
-        gone[guide.key] = pin.key
+        merged[guide.key] = pin.key
         blocks.add(block.key)
     slots = {
-        key: replace(joint, slot=(gone.get(joint.slot[0], joint.slot[0]), gone.get(joint.slot[1], joint.slot[1])))
+        key: replace(joint, slot=(merged.get(joint.slot[0], joint.slot[0]), merged.get(joint.slot[1], joint.slot[1])))
         for key, joint in known.items()
     }
     parts = tuple(
-        replace(part, joints=tuple(gone.get(key, key) for key in part.joints))
+        replace(part, joints=tuple(merged.get(key, key) for key in part.joints))
         for part in saved.parts
         if part.key not in blocks
     )
@@ -229,7 +231,7 @@ def folded(saved: Saved) -> Saved:
 
 
 def encoded(saved: Saved) -> str:
-    """Return the text of a mechanism, with its length check and its hash."""
+    """Encode a mechanism, with the length check and the hash."""
     switches = SHOWN | (CLOCKWISE if saved.turns < 0 else 0) | (0 if saved.gravity else NO_GRAVITY)
     head = DIGITS[switches >> 6] + DIGITS[switches & 63]
     turns = coded(max(1, round(abs(saved.turns))) / 1000)
@@ -242,7 +244,7 @@ def encoded(saved: Saved) -> str:
 
 
 def _digest(text: str) -> str:
-    """FNV-1a hash of 32 bits as six letters."""
+    """Return the 32-bit FNV-1a hash as six letters."""
     value, letters = 0x811C9DC5, ""
     for letter in text:
         value = (value ^ ord(letter)) * 0x01000193 & 0xFFFFFFFF

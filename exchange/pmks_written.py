@@ -1,4 +1,4 @@
-"""Mechanisms written for PMKS+."""
+"""Export of mechanisms to PMKS+."""
 
 import cmath
 from dataclasses import replace
@@ -8,21 +8,21 @@ from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # names of joints; a link has one letter per joint
-ON_LINE = 1e-6  # largest distance from a slot's line of a point on it / size of the drawing
-SPARE = 0.1  # length of a slot beyond the pin / size of the drawing
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; link keys have one letter per joint
+ON_LINE = 1e-6  # a point closer to the line of a slot is on it; relative to the size of the drawing
+SPARE = 0.1  # extension of a slot beyond the pin / size of the drawing
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
-    """Return the mechanism as the current PMKS+ saves it: the query of a web link, or a whole file.
+    """Return the mechanism in the format of the current PMKS+, which is the query of a web link or a whole file.
 
-    A drive that swings has its mean speed: PMKS+ turns back at the limits of the mechanism.
-    PMKS+ rounds lengths to 0.001 cm or in, directions to a milliradian, speeds to 0.001 rpm.
+    A swinging drive gets its mean speed, because PMKS+ reverses only at the limits of the mechanism. PMKS+ rounds
+    lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
 
     Raises
     ------
     ExchangeError
-        PMKS+ does not support some part, and the mechanism would move differently without it.
+        If PMKS+ does not support a part without which the mechanism would move differently.
     """
     return encoded(_Writing(drawing).saved())
 
@@ -32,9 +32,9 @@ class _Writing:
 
     def __init__(self, drawing: ForeignMechanism) -> None:
         if drawing.gears:
-            raise ExchangeError(f"{SOURCE} has no place for gears")
+            raise ExchangeError(f"{SOURCE} does not support gears")
         if not drawing.drives:
-            raise ExchangeError(f"{SOURCE} wants a drive")
+            raise ExchangeError(f"{SOURCE} needs a drive")
         self.drawing = drawing
         self.unit, self.scale = WRITTEN[drawing.unit]
         self.places = dict(drawing.points)
@@ -49,18 +49,18 @@ class _Writing:
             self._add_slot(name, slide)
         self.used = [name for name in self.places if any(name in points for points in self.members.values())]
         if len(self.used) > len(KEYS):
-            raise ExchangeError(f"{SOURCE} names joints by a letter, and here are more than {len(KEYS)}")
+            raise ExchangeError(f"{SOURCE} supports at most {len(KEYS)} joints, because it names them by a letter")
         self.key = dict(zip(self.used, KEYS, strict=False))
         self.link_key = {name: "".join(self.key[point] for point in points) for name, points in self.members.items()}
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
-        """Store a slot by its pin. A moving slot needs two joints of the slotted link on its line."""
+        """Store a slot by its pin. A moving slot needs two joints of its link on its line."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
-            raise ExchangeError(f'{SOURCE} has no place for a pin, "{pin}", in two slots')
+            raise ExchangeError(f'{SOURCE} does not support a pin in two slots, such as "{pin}"')
         if not any(pin in points for points in self.members.values()):
-            raise ExchangeError(f'{SOURCE} has no place for the fixed pin "{pin}" in a moving slot')
+            raise ExchangeError(f'{SOURCE} does not support fixed pins in moving slots, such as "{pin}"')
         self.slots[pin] = slot
         if slot.on == GROUND:
             return
@@ -75,9 +75,9 @@ class _Writing:
         self.slot_ends[pin] = on_line[0], on_line[-1]
 
     def _own_pin(self, name: str, slide: ForeignSlider) -> str:
-        """Return a point on the line of a slide that no other link has, such as the end of a rod, or a new one."""
+        """Return a point of a link on the line of its slider that belongs to no other link, or add one."""
         if slide.link not in self.members:
-            raise ExchangeError(f'{SOURCE} has no place for the block "{slide.link}", which has one point')
+            raise ExchangeError(f'{SOURCE} does not support blocks with a single point, such as "{slide.link}"')
         owned = [point for points in self.members.values() for point in points]
         on_line = self._on_line(slide.link, self.places[slide.through], slide.direction)
         pins = [point for point in on_line if owned.count(point) == 1]
@@ -89,7 +89,7 @@ class _Writing:
         return pin
 
     def _on_line(self, link: str, here: complex, direction: complex) -> list[str]:
-        """Points of a link on the line through `here`, in their order along `direction`."""
+        """Return the points of a link on the line through `here`, in their order along `direction`."""
         ways = {
             point: (self.places[point] - here) * direction.conjugate() / abs(direction) for point in self.members[link]
         }
@@ -99,7 +99,7 @@ class _Writing:
         )
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
-        """Speed and links of every drive, by pin."""
+        """Return the speed and the links of every drive, by pin."""
         pin_of = {id(slot): pin for pin, slot in self.slots.items()}
         pins = {name: pin_of[id(slot)] for name, slot in self.drawing.slots.items()}
         pins |= {name: pin_of[id(slide)] for name, slide in self.drawing.slides.items()}
@@ -108,19 +108,21 @@ class _Writing:
             joint = drive.joint
             if drive.speed is None and not drive.law:
                 name = joint.get("slider") or joint.get("link")
-                raise ExchangeError(f'{SOURCE} has constant speeds and swings, and "{name}" is driven otherwise')
+                raise ExchangeError(
+                    f'{SOURCE} supports only constant speeds and swings, but "{name}" is driven otherwise'
+                )
             speed = drive.mean_speed
             if "slider" in joint:
                 drives[pins[joint["slider"]]] = speed * self.scale, ()
                 continue
             on, at = joint.get("on", GROUND), joint["at"]
             if at in self.slots:
-                raise ExchangeError(f'{SOURCE} has no place for a drive that turns about the sliding pin "{at}"')
+                raise ExchangeError(f'{SOURCE} does not support rotating drives at sliding pins, such as "{at}"')
             drives[at] = speed, (joint["link"],) if on == GROUND else (on, joint["link"])
         return drives
 
     def saved(self) -> Saved:
-        """Return the records, driven links first: PMKS+ drives the first link of a joint."""
+        """Return the records. Driven links come first, because PMKS+ drives the first link of a joint."""
         drawing, called = self.drawing, Names()
         joints = tuple(self._joint(name, called) for name in self.used)
         order = [link for _, links in self.drives.values() for link in links]

@@ -1,4 +1,4 @@
-"""Files of other programs, recognised by their content."""
+"""Reading and writing of files of other programs. The program is recognised by the content of the file."""
 
 import json
 import re
@@ -17,23 +17,23 @@ from exchange.pmks_written import pmks_text
 from exchange.pylinkage import of_pylinkage
 
 FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and linkage_sim (.json), DXF (.dxf)"
-"""Programs and files that can be read, in words."""
+"""Programs and files that can be read, for messages."""
 WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
-"""Programs and files that can be written, in words."""
+"""Programs and files that can be written, for messages."""
 WRITERS: Mapping[str, Callable[[ForeignMechanism], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
 MAX_SIZE = 20_000_000  # bytes
 
 
 def written(drawing: ForeignMechanism, kind: str) -> str:
-    """Return the text of a file for another program, chosen by the file extension.
+    """Return the text of a file for another program, which is chosen by the file extension.
 
     Raises
     ------
     ExchangeError
-        No program uses this extension, or the program does not support a moving part of the scene.
+        If no program uses this extension, or if the program does not support a part on which the motion depends.
     """
     if kind.lower() not in WRITERS:
-        raise ExchangeError(f'no file that ends in "{kind}" is written: there are {WRITTEN}')
+        raise ExchangeError(f'files that end in "{kind}" cannot be written: choose from {WRITTEN}')
     return WRITERS[kind.lower()](drawing)
 
 
@@ -43,7 +43,7 @@ def read(source: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        The format is unknown, or the file is damaged.
+        If the format is unknown, or the file is damaged.
     """
     if re.match(r"https?://", source):
         return of_text(source, "mechanism")
@@ -96,18 +96,18 @@ def _of_json(text: str, title: str) -> ForeignMechanism:
             if keys <= data.keys():
                 with _damage_of(program):
                     return reader(data, title)
-    raise ExchangeError(f"this JSON file is of an unknown program; kinelast reads {FORMATS}")
+    raise ExchangeError(f"this JSON file comes from an unknown program; kinelast reads {FORMATS}")
 
 
 @contextmanager
 def _damage_of(program: str) -> Iterator[None]:
-    """Raise ExchangeError with the reason if a file of a program is damaged."""
+    """Convert exceptions that damaged files cause to ExchangeError with the reason."""
     try:
         yield
     except ExchangeError:
         raise
     except KeyError as error:
-        raise ExchangeError(f"a part of this file of {program} names {error}, which the file does not have") from None
+        raise ExchangeError(f"a part of this file of {program} refers to {error}, which is not in the file") from None
     except (TypeError, AttributeError, IndexError, StopIteration):
         raise ExchangeError(f"a part of this file of {program} has an unknown form") from None
     except ValueError as error:

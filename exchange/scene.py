@@ -1,4 +1,4 @@
-"""Converts a drawing to a scene; a comment marks every assumption in its text."""
+"""Conversion of a drawing to the text of a scene, with a comment on every assumption."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -17,30 +17,30 @@ from exchange.drawing import (
     Names,
 )
 
-SLENDERNESS = 20  # length of the longest link / depth of the assumed section
+SLENDERNESS = 20  # length of the longest beam / depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
-MIN_SLENDERNESS = 4  # a bar with the file's mass is rigid if less slender than this
+MIN_SLENDERNESS = 4  # a less slender bar with the mass in the file is made rigid
 BLOCK = "100 g"
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # deviation from a uniform bar: centre / length, inertia / inertia
+MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # accepted deviations from a uniform bar: centre / length, inertia / inertia
 POSITIONS = 180
 
 
 def scene_text(drawing: ForeignMechanism) -> str:
-    """Return the text of a scene with this mechanism, with a comment on every assumption.
+    """Return the text of a scene with the mechanism, with a comment on every assumption.
 
     Raises
     ------
     ExchangeError
-        There is no moving link, or a point has no finite position.
+        If there is no moving link, or a point has no finite position.
     """
     import tomlkit
 
     if not drawing.links:
         raise ExchangeError("the file has no moving link")
     if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
-        raise ExchangeError("a point of the file has no finite place")
-    if not drawing.ground:  # all joints on the ground are slots
+        raise ExchangeError("a point of the file has no finite position")
+    if not drawing.ground:  # all joints with the ground are slots
         origin = Names(drawing.points)("origin")
         place = next(iter(drawing.points.values()))
         drawing = replace(drawing, points={origin: place, **drawing.points}, ground=(origin,))
@@ -73,7 +73,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
 
 
 def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with a beam for every link; a note reports each mass, centre or inertia that is left out."""
+    """Return the drawing with elastic links; a note lists each mass, centre or inertia that is left out."""
     links, notes = dict(drawing.links), list(drawing.notes)
     for name, body in drawing.links.items():
         link = _Link(drawing, name, body)
@@ -89,7 +89,7 @@ def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
 
 
 class _Link:
-    """A link of the scene: a beam with the assumed section, a beam with the file's mass, or a rigid link."""
+    """Link of the scene: beams with the assumed section, beams with the mass in the file, or a rigid link."""
 
     def __init__(self, drawing: ForeignMechanism, name: str, body: ForeignLink) -> None:
         self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points
@@ -104,7 +104,7 @@ class _Link:
         self.section = f"bar_{name}" if self.depth else "bar"
 
     def uniform(self) -> tuple[complex, float]:
-        """Centre [drawing] and moment of inertia [kg m^2] of bars with the link's mass."""
+        """Return centre [unit of the drawing] and moment of inertia [kg m^2] of uniform bars with the link's mass."""
         pieces = [((a + b) / 2, abs(b - a) / (self.length or 1.0)) for a, b in self.spans] or [
             (self.points[self.body.points[0]], 1.0)
         ]
@@ -134,7 +134,7 @@ class _Link:
         )
 
     def _inertia(self) -> dict[str, Any]:
-        """Return the file's mass, centre and inertia, in the link's own axes."""
+        """Return the mass, centre and inertia in the file, in link axes."""
         center, inertia = self.uniform()
         given = self.body.center if self.body.center is not None else center
         own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
@@ -144,13 +144,13 @@ class _Link:
 
 
 def _own_axis(drawing: ForeignMechanism, body: ForeignLink) -> complex:
-    """Direction of a link's x' axis: from its first to its second point."""
+    """Return the direction of the x' axis of a link, which points from its first to its second point."""
     along = drawing.points[body.points[1]] - drawing.points[body.points[0]]
     return along / (abs(along) or 1.0)
 
 
 def _longest(drawing: ForeignMechanism) -> float:
-    """Longest beam of the drawing."""
+    """Return the length of the longest beam of the drawing."""
     spans = [
         abs(drawing.points[a] - drawing.points[b]) for body in drawing.links.values() for a, b in pairwise(body.points)
     ]
@@ -158,7 +158,7 @@ def _longest(drawing: ForeignMechanism) -> float:
 
 
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
-    """A rectangle with this depth and half as wide."""
+    """Return the table of a rectangle with this depth and half this width."""
     depth = float(f"{depth:.1g}") if why.startswith("of") else depth
     sizes = {"depth": f"{depth:.6g} {drawing.unit}", "width": f"{depth / 2:.6g} {drawing.unit}"}
     reasons = {"depth": why, "width": "half the depth"}
@@ -167,7 +167,7 @@ def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
 
 
 def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
-    """Return a table with a comment behind some of its entries."""
+    """Return a table with comments behind some of its entries."""
     import tomlkit
 
     table = tomlkit.table()
@@ -178,7 +178,7 @@ def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
 
 
 def _add_list(document: Any, kind: str, tables: Iterable[Mapping[str, Any]]) -> None:
-    """Add a list of tables, unless it is empty."""
+    """Add a list of tables to the document unless it is empty."""
     import tomlkit
 
     entries = tomlkit.aot()
@@ -230,7 +230,7 @@ def _gear(gear: ForeignGear) -> dict[str, Any]:
 
 def _load(drawing: ForeignMechanism, load: ForeignLoad) -> dict[str, Any]:
     axes, force = {}, load.force
-    if load.turning:  # in the link's own axes
+    if load.turning:  # the force is given in link axes
         axes = {"axes": "turning"}
         force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
     parts = [f"{part:.12g} N" for part in (force.real, force.imag)]

@@ -1,4 +1,4 @@
-"""SVG drawings of a scene at true size: links with holes at their joints, and paths of points."""
+"""SVG drawings of a scene at full size: links with holes at their joints, and paths of points."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -6,8 +6,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 from exchange.dxf import AXIS, FIXED, DrawnLink
 
-MARGIN = 0.02  # space around the drawing / its size
-At = Callable[[complex], str]  # a position in the drawing's coordinates
+MARGIN = 0.02  # margin / size of the drawing
+At = Callable[[complex], str]  # converts a position to coordinates of the SVG file
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
 
@@ -18,14 +18,14 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return the drawing of `dxf_text` as SVG: same lengths and layers, y upwards, 1 : 1 in print.
+    """Return the drawing of `dxf_text` as SVG, with the same layers and in full size when printed.
 
     Parameters
     ----------
     fixed
         Points of the ground.
     paths
-        Positions of points over the motion.
+        Successive positions of moving points, by name.
     unit
         Unit of all lengths: "mm", "cm" or "in".
     curves
@@ -70,7 +70,7 @@ def _layer(name: str, marks: Iterable[str]) -> str:
 
 
 def _link(link: DrawnLink, at: At, line: float) -> list[str]:
-    """Outlines and holes; a dot if the hole is unknown."""
+    """Return the outlines and holes of a link, with a dot for each hole of unknown diameter."""
     marks = []
     for corners in link.outlines():
         one, two, three, four = map(at, corners)

@@ -336,7 +336,7 @@ class TestFiles:
         assert list(tmp_path.iterdir()) == []
 
     def test_an_unknown_position_is_an_error(self, four_bar, tmp_path):
-        with pytest.raises(ValueError, match="position 12 is not among the 12 positions, 0 to 11"):
+        with pytest.raises(ValueError, match="there is no position 12: choose from 0 to 11"):
             stills(four_bar, "slope", [12], tmp_path / "x.png")
 
     @pytest.mark.parametrize(

@@ -597,13 +597,13 @@ def test_a_ternary_link_is_a_closed_triangle():
     assert {frozenset((beam.start, beam.end)) for beam in coupler.beams} == {
         frozenset(pair) for pair in ("BC", "CE", "EB")
     }
-    assert first.text.startswith("# the file has no masses of its own")
+    assert first.text.startswith("# the file has only default masses")
     assert "# assumed: beams along the outline of BCE\n" in first.text
 
 
 def test_masses_that_are_left_out_are_named():
-    assert "# left out: the mass of AB, CD, the default of PMKS+" in scene_text(of_text(ternary(50), "mine"))
+    assert "# left out: the default masses of AB, CD;" in scene_text(of_text(ternary(50), "mine"))
     joints = [joint(6, "A", 0), joint(0, "B", B), joint(5, "C", C, 0, "", "", "", "", b64(1))]
     text = saved(joints, [link("YR", "AB", 1, 1), link("YR", "BC", 50, 30, C)])
     assert of_text(text, "mine").masses == {}
-    assert "# left out: the mass of AB, C, the default" in scene_text(of_text(text, "mine"))
+    assert "# left out: the default masses of AB, C;" in scene_text(of_text(text, "mine"))

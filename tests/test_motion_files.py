@@ -75,10 +75,7 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
             "0 0\n1 1\n2 1\n3 3\n",
             "line 1: expected 2 columns, time and angle, got 1: put a comma, a semicolon or a tab",
         ),
-        (
-            "t,a,v\n0,0,0\n2,1,1\n3,2,1\n4,3,1",
-            "line 2: expected 2 columns, time and angle, got 3: leave the others out",
-        ),
+        ("t,a,v\n0,0,0\n2,1,1\n3,2,1\n4,3,1", "line 2: expected 2 columns, time and angle, got 3: delete the others"),
         ("time [ms],angle [grad]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*there is no unit "grad"'),
         ("time [ms],way [mm]\n0,0\n1,1\n2,2\n3,3", 'line 1: expected an angle.*, got "1 mm"'),
         ("t,a\n1,0\n2,1\n3,2\n4,3", "line 2: expected times from 0, got 1.0: subtract it from all times"),

@@ -53,7 +53,7 @@ FEATURES = {
     "viscous friction": (TURNING + "[joints.B]\nviscosity = 0.02\n", ""),
     "Coulomb friction": (
         TURNING + "[joints.B]\nfriction = 0.1\nradius = 0.005\n",
-        'Coulomb friction at "B" sticks and slips',
+        'Coulomb friction at "B": the nonlinear check does not support it',
     ),
     "drive by effort": ('[[drives]]\nlink = "crank"\neffort = 0.5\nspeed = "20 rad/s"\n', "drives that follow laws"),
 }

@@ -370,7 +370,7 @@ def test_unsupported_features_are_named():
         nonlinear_equilibrium(cantilever(1.0), [Section(), Section()], [AT_REST], [0.0, 1.0])
     loose = Mechanism((GROUND, Link("bar", {"O": 0}, (), (Lump("O", 1.0),))), (), {"O": 0},
                       loads=(PointLoad("bar", "O", moment=1.0),))  # fmt: skip
-    with pytest.raises(DoesNotCloseError, match="no balance found at 0 s"):
+    with pytest.raises(DoesNotCloseError, match="no equilibrium found at 0 s"):
         nonlinear_equilibrium(loose, [], [], [0.0, 1.0])
     with pytest.raises(ValueError, match="0 laws for 1 drives"):
         nonlinear_equilibrium(cantilever(1.0), [Section()], [], [0.0, 1.0])

@@ -185,7 +185,7 @@ class TestRegistry:
     def test_stress_diagrams_need_section_dimensions(self, tmp_path):
         case = steel_four_bar(4)
         unknown = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
-        with pytest.raises(ValueError, match="von Mises stress is not known: the sections have no dimensions"):
+        with pytest.raises(ValueError, match="von Mises stress is unknown, because the sections have no dimensions"):
             movie(unknown, "mises", tmp_path / "mises.mp4", 2, Style(size=(320, 192)))
 
     def test_masked_positions_are_nan_in_every_field(self, bent):

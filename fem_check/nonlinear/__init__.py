@@ -1,6 +1,6 @@
-"""Independent nonlinear analysis in absolute coordinates: large displacements, inertia of the deformed links.
+"""Independent nonlinear analysis in absolute coordinates, with large displacements and inertia of the deformed links.
 
-It shares no computation with `rigid` and `elastic`, only the definitions of the mechanism and its sections.
+It uses no computation of `rigid` and `elastic`, only the definitions of the mechanism and its sections.
 """
 
 from fem_check.nonlinear.nodes import NotCheckedError

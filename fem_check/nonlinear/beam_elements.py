@@ -1,12 +1,12 @@
 """Planar beam elements for large displacements: strains, forces and tangents.
 
-An element has two nodes with position and rotation. Its axes turn with the mean rotation of its nodes. In these axes it
-measures stretch and shear of the chord, and the relative rotation of its nodes (Reissner, On one-dimensional
-finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, with one point as in Simo and Vu-Quoc, Computer
-Methods in Applied Mechanics and Engineering 58 (1986) 79-116). The compliance is that of the exact solution of a
-straight piece under end forces, so the elements do not lock and linear statics are exact at the nodes (residual bending
-flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece is longer than its chord by
-h turn^2 / 24, which the stretch includes.
+An element has two nodes, each with a position and a rotation. The axes of the element rotate with the mean rotation of
+its nodes. Its strains are the stretch and shear of the chord in these axes and the relative rotation of the nodes
+(Reissner, On one-dimensional finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, with one integration
+point as in Simo and Vu-Quoc, Computer Methods in Applied Mechanics and Engineering 58 (1986) 79-116). The compliance is
+that of the exact solution for a straight piece under end forces. The elements therefore do not lock, and linear statics
+are exact at the nodes (residual bending flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece
+is longer than its chord by h turn^2/24, which is included in the stretch.
 """
 
 from dataclasses import dataclass
@@ -19,29 +19,29 @@ from rigid.arrays import Complexes, Integers
 
 GAUSS = np.polynomial.legendre.leggauss(8)
 ENDS = np.array([[-1, 0, 0, 1, 0, 0], [0, -1, 0, 0, 1, 0], [0, 0, 0.5, 0, 0, 0.5], [0, 0, -1, 0, 0, 1]], float)
-"""Matrix from x, y and rotation of both nodes to their distance in x and y, mean rotation and relative rotation."""
+"""Matrix that converts x, y and rotation of both nodes to x and y distance, mean rotation and relative rotation."""
 
 Powers = np.polynomial.polynomial.polyval
 
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Beam elements; arrays of shape (elements, ...).
+    """Beam elements, in arrays of shape (elements, ...).
 
     Attributes
     ----------
     nodes
-        Numbers of the start and end nodes, (elements, 2).
+        Indices of the start and end nodes, shape (elements, 2).
     axis
-        Unit vector of x' in the axes of the link, complex.
+        Unit vector of x' in link axes, complex.
     length
-        h [m].
+        Length h [m].
     free
-        Unloaded stretch [m].
+        Elongation without load [m].
     stiffness
-        Stiffness: from stretch, shear and relative rotation to N, Q and M, (elements, 3, 3); Q = -V.
+        Stiffness matrices, which map stretch, shear and relative rotation to N, Q = -V and M, shape (elements, 3, 3).
     damping
-        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s].
+        beta of the Kelvin-Voigt law stress = E (strain + beta d strain/dt) [s].
     """
 
     nodes: Integers
@@ -53,10 +53,10 @@ class Elements:
 
 
 def element_stiffness(section: Section, length: float, first: float, last: float) -> Reals:
-    """Stiffness of a piece of a beam between two xi, shape (3, 3).
+    """Return the stiffness matrix of the piece of a beam between two values of xi, shape (3, 3).
 
-    It maps stretch, shear and relative rotation to N, Q and M in the middle. EA and EI must be finite. It is the
-    inverse of the flexibility of a piece in equilibrium, with moment M - Q x at x from the middle.
+    It maps stretch, shear and relative rotation to N, Q and M at the midpoint. EA and EI must be finite. It is the
+    inverse of the flexibility of a piece in equilibrium, with the moment M - Q x at the distance x from the midpoint.
     """
     taper = section.taper or Taper()
     places, weights = (GAUSS[0] + 1) / 2, GAUSS[1] / 2
@@ -75,24 +75,24 @@ def element_stiffness(section: Section, length: float, first: float, last: float
 
 @dataclass(frozen=True, eq=False)
 class ElementState:
-    """State of all elements at some instants.
+    """State of all elements at several instants.
 
     Attributes
     ----------
     resultants
-        N, Q and M in the middle, in the element's axes, shape (instants, elements, 3).
+        N, Q and M at the midpoint in element axes, shape (instants, elements, 3).
     axis
-        Unit vector of these axes in the ground's axes, shape (instants, elements).
+        Direction of the element axes in ground axes, complex, shape (instants, elements).
     force
         Internal force on x, y and rotation of both nodes, shape (instants, elements, 6).
     stiffness, damping
-        Derivatives of the force with respect to position and velocity, shape (instants, elements, 6, 6); empty without
-        tangent.
+        Derivatives of the force with respect to position and velocity, shape (instants, elements, 6, 6), or empty if
+        not requested.
     power
-        Dissipated power [W]; `energy`: stored energy [J], shape (instants, elements).
+        Dissipated power [W], and in `energy` the stored energy [J], shape (instants, elements).
     slope
-        Derivatives of stretch, shear and relative rotation with respect to the node coordinates, shape (instants,
-        elements, 3, 6).
+        Derivatives of stretch, shear and relative rotation with respect to the coordinates of the nodes, shape
+        (instants, elements, 3, 6).
     """
 
     resultants: Reals
@@ -106,16 +106,16 @@ class ElementState:
 
 
 def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None) -> ElementState:
-    """Compute forces and tangents of all elements.
+    """Compute the forces and tangents of all elements.
 
     Parameters
     ----------
     q, v
         x, y and rotation of each node and their rates, shape (instants, nodes, 3).
     tangent
-        Whether to compute the derivatives.
+        True to compute the derivatives.
     assumed
-        Resultants for the geometric stiffness instead of the current ones, see `predicted`.
+        Resultants to use for the geometric stiffness instead of the current ones, see `predicted`.
     """
     p, rate = (_differences(elements, values) for values in (q, v))
     back = np.conj(elements.axis * np.exp(1j * p[..., 2]))
@@ -139,16 +139,17 @@ def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed
 
 
 def predicted(elements: Elements, state: ElementState, change: Reals, change_of_rate: Reals) -> Reals:
-    """Predict the resultants after a step of Newton's method, (instants, elements, 3).
+    """Predict the resultants after a step of Newton's method, shape (instants, elements, 3).
 
-    In the current tangent, a node that rotates about another stretches the element between them, and this spurious
-    force spoils the next tangent. The predicted resultants exclude it (Magisano, Leonetti and Garcea, Computer Methods
-    in Applied Mechanics and Engineering 313 (2017) 986-1005).
+    A step moves nodes along straight lines. If a node should rotate about another one, the step stretches the element
+    between them, and the spurious axial force would impair the next tangent. The predicted resultants do not contain
+    this force (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics and Engineering 313 (2017)
+    986-1005).
 
     Parameters
     ----------
     change, change_of_rate
-        Changes of x, y and rotation of all nodes and of their rates, (instants, nodes, 3).
+        Changes of x, y and rotation of all nodes, and changes of their rates, shape (instants, nodes, 3).
     """
     total: Reals = state.resultants.copy()
     for values, beta in ((change, 1.0), (change_of_rate, elements.damping[:, None])):
@@ -159,7 +160,7 @@ def predicted(elements: Elements, state: ElementState, change: Reals, change_of_
 
 
 def _differences(elements: Elements, values: Reals) -> Reals:
-    """Difference of position, mean and relative rotation, (instants, elements, 4)."""
+    """Return the difference of the positions and the mean and relative rotation, shape (instants, elements, 4)."""
     start, end = values[:, elements.nodes[:, 0]], values[:, elements.nodes[:, 1]]
     between, mean = end - start, (end[..., 2] + start[..., 2]) / 2
     return np.stack([between[..., 0], between[..., 1], mean, between[..., 2]], axis=-1)
@@ -168,7 +169,7 @@ def _differences(elements: Elements, values: Reals) -> Reals:
 def _tangents(
     elements: Elements, back: Complexes, chord: Complexes, B: Reals, held: Reals, rate: Reals
 ) -> tuple[Reals, Reals]:
-    """Derivatives of the forces with respect to position and velocity."""
+    """Return the derivatives of the forces with respect to position and velocity."""
     H = np.zeros((*chord.shape, 3, 4, 4))
     H[..., 0, 0, 2] = H[..., 0, 2, 0] = back.imag
     H[..., 0, 1, 2] = H[..., 0, 2, 1] = back.real

@@ -1,10 +1,11 @@
-"""Radau collocation over many time steps: a closed period, or a motion from a start.
+"""Radau collocation over many time steps, for a period or for a motion from an initial state.
 
-The equations of motion and constraints hold at three instants of each step, the last at its end; the coordinates are
-cubics in time (Radau IIA: Hairer and Wanner, Solving Ordinary Differential Equations II, Springer 1996, section IV.5
-and, for constraints on positions, VII.4). Vibrations too fast for the steps are damped out. Newton's method treats all
-instants together. Its linear systems are condensed to the positions and velocities between steps and solved exactly
-(Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 7.2).
+The equations of motion and the constraints are satisfied at three instants of each step, the last of which is its end.
+The coordinates are cubic polynomials in time (Radau IIA: Hairer and Wanner, Solving Ordinary Differential Equations II,
+Springer 1996, section IV.5, and section VII.4 for constraints on positions). Vibrations that the steps do not resolve
+are damped. Newton's method solves for all instants together. Its linear systems are condensed to the positions and
+velocities between the steps and solved exactly (Ascher, Mattheij and Russell, Numerical Solution of Boundary Value
+Problems, SIAM 1995, section 7.2).
 """
 
 from collections.abc import Callable
@@ -19,18 +20,18 @@ from rigid import Reals
 
 Progress = Callable[[float, str], None]
 TOLERANCE = 1e-6
-"""Largest last change of Newton's method, relative to the largest deflection."""
+"""Largest change in the last step of Newton's method, relative to the largest deflection."""
 MIN_DEFLECTION = 1e-3
-"""Smallest reference deflection, relative to the mechanism's size."""
+"""Smallest reference deflection, relative to the size of the mechanism."""
 MAX_STEPS = 30
 MIN_STEPS, MAX_LATE_CHANGE = 12, 0.05
-"""Give up after MIN_STEPS if the relative change still exceeds MAX_LATE_CHANGE."""
+"""Newton's method stops after MIN_STEPS if the relative change exceeds MAX_LATE_CHANGE."""
 MAX_CHANGE = 0.5
 STAGES = 3
 
 
 def radau(stages: int) -> tuple[Reals, Reals]:
-    """Radau instants on [0, 1], and the matrix from value differences to rates.
+    """Return the Radau instants on [0, 1], and the matrix that converts differences from the start to rates.
 
     Examples
     --------
@@ -51,7 +52,7 @@ NODES = np.concatenate([[0.0], PLACES])
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """Coordinates and their rates at the first instant, (coordinates,)."""
+    """Initial coordinates and rates, shape (coordinates,)."""
 
     q: Reals
     v: Reals
@@ -64,9 +65,9 @@ class CollocatedMotion:
     Attributes
     ----------
     first
-        Coordinates at the start of each step, (steps, coordinates).
+        Coordinates at the start of each step, shape (steps, coordinates).
     q, v, a, pulls
-        Coordinates, rates, accelerations and multipliers at the instants of each step, (steps, stages, ...).
+        Coordinates, rates, accelerations and multipliers at the instants of each step, shape (steps, stages, ...).
     """
 
     edges: Reals
@@ -78,16 +79,16 @@ class CollocatedMotion:
     steps: int
 
     def at(self, time: Reals) -> Reals:
-        """Interpolate the coordinates at any instants, (instants, coordinates)."""
+        """Interpolate the coordinates at any instants, shape (instants, coordinates)."""
         return _between(self.edges, np.concatenate([self.first[:, None], self.q], axis=1), NODES, time)
 
     def pulls_at(self, time: Reals) -> Reals:
-        """Interpolate the multipliers, (instants, constraints)."""
+        """Interpolate the multipliers at any instants, shape (instants, constraints)."""
         return _between(self.edges, self.pulls, PLACES, time)
 
 
 def _between(edges: Reals, values: Reals, nodes: Reals, time: Reals) -> Reals:
-    """Interpolate by the polynomials of the steps."""
+    """Interpolate values by the polynomials of the steps."""
     step = np.clip(np.searchsorted(edges, time, side="left") - 1, 0, len(edges) - 2)
     share = (time - edges[step]) / np.diff(edges)[step]
     power = np.arange(len(nodes))
@@ -96,7 +97,7 @@ def _between(edges: Reals, values: Reals, nodes: Reals, time: Reals) -> Reals:
 
 
 class Collocation:
-    """Equations of all steps between given edges [s]."""
+    """Equations of all steps between given instants `edges` [s]."""
 
     def __init__(self, system: System, edges: Reals, start: Beginning | None) -> None:
         self.system, self.edges, self.start = system, edges, start
@@ -117,14 +118,15 @@ class Collocation:
     def solved(
         self, guess: tuple[Reals, Reals] | None = None, settled: float = TOLERANCE, progress: Progress | None = None
     ) -> CollocatedMotion:
-        """Solve by Newton's method.
+        """Solve the equations by Newton's method.
 
-        `guess`: displacements from the rigid positions and multipliers, (instants, ...).
+        `guess` contains displacements from the rigid positions and multipliers, shape (instants, ...). `settled` is the
+        largest accepted change in the last step, relative to the largest deflection.
 
         Raises
         ------
         DoesNotCloseError
-            Newton's method does not converge.
+            If Newton's method does not converge.
         """
         system, free = self.system, self.system.free
         q, pulls = self.rigid.copy(), np.zeros((len(self.time), len(self.gap)))
@@ -156,11 +158,11 @@ class Collocation:
                 return CollocatedMotion(self.edges, first, known[0], known[1], known[2], known[3], step + 1)
             before = fading
         raise DoesNotCloseError(
-            f"no motion found in {step + 1} steps of Newton's method: the last changed {fading:.1e}"
+            f"Newton's method does not converge in {step + 1} steps: last relative change {fading:.1e}"
         )
 
     def rates(self, q: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coordinates at the starts of steps, and rates and accelerations at all instants."""
+        """Return the coordinates at the starts of the steps, and the rates and accelerations at all instants."""
         if self.start is None:
             first = q[-1] - self.turned
             return self._derivatives(q, first, None)
@@ -183,7 +185,7 @@ class Collocation:
     def _equations(
         self, q: Reals, v: Reals, a: Reals, pulls: Reals, assumed: Reals | None
     ) -> tuple[Reals, Tangents, State]:
-        """Scaled residual, (instants, free + constraints), and scaled tangents."""
+        """Return the scaled residual, shape (instants, free + constraints), and the scaled tangents."""
         total, state, tangents = self.system.residual(q, v, a, pulls, self.drives, self.factor, assumed=assumed)
         assert tangents is not None
         unit, energy = self.unit, self.energy
@@ -193,7 +195,7 @@ class Collocation:
         return residual, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state
 
     def _newton_step(self, tangents: Tangents, residual: Reals) -> Reals:
-        """Changes of scaled coordinates and multipliers, (instants, free + constraints)."""
+        """Solve for the changes of scaled coordinates and multipliers, shape (instants, free + constraints)."""
         count, free = self.shape[0], len(self.unit)
         size = residual.shape[1]
         known = np.empty((count, STAGES * size, 1 + 2 * free))
@@ -201,7 +203,7 @@ class Collocation:
             known[few] = self._step_responses(tangents, residual, few)
         last = known[:, (STAGES - 1) * size : (STAGES - 1) * size + free]
         stages = known.reshape(count, STAGES, size, -1)[:, :, :free]
-        # end velocity of a step from positions at its instants and its start
+        # velocity at the end of a step from the positions at its instants and at its start
         speed = np.einsum("j,kjmc->kmc", RATES[-1], stages)
         speed[:, :, 1 : 1 + free] -= RATES[-1].sum() * np.eye(free)
         speed /= self.h[:, None, None]
@@ -211,7 +213,7 @@ class Collocation:
         return change.reshape(count * STAGES, size)
 
     def _step_responses(self, tangents: Tangents, residual: Reals, few: Any) -> Reals:
-        """Changes within steps due to the residual and to changes at the steps' starts."""
+        """Return the changes within steps due to the residual and due to changes at the starts of the steps."""
         free, size = len(self.unit), residual.shape[1]
         rows = (few[:, None] * STAGES + np.arange(STAGES)).ravel()
         K, C, M, G = (
@@ -241,7 +243,7 @@ class Collocation:
             raise DoesNotCloseError("the equations of a step are singular: a part is unconstrained") from None
 
     def _starts(self, passed: Reals) -> Reals:
-        """Changes of positions and velocities at the starts of all steps, (steps, 2 free)."""
+        """Solve for the changes of positions and velocities at the starts of all steps, shape (steps, 2 free)."""
         count, both = passed.shape[:2]
         here = np.zeros(both)
         if self.start is None:

@@ -1,7 +1,7 @@
-"""Couplings of two nodes: gaps of pins and sliders, drive and gear coordinates, springs.
+"""Couplings of two nodes: gaps of pins and sliders, coordinates of drives and gears, and lengths of springs.
 
-Each is a function c of position and rotation of two nodes; the first node can be the ground. A multiplier, spring or
-damper acts along the gradient of c: a moment for an angle, a force for a length.
+A coupling is a function c of the positions and rotations of two nodes. The first node may be the ground. A multiplier,
+spring or damper acts along the gradient of c, as a moment if c is an angle and as a force if c is a length.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from rigid import Reals
 
 
 class CouplingKind(IntEnum):
-    """Kinds of c: components of the gap, in ground or parent axes; angle; distance."""
+    """Kinds of c: component of the gap in ground axes (X, Y) or parent axes (ALONG, ACROSS), angle, or distance."""
 
     X = 0
     Y = 1
@@ -26,18 +26,18 @@ class CouplingKind(IntEnum):
 
 @dataclass(frozen=True)
 class NodeCoupling:
-    """Function c of two nodes.
+    """Function c of the coordinates of two nodes.
 
     Attributes
     ----------
     kind
-        See `CouplingKind`.
+        Kind of c.
     parent, child
-        Numbers of the nodes.
+        Indices of the nodes.
     at_parent, at_child
-        The two points, relative to the nodes in the links' axes [m].
+        The two points relative to the nodes, in link axes [m].
     line
-        Unit vector for ALONG and ACROSS in the axes of the parent's link.
+        Unit vector for ALONG and ACROSS in the link axes of the parent.
     """
 
     kind: CouplingKind
@@ -50,7 +50,7 @@ class NodeCoupling:
 
 @dataclass(frozen=True, eq=False)
 class CouplingState:
-    """Values (instants, couplings), first (..., 6) and second (..., 6, 6) derivatives of c."""
+    """Values, shape (instants, couplings), first derivatives, (..., 6), and second derivatives, (..., 6, 6), of c."""
 
     value: Reals
     gradient: Reals
@@ -58,7 +58,7 @@ class CouplingState:
 
 
 def coupling_state(couplings: tuple[NodeCoupling, ...], q: Reals) -> CouplingState:
-    """Evaluate all couplings for nodes at q, shape (instants, nodes, 3)."""
+    """Evaluate all couplings for node coordinates q of shape (instants, nodes, 3)."""
     shape = (len(q), len(couplings))
     value, gradient, second = np.zeros(shape), np.zeros((*shape, 6)), np.zeros((*shape, 6, 6))
     for number, own in enumerate(couplings):
@@ -72,7 +72,7 @@ def _turn(own: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Any]:
 
 
 def _gap(coupling: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Reals]:
-    """Gap between the points, in ground or parent axes, reduced to the coupling's component."""
+    """Return the component of the gap between the points that the coupling measures, with its derivatives."""
     (zp, ep), (zc, ec) = (
         (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (coupling.parent, coupling.child)
     )

@@ -1,4 +1,4 @@
-"""Equilibrium at an instant, and the start of a motion."""
+"""Equilibrium at an instant, and initial state of a motion."""
 
 import warnings
 from collections.abc import Callable
@@ -15,14 +15,14 @@ from rigid import Reals
 Start = Literal["rigid", "quasi-static", "static"]
 MAX_STEPS = 40
 TOLERANCE = 1e-9
-"""Largest last change of Newton's method, relative to the mechanism's size, or [rad]."""
+"""Largest change in the last step of Newton's method, relative to the size of the mechanism, or [rad]."""
 MAX_CHANGE = 0.3
 POINTS = 7
 Rates = Callable[[Reals], tuple[Reals, Reals, Reals]]
 
 
 def slopes(step: float) -> Reals:
-    """Differentiation matrix for equally spaced instants, shape (POINTS, POINTS)."""
+    """Return the differentiation matrix for equally spaced instants, shape (POINTS, POINTS)."""
     from numpy.polynomial import polynomial
 
     places = np.arange(POINTS) - (POINTS - 1) / 2
@@ -31,22 +31,23 @@ def slopes(step: float) -> Reals:
 
 
 def start_of(system: System, step: float, begin: Start) -> Beginning:
-    """State at the first instant.
+    """Return the initial state.
 
     Parameters
     ----------
     step
-        Difference step [s].
+        Time step of the differences [s].
     begin
-        "rigid": positions and velocities of the rigid links; "quasi-static": deformed by the loads and the inertia of
-        the rigid motion, with the rate of this deformation; "static": at rest, deformed by the loads.
+        "rigid" for the positions and velocities of the rigid links. "quasi-static" for links that are deformed by the
+        loads and the inertia of the rigid motion, including the rate of this deformation. "static" for links that are
+        deformed by the loads and at rest.
     """
     q, v, _ = InstantEquilibrium(system).started(system.rigid.start, step, begin)
     return Beginning(q[0], v[0])
 
 
 class InstantEquilibrium:
-    """Newton's method at one instant, with the multipliers of the last solution."""
+    """Newton's method at one instant, which starts with the multipliers of the last solution."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -57,7 +58,7 @@ class InstantEquilibrium:
         self.pulls = np.zeros((1, len(system.gap)))
 
     def started(self, time: float, step: float, begin: Start) -> tuple[Reals, Reals, Reals]:
-        """Positions, and the rates and accelerations that follow from the next instants, (1, coordinates)."""
+        """Return initial positions, and rates and accelerations by forward differences, shape (1, coordinates)."""
         slope = slopes(step / 2)
         times = time + step / 2 * np.arange(POINTS, dtype=float)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))
@@ -74,7 +75,7 @@ class InstantEquilibrium:
         return q[:1], v[:1], a[:1]
 
     def _bent(self, q: Reals, v: Reals, a: Reals, times: Reals) -> Reals:
-        """Equilibrium positions under the loads and given accelerations."""
+        """Return the equilibrium positions under the loads and given accelerations."""
         places = []
         for k, time in enumerate(times):
             rates = partial(_with, v[k : k + 1], a[k : k + 1])
@@ -84,7 +85,7 @@ class InstantEquilibrium:
     def balanced(
         self, guess: Reals, rates: Rates, by_rate: float, by_acceleration: float, time: float
     ) -> tuple[Reals, Reals, Reals]:
-        """Solve for coordinates, rates and accelerations; the tangent is reused while it converges."""
+        """Solve for coordinates, rates and accelerations. The tangent is reused as long as convergence is fast."""
         from scipy.linalg import lu_solve
 
         system, free, unit, gap = self.system, self.system.free, self.system.unit, self.system.gap
@@ -117,7 +118,7 @@ class InstantEquilibrium:
             if largest > 1e-3 or (number and largest > 0.2 * before):
                 known = None
             before = largest
-        raise DoesNotCloseError(f"no balance found at {time:.6g} s: Newton's method last changed {before:.1e}")
+        raise DoesNotCloseError(f"no equilibrium found at {time:.6g} s: last change of Newton's method {before:.1e}")
 
 
 def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals, Reals]:
@@ -125,7 +126,7 @@ def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals,
 
 
 def _factored(matrix: Reals) -> Any:
-    """Factorise a matrix; solutions of a singular one are not finite."""
+    """Factorise a matrix. If it is singular, solutions are not finite."""
     from scipy.linalg import LinAlgWarning, lu_factor
 
     with warnings.catch_warnings():

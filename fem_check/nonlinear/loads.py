@@ -1,4 +1,4 @@
-"""Loads on nodes: forces and moments at points, lumped line loads, and the motion of links."""
+"""Loads on nodes: point loads, lumped line loads, and the rigid motion that load laws depend on."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,34 +15,34 @@ from rigid.arrays import Complexes, Flags, Integers, Reals
 from rigid.decomposition import Structure
 
 MAX_STRIDE = 5e-3
-"""Largest drive movement within a difference [rad], or relative to the mechanism's size."""
+"""Largest movement of a drive within a difference step [rad], or relative to the size of the mechanism."""
 MIN_STEP, SAMPLES = 1e-7, 501
-"""Smallest difference step [s], and number of instants at which drive movements are checked."""
+"""Smallest difference step [s], and number of instants at which the movement of drives is checked."""
 POINTS = 6
 OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads, shape (loads,).
+    """Loads on nodes, in arrays of shape (loads,).
 
     Attributes
     ----------
     node
-        Node number.
+        Index of the node.
     force
-        [N], complex, in the ground's axes, or in the link's axes if `turning`.
+        Force [N], complex, in link axes if `turning`, and otherwise in ground axes.
     moment
-        [N m], independent of the node's rotation.
+        Moment that does not depend on the rotation of the node [N m].
     lever
-        [N m], complex. The imaginary part of lever times the conjugate of the node's direction is the moment of a
-        force in ground axes on a rotating arm.
+        Moment of a force in ground axes on a rotating arm, as the imaginary part of lever times the conjugate of the
+        direction of the node [N m], complex.
     turning
-        Whether the force turns with the node.
+        True if the force rotates with the node.
     law
-        Number of the law that multiplies the load; -1 if there is none.
+        Index of the law that multiplies the load, or -1 if there is none.
     laws
-        The load laws.
+        Laws of the loads.
     """
 
     node: Integers
@@ -57,12 +57,12 @@ class Loads:
 def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
     """Collect all loads of a mechanism except springs.
 
-    Custom load objects are evaluated on the motion of the rigid links and act on the deformed ones.
+    Custom loads are evaluated for the motion of the rigid links, and act on the deformed links.
 
     Raises
     ------
     NotCheckedError
-        A load acts on a point that no beam reaches.
+        If a load acts on a point that no beam reaches.
     """
     rows: list[tuple[Any, ...]] = []
     laws: list[Law] = []
@@ -70,7 +70,7 @@ def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
         if isinstance(load, Spring | TorsionSpring):
             continue
         if not isinstance(load, PointLoad | LineLoad):
-            rows += _of_its_own(mechanism, nodes, load, laws)
+            rows += _custom(mechanism, nodes, load, laws)
             continue
         law = -1
         if load.law is not None:
@@ -102,8 +102,8 @@ def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> lis
     return [(node, force, moment, lever, False, law)]
 
 
-def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
-    """Convert a custom load to unit loads that follow laws from the rigid motion."""
+def _custom(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
+    """Convert a custom load to unit loads with laws that depend on the rigid motion."""
     rows: list[tuple[Any, ...]] = []
     for number, (link, point) in enumerate(load.points):
         at = mechanism.index[link]
@@ -117,7 +117,7 @@ def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) 
 
 
 def _part(load: Any, number: int, at: tuple[str, str], part: int) -> Law:
-    """Law for one component of a custom load: force x, force y, or moment."""
+    """Return the law of one component of a custom load: force x, force y, or moment."""
 
     def law(motion: Any) -> Reals:
         link, point, force, moment = list(load.forces(motion))[number]
@@ -156,7 +156,7 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
 def _rigid_pieces(
     node: int, start: complex, vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """Resultant of a linear load and its lever about the node."""
+    """Return the resultant of a linear load and its lever about the node."""
     length, change = abs(vector), last - first
     force = length * (first + change / 2)
     return [
@@ -167,7 +167,7 @@ def _rigid_pieces(
 def _elastic_pieces(
     along: tuple[int, ...], vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """Nodal loads of a linear load on each element, by cubic shape functions."""
+    """Return the nodal loads of a linear load on each element, by cubic shape functions."""
     count = len(along) - 1
     arm = np.conj(vector) / count
     h = abs(arm)
@@ -188,7 +188,7 @@ def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
 
 
 def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
-    """Nodal forces of loads, (instants, loads, 3), and their tangents, (..., 3, 3)."""
+    """Return the nodal forces of the loads, shape (instants, loads, 3), and their tangents, shape (..., 3, 3)."""
     turn = np.exp(1j * q[:, loads.node, 2])
     force = factor * loads.force * np.where(loads.turning, turn, 1.0)
     levered = factor * np.conj(turn) * loads.lever
@@ -201,12 +201,12 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
 
 @dataclass(frozen=True, eq=False)
 class RigidLinkMotion:
-    """Positions, velocities and accelerations of the rigid links, as in `rigid.Motion`.
+    """Positions, velocities and accelerations of the rigid links, with the attributes of `rigid.Motion`.
 
     Attributes
     ----------
     time
-        [s], shape (instants,).
+        Instants [s], shape (instants,).
     rigid
         Positions of the links at any time.
     """
@@ -216,7 +216,7 @@ class RigidLinkMotion:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The moving mechanism."""
+        """Mechanism that moves."""
         return self.rigid.mechanism
 
     @property
@@ -243,7 +243,7 @@ class RigidLinkMotion:
     def link_rates(self) -> tuple[Reals, Reals]:
         """First and second derivatives of `link_positions`."""
         step = self._step
-        around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # no positions before the start
+        around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # there are no positions before the start
         places = self.rigid.at((around[:, None] + step * OFFSETS).ravel())
         values = places.reshape(len(self.time), POINTS, -1)
         powers = np.arange(POINTS)
@@ -258,7 +258,7 @@ class RigidLinkMotion:
 
     @property
     def _step(self) -> float:
-        """Difference step [s]: drives move less than a stride, and it is short between instants."""
+        """Difference step, chosen such that drives move by about `MAX_STRIDE` [s]."""
         first, last = float(self.time.min()), float(self.time.max())
         scale = np.array([1.0 if drive.turns else self.rigid.size for drive in self.mechanism.drives])
         steps = MIN_STEP * 2.0 ** np.arange(24)
@@ -270,10 +270,10 @@ class RigidLinkMotion:
         return float(steps[-1])
 
     def __getattr__(self, name: str) -> Any:
-        """Return an array of `rigid.Motion` of shape (links, instants), or raise NotCheckedError for others."""
+        """Return an array of `rigid.Motion`, shape (links, instants), or raise NotCheckedError if it is unavailable."""
         if name not in ARRAYS:
             raise NotCheckedError(
-                f'a load uses the motion\'s "{name}": the nonlinear check provides positions, velocities and '
+                f'a load uses "{name}" of the motion: the nonlinear check provides only positions, velocities and '
                 "accelerations"
             )
         return ARRAYS[name](self)

@@ -1,13 +1,13 @@
-"""Inertia of nodes: mass, first moment and moment of inertia of each node's part.
+"""Inertia of the nodes: lumped mass, first moment and moment of inertia.
 
-The mass of a beam is lumped at its nodes by the trapezoidal rule with end correction (Euler and Maclaurin),
+The mass of a beam is lumped at its nodes by the trapezoidal rule with end corrections (Euler and Maclaurin),
 
     integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,  f = m (virtual displacement)(acceleration),
 
-where w' is the rotation. The corrections are first moments about the nodes and cancel between elements. With exact
-stiffness this has order four, like a consistent mass, without coupling nodes. The end mass of a beam thus has an arm of
-h/6 with its moment of inertia; a second difference of masses near the end compensates this. Mass, centre and moment of
-inertia of a uniform beam are exact.
+where w' is the rotation. The corrections are first moments about the nodes, and cancel between elements. With the exact
+stiffness, the error is of order four, as with a consistent mass matrix, but nodes are not coupled. The mass at the end
+of a beam thus has an arm of h/6 and the corresponding moment of inertia, which a second difference of the masses near
+the end compensates. The mass, centre and moment of inertia of a uniform beam are exact.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from rigid.arrays import Complexes
 
 @dataclass(frozen=True, eq=False)
 class NodeMasses:
-    """`mass` [kg], `first` moment [kg m], complex, in link axes, and `inertia` [kg m^2] of nodes."""
+    """Mass [kg], first moment in link axes [kg m], complex, and moment of inertia [kg m^2] of the nodes."""
 
     mass: Reals
     first: Complexes
@@ -29,7 +29,7 @@ class NodeMasses:
 
 @dataclass(frozen=True, eq=False)
 class MassState:
-    """Inertia forces of nodes, (instants, nodes, 3), and derivatives, (instants, nodes, 3, 3)."""
+    """Inertia forces of the nodes, (instants, nodes, 3), their derivatives, (instants, nodes, 3, 3), and energy."""
 
     force: Reals
     stiffness: Reals
@@ -39,7 +39,7 @@ class MassState:
 
 
 def mass_state(masses: NodeMasses, q: Reals, v: Reals, a: Reals, gravity: complex) -> MassState:
-    """Inertia minus weight of all nodes; q, v, a of shape (instants, nodes, 3)."""
+    """Compute inertia minus weight of all nodes from q, v, a of shape (instants, nodes, 3)."""
     arm = masses.first * np.exp(1j * q[..., 2])
     felt = a[..., 0] + 1j * a[..., 1] - gravity
     spin, turning = v[..., 2], 1j * a[..., 2] - v[..., 2] ** 2
@@ -61,7 +61,7 @@ def mass_state(masses: NodeMasses, q: Reals, v: Reals, a: Reals, gravity: comple
 
 
 def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Reals, Reals, Reals]:
-    """Mass, axial first moment and moment of inertia at the nodes of a beam.
+    """Return the mass, axial first moment and moment of inertia at the nodes of a beam.
 
     Parameters
     ----------
@@ -82,11 +82,11 @@ def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Re
 
 
 def gathering_weights(count: int) -> Reals:
-    """Weights of the masses on a beam of equal elements, in element lengths.
+    """Return the weights of the nodes of a beam with equal elements, in element lengths.
 
     Examples
     --------
-    Mass and moment of inertia about the start, l and l^3/3, with arms and moments of inertia at the ends:
+    Mass l and moment of inertia l^3/3 about the start of a uniform beam, including the arms and inertia at the ends:
 
     >>> weights = gathering_weights(8)
     >>> float(weights.sum().round(12)), float((weights @ np.arange(9) ** 2 - 16 / 12 + 2 / 72).round(9))

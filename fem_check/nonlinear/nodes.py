@@ -15,31 +15,31 @@ from rigid import Beam, Link, Mechanism, MechanismError, Reals
 from rigid.arrays import Integers, Numbers
 
 RIGID_FACTOR = 1e6
-"""Stiffness that replaces an infinite one in an elastic link, relative to its largest finite one."""
+"""Stiffness that replaces an infinite stiffness in an elastic link, relative to the largest finite one."""
 
 Powers = np.polynomial.polynomial.polyval
 
 
 class NotCheckedError(MechanismError):
-    """The nonlinear check does not support part of a mechanism; the message names it."""
+    """Raised if the nonlinear check does not support a part of the mechanism, which the message names."""
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes, elements and masses.
+    """Nodes, elements and masses of a mechanism.
 
     Attributes
     ----------
     link
-        Link number of each node.
+        Index of the link of each node.
     rest
-        Position of each node in the link's axes [m].
+        Position of each node in link axes [m].
     at
-        Node of a link's point, and the point relative to the node, by link and point.
+        Node that carries a point of a link, and the point relative to the node, by link and point.
     along
-        Node numbers of each beam of `Mechanism.beams`; empty for rigid links.
+        Nodes along each beam of `Mechanism.beams`; empty for rigid links.
     first
-        Number of the first element of each beam.
+        Index of the first element of each beam.
     """
 
     link: Integers
@@ -52,14 +52,14 @@ class Nodes:
 
 
 def is_rigid(section: Section) -> bool:
-    """Whether the section has no finite rigidity."""
+    """Return whether a section has no finite rigidity."""
     return not (isfinite(float(section.EA)) or isfinite(float(section.EI)) or isfinite(float(section.kGA)))
 
 
 def nodes_of(
     mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
 ) -> Nodes:
-    """Create the nodes of a mechanism; a link of rigid beams has one node."""
+    """Create the nodes of a mechanism. A link with only rigid beams has a single node."""
     builder = _NodeBuilder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
         beams = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
@@ -85,21 +85,21 @@ class _NodeBuilder:
         self.mass: list[list[Any]] = []
 
     def node(self, link: int, rest: complex) -> int:
-        """Add a node and return its number."""
+        """Add a node and return its index."""
         self.link.append(link)
         self.rest.append(rest)
         self.mass.append([0.0, 0.0, 0.0])
         return len(self.link) - 1
 
     def add(self, node: int, mass: float, arm: complex = 0.0, inertia: float = 0.0) -> None:
-        """Attach a mass with its centre at an arm and its inertia to a node."""
+        """Add a mass and an inertia to a node, with the centre of mass at the end of an arm."""
         masses = self.mass[node]
         masses[0] += mass
         masses[1] += mass * arm
         masses[2] += inertia + mass * abs(arm) ** 2
 
     def rigid_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
-        """Add one node at the link's origin."""
+        """Add a rigid link, which has one node at its origin."""
         node = self.node(number, 0.0)
         points = {name: complex(place) for name, place in link.points.items()}
         self.at.update({(number, name): (node, place) for name, place in points.items()})
@@ -120,7 +120,7 @@ class _NodeBuilder:
             self.add(node, float(mass), complex(start + share * vector), float(inertia))
 
     def elastic_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
-        """Add nodes at the ends of the beams and along them."""
+        """Add an elastic link, with nodes at the ends of the beams and along them."""
         for k in beams:
             self._elastic_beam(number, link, k, [self.sections[j] for j in beams])
         for lump in link.lumps:
@@ -130,7 +130,7 @@ class _NodeBuilder:
                 )
             self.add(self.at[number, lump.point][0], float(lump.mass), complex(lump.offset), float(lump.inertia))
 
-    def _elastic_beam(self, number: int, link: Link, k: int, beside: Sequence[Section]) -> None:
+    def _elastic_beam(self, number: int, link: Link, k: int, of_link: Sequence[Section]) -> None:
         beam = self.beams[k]
         start, end = (complex(link.points[name]) for name in (beam.start, beam.end))
         for name, place in ((beam.start, start), (beam.end, end)):
@@ -141,7 +141,7 @@ class _NodeBuilder:
         self.along[k] = (self.at[number, beam.start][0], *inner, self.at[number, beam.end][0])
         self.first[k] = len(self.elements)
         h, axis = abs(vector) / self.count, vector / abs(vector)
-        section = _finite(beside, self.sections[k], abs(vector))
+        section = _finite(of_link, self.sections[k], abs(vector))
         for j, (first, last) in enumerate(pairwise(marks)):
             stiffness = element_stiffness(section, abs(vector), first, last)
             pair = self.along[k][j : j + 2]
@@ -162,7 +162,7 @@ class _NodeBuilder:
             own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
 
     def built(self) -> Nodes:
-        """Assemble the nodes."""
+        """Return the nodes."""
         columns = list(zip(*self.elements, strict=True)) or [(), (), (), (), (), ()]
         count = len(self.elements)
         elements = Elements(
@@ -180,10 +180,10 @@ class _NodeBuilder:
         )
 
 
-def _finite(beside: Sequence[Section], section: Section, length: float) -> Section:
-    """Replace infinite EA and EI by large values, for a beam in a partly elastic link."""
+def _finite(of_link: Sequence[Section], section: Section, length: float) -> Section:
+    """Replace infinite EA and EI of a beam by large values, given all sections of its partly elastic link."""
     EA, EI = (
-        max((r for own in beside if isfinite(r := float(getattr(own, name)))), default=0.0) for name in ("EA", "EI")
+        max((r for own in of_link if isfinite(r := float(getattr(own, name)))), default=0.0) for name in ("EA", "EI")
     )
     EA, EI = RIGID_FACTOR * max(EA, 12 * EI / length**2), RIGID_FACTOR * max(EI, EA * length**2 / 12)
     if isfinite(float(section.EA)):

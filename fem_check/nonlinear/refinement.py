@@ -1,7 +1,7 @@
-"""Compute the deflection to a tolerance by halving time steps and elements until convergence.
+"""Deflection to a tolerance, by halving time steps and elements until convergence.
 
 Each solution starts from the previous one. If Newton's method fails for all steps at once, the motion is integrated a
-few steps at a time: from its start, or for a cycle until the initial vibration has decayed.
+few steps at a time, for one run or for as many periods as the initial vibration needs to decay.
 """
 
 import math
@@ -23,43 +23,43 @@ from rigid import Mechanism, Reals
 
 ELEMENTS = 2, 4, 8, 16
 MAX_STRIDE = 0.3
-"""Drive movement in the first steps [rad], or relative to the mechanism's size."""
+"""Largest movement of a drive in one of the initial steps [rad], or relative to the size of the mechanism."""
 MIN_STEPS, MAX_STEPS = 16, 1600
-"""Smallest and maximum number of steps."""
+"""Smallest and largest number of time steps."""
 MESH_ORDER = 3
-"""Order of convergence of the mesh, also at nodes that the coarser mesh does not have."""
+"""Order of convergence of the mesh, including the nodes that the coarser mesh does not have."""
 MIN_RATIO, MAX_RATIO = 4.0, 8.0
-"""Range of the ratio of successive changes in which it is used to estimate the error."""
+"""The ratio of successive changes is used to estimate the error if it is in this range, or limited to it."""
 START_STEP, MAX_REST_RATE = 1e-5, 1e-6
-"""Difference step, relative to the run, and largest drive rate at rest, relative to its peak."""
+"""Difference step relative to the run, and largest rate of a drive at rest relative to its largest rate."""
 STEP_SHARE = 1 / 3
-"""Share of the tolerance for the time steps."""
+"""Share of the tolerance that is assigned to the time steps."""
 NEWTON_SHARE = 0.01
 """Tolerance of Newton's method, relative to the requested tolerance."""
 STEPS_PER_WAVE = 10.0
-"""Steps per slowest vibration period when the motion is integrated in time."""
+"""Steps per period of the slowest vibration if the motion is integrated in time."""
 GUESS_TOLERANCE = 1e-4
-"""Tolerance of integrated motions that only serve as initial guess."""
+"""Tolerance for motions that are integrated only as an initial guess."""
 PERIODS = 1, 2, 4, 8, 16
-"""Numbers of integrated periods after which a periodic solution is attempted."""
+"""A periodic solution is attempted after these numbers of integrated periods."""
 
 
 @dataclass(frozen=True, eq=False)
 class RefinedDeflection:
-    """Deflection from the displaced chord at given times, with error estimates.
+    """Deflection at given times, with error estimates.
 
     Attributes
     ----------
     xi
-        Nodes of each beam, x'/l, shape (elements + 1,).
+        Values of x'/l of the nodes of each beam, shape (elements + 1,).
     chord
-        [m], shape (beams, instants, elements + 1).
+        Deflection from the displaced chord [m], shape (beams, instants, elements + 1).
     moved
-        u, w [m] and phi [rad] from the beams' rigid positions, shape (3, beams, instants, elements + 1).
+        u, w [m] and phi [rad] relative to the rigid positions, shape (3, beams, instants, elements + 1).
     steps
         Number of time steps.
     mesh, step
-        Estimated errors of elements and steps, relative to the largest deflection of the worst beam.
+        Estimated errors due to elements and time steps, relative to the largest deflection of the worst beam.
     """
 
     xi: Reals
@@ -92,37 +92,38 @@ def refined_deflection(
     damping: float | Sequence[float] | Reals = 0.0,
     progress: Progress | None = None,
 ) -> RefinedDeflection:
-    """Compute the deflection of the moving mechanism, with large displacements, to a tolerance.
+    """Compute the deflection of a moving mechanism with large displacements to a tolerance.
 
     Parameters
     ----------
     times
-        Requested times [s], increasing; the first is the start.
+        Requested times in ascending order [s]. The first is the start of the motion.
     end
         End of the period or of the run [s].
     closed
-        Whether the motion is periodic. If it is not, it starts in static equilibrium if the drives are at rest. If they
-        move, it starts with the quasi-static deformation under the loads and the inertia of the rigid motion.
+        True if the motion is periodic. Otherwise, it starts in static equilibrium if the drives are at rest, and with
+        the quasi-static deformation under the loads and the inertia of the rigid motion if they move.
     tolerance
-        Relative to the largest deflection of the worst beam. If the limits on steps and elements prevent it, `mesh` and
-        `step` report the achieved error.
+        Largest error, relative to the largest deflection of the worst beam. If it cannot be reached with the largest
+        numbers of steps and elements, `mesh` and `step` show the achieved errors.
     sections
         One per beam, in the order of `Mechanism.beams`. Links with infinite rigidities are rigid bodies.
     laws
-        Per drive, a function from times [s] to coordinate, rate and acceleration; only the coordinate is used.
+        For each drive, a function of time [s] that returns coordinate, rate and acceleration. Only the coordinate is
+        used.
     joints
         Compliance and misfit of joints, by name.
     damping
-        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s], one value or one per beam.
+        beta of the Kelvin-Voigt law stress = E (strain + beta d strain/dt) [s], one value or one per beam.
     progress
-        Called with the completed share of the work, 0 to 1, and a message.
+        Function that is called with the completed share of the work, from 0 to 1, and a message.
 
     Raises
     ------
     NotCheckedError
-        The check does not support some part of the mechanism, which the message names.
+        If the check does not support a part of the mechanism, which the message names.
     DoesNotCloseError
-        Joints do not close, the motion is not periodic, or no motion is found.
+        If joints do not close, the motion is not periodic, or the solution does not converge.
     """
     given = _Problem(mechanism, tuple(sections), tuple(laws), joints, damping, times, end, closed, tolerance, progress)
     return given.refined()
@@ -130,17 +131,17 @@ def refined_deflection(
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Motion computed with given elements and steps, with displacements at the requested times."""
+    """Solution with given elements and steps, with displacements at the requested times."""
 
     system: System
-    course: CollocatedMotion
+    motion: CollocatedMotion
     moved: Reals
     chord: Reals
 
     @property
     def steps(self) -> int:
         """Number of time steps."""
-        return len(self.course.edges) - 1
+        return len(self.motion.edges) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,20 +175,20 @@ class _Problem:
         return system_of(*given, rigid=self.places)
 
     def refined(self) -> RefinedDeflection:
-        """Refine to the tolerance."""
+        """Refine steps and elements to the tolerance."""
         members = members_of(self.mechanism)
-        here = self._solved_anyhow(self.system(ELEMENTS[0]), self._first_steps(), None)
+        here = self._solved_robustly(self.system(ELEMENTS[0]), self._first_steps(), None)
         step = mesh = changed = np.inf
         while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MAX_STEPS:
-            finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
+            finer, before = self._solved_robustly(here.system, 2 * here.steps, here), changed
             changed = _change(here.chord, finer.chord, members) if finer.steps == 2 * here.steps else np.inf
             falls = changed > 0.0 and np.isfinite(before) and before / changed >= MIN_RATIO
             step, here = float(changed / (min(before / changed, MAX_RATIO) - 1 if falls else 1.0)), finer
-            self._report(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
+            self._report(f"{here.steps} steps of {ELEMENTS[0]} elements: error {step:.1e}")
         for elements in ELEMENTS[1:]:
-            finer = self._solved_anyhow(self.system(elements), here.steps, here)
+            finer = self._solved_robustly(self.system(elements), here.steps, here)
             mesh, here = _change(here.chord, finer.chord, members) / (2**MESH_ORDER - 1), finer
-            self._report(f"{elements} elements: {mesh:.1e} off")
+            self._report(f"{elements} elements: error {mesh:.1e}")
             if mesh <= (1 - STEP_SHARE) * self.tolerance:
                 break
         xi = np.linspace(0, 1, here.chord.shape[-1])
@@ -198,14 +199,14 @@ class _Problem:
             self.progress(0.5, words)
 
     def _first_steps(self) -> int:
-        """Number of steps for small drive movements."""
+        """Return a number of steps for which drives move little in each step."""
         value = coordinates(self.laws, np.linspace(self.times[0], self.end, 2001))
         scale = np.array([1.0 if drive.turns else self.places.size for drive in self.mechanism.drives])
-        gone = (np.abs(np.diff(value, axis=0)).sum(axis=0) / scale).max(initial=0.0)
-        return int(np.clip(np.ceil(gone / MAX_STRIDE), MIN_STEPS, MAX_STEPS // 4))
+        travel = (np.abs(np.diff(value, axis=0)).sum(axis=0) / scale).max(initial=0.0)
+        return int(np.clip(np.ceil(travel / MAX_STRIDE), MIN_STEPS, MAX_STEPS // 4))
 
-    def _solved_anyhow(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        """Solve from a nearby motion or the rigid positions; integrate in time if this fails."""
+    def _solved_robustly(self, system: System, steps: int, near: _Solved | None) -> _Solved:
+        """Solve from a nearby motion or from the rigid positions, or integrate in time if this fails."""
         for begin in (None,) if near is None else (near, None):
             try:
                 return self._solved(system, steps, begin)
@@ -214,22 +215,22 @@ class _Problem:
         problem, enough = DoesNotCloseError("no motion found"), max(steps, self._resolving_steps(system))
         for count in (enough, 2 * enough):
             try:
-                return self._solved(system, count, None) if count > steps else self._followed(system, count)
+                return self._solved(system, count, None) if count > steps else self._integrated(system, count)
             except DoesNotCloseError as error:
                 problem = error
             try:
-                return self._followed(system, count)
+                return self._integrated(system, count)
             except DoesNotCloseError as error:
                 problem = error
         raise problem
 
     def _resolving_steps(self, system: System) -> int:
-        """Number of steps for `STEPS_PER_WAVE` per slowest initial vibration."""
+        """Return the number of steps for `STEPS_PER_WAVE` per period of the slowest vibration at the start."""
         span = self.end - float(self.times[0])
         return int(min(MAX_STEPS, math.ceil(STEPS_PER_WAVE * span * slowest_vibration(system) / (2 * np.pi))))
 
-    def _followed(self, system: System, steps: int) -> _Solved:
-        """Integrate from the start, or over periods until the periodic solution is found."""
+    def _integrated(self, system: System, steps: int) -> _Solved:
+        """Integrate from the start, or over periods until the periodic solution converges."""
         equations, settled = self._equations(system, steps), NEWTON_SHARE * self.tolerance
         if equations.start is not None:
             return self._answer(system, stepped(system, equations.edges, equations.start, settled))
@@ -252,33 +253,33 @@ class _Problem:
     def _solved(self, system: System, steps: int, near: _Solved | None) -> _Solved:
         equations, guess = self._equations(system, steps), None
         if near is not None:
-            moved = near.course.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
+            moved = near.motion.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
             if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
                 moved = on_finer_mesh(near.system, system, moved, equations.rigid)
-            guess = moved, near.course.pulls_at(equations.time)
+            guess = moved, near.motion.pulls_at(equations.time)
         return self._answer(system, equations.solved(guess, NEWTON_SHARE * self.tolerance, self.progress))
 
-    def _answer(self, system: System, course: CollocatedMotion) -> _Solved:
-        return _Solved(system, course, *self._displacements(system, course))
+    def _answer(self, system: System, motion: CollocatedMotion) -> _Solved:
+        return _Solved(system, motion, *self._displacements(system, motion))
 
     def _start(self, system: System) -> Beginning:
-        """Initial state: of a run, static if at rest, else quasi-static; of a cycle, rigid."""
+        """Return the initial state: static or quasi-static for a run (see `closed`), rigid for a cycle."""
         step = (self.end - float(self.times[0])) / 1000
         if self.closed:
             return start_of(system, step, "rigid")
         return start_of(system, step, "static" if self._starts_at_rest() else "quasi-static")
 
     def _starts_at_rest(self) -> bool:
-        """Whether all drives start at rest, by differences of their coordinates."""
+        """Return whether all drives start at rest, by differences of their coordinates."""
         start, instants = float(self.times[0]), np.linspace(self.times[0], self.end, 2001)
         step = START_STEP * (self.end - start)
         rates = (slopes(step) @ coordinates(self.laws, start + step * np.arange(POINTS)))[0]
         greatest = np.abs(np.diff(coordinates(self.laws, instants), axis=0)).max(axis=0) / (instants[1] - instants[0])
         return bool((np.abs(rates) <= MAX_REST_RATE * greatest).all())
 
-    def _displacements(self, system: System, course: CollocatedMotion) -> tuple[Reals, Reals]:
-        """u, w, phi and chord deflection at the requested times, (..., beams, instants, nodes)."""
-        q, rigid = course.at(self.times), system.rigid_coordinates(self.rigid)
+    def _displacements(self, system: System, motion: CollocatedMotion) -> tuple[Reals, Reals]:
+        """Return u, w, phi and the chord deflection at the requested times, shape (..., beams, instants, nodes)."""
+        q, rigid = motion.at(self.times), system.rigid_coordinates(self.rigid)
         count = max((len(along) for along in system.nodes.along), default=0) or 2
         xi = np.linspace(0.0, 1.0, count)
         moved = np.stack([displacements(system, k, xi, q, rigid) for k in range(len(self.sections))], axis=1)
@@ -286,7 +287,7 @@ class _Problem:
 
 
 def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
-    """Largest difference of two deflections, relative to the worst member's largest."""
+    """Return the largest difference of two deflections over the members, relative to the deflection of the member."""
     base = reference_deflection(members.greatest(np.abs(fine).max(axis=(1, 2))))
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
     apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
@@ -294,9 +295,9 @@ def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
 
 
 def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
-    """u, w and phi of a beam from its rigid position, shape (3, positions, nodes).
+    """Return u, w and phi of a beam relative to its rigid position, shape (3, positions, nodes).
 
-    `q`, `rigid`: coordinates of the system and of the rigid mechanism, (positions, coordinates).
+    `q` and `rigid` are the coordinates of the system and of the rigid mechanism, shape (positions, coordinates).
     """
     at, beam = system.mechanism.beams[k]
     link, along = system.mechanism.links[at], list(system.nodes.along[k])
@@ -316,7 +317,7 @@ def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> 
 
 
 def on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
-    """Interpolate displacements to twice the elements by cubic Hermite polynomials."""
+    """Interpolate displacements to a mesh with twice the elements, by cubic Hermite polynomials."""
     refined = np.zeros_like(rigid)
     for link in range(len(fine.mechanism.links)):
         mine, other = (np.flatnonzero(system.nodes.link == link) for system in (fine, coarse))

@@ -1,6 +1,6 @@
-"""Positions of the rigid links at any time, by Newton's method on all joint constraints.
+"""Positions of the rigid links at any time, by Newton's method for all joint constraints.
 
-It uses three coordinates per link and one row per constraint, and none of the closed forms of `rigid`.
+The unknowns are three coordinates per link. The closed forms of `rigid` are not used.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,27 +17,27 @@ from rigid.arrays import Columns, Complexes
 
 DriveLaw = Callable[[Any], Sequence[Any]]
 MAX_STRIDE = 0.05
-"""Largest movement between two instants [rad], or relative to the mechanism's size."""
+"""Largest movement of a drive between two instants [rad], or relative to the size of the mechanism."""
 TOLERANCE = 1e-13
 MAX_GAP = 1e-9
 MAX_STEPS = 30
 SAMPLES = 2001
-"""Number of instants at which the drives' movements are measured."""
+"""Number of instants at which the movement of the drives is measured."""
 
 
 class DoesNotCloseError(ValueError):
-    """The rigid links cannot reach the drive coordinates, or Newton's method fails."""
+    """Raised if the links cannot reach the coordinates of the drives, or Newton's method does not converge."""
 
 
 def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
-    """Coordinates of all drives, shape (instants, drives)."""
+    """Return the coordinates of all drives, shape (instants, drives)."""
     time = np.atleast_1d(np.asarray(time, float))
     values = [np.broadcast_to(np.asarray(law(time)[0], float), time.shape) for law in laws]
     return np.stack(values, axis=-1) if values else np.zeros((len(time), 0))
 
 
 def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
-    """x, y and angle of each link as drawn, (links, 3), completed from the joints and drives."""
+    """Return x, y and angle of each link as drawn, or as the joints and drives require, shape (links, 3)."""
     places: dict[int, tuple[complex, complex]] = {0: (0.0, 1.0)}
     drawing = {name: complex(place) for name, place in mechanism.drawing.items()}
     drawing |= {name: complex(place) for name, place in mechanism.links[0].points.items()}
@@ -57,7 +57,7 @@ def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
 def _place_next(
     mechanism: Mechanism, places: dict[int, tuple[complex, complex]], drawing: dict[str, complex], first: Reals
 ) -> None:
-    """Place one more link, preferably one attached to a placed link at a known angle."""
+    """Place one more link, preferably one that is attached to a placed link at a known angle."""
     index, links = mechanism.index, mechanism.links
     turns = [(index[each.on], index[each.link], complex(each.turn)) for each in mechanism.fixed_angles]
     for drive, value in zip(mechanism.drives, first, strict=True):
@@ -79,7 +79,7 @@ def _place_next(
 
 
 class RigidPlaces:
-    """Positions of the links at given times, tracked from the drawing in small strides."""
+    """Positions of the links at given times, tracked from the drawing in small steps of the drives."""
 
     def __init__(self, mechanism: Mechanism, laws: Sequence[DriveLaw], start: float) -> None:
         self.mechanism, self.laws, self.start = mechanism, laws, start
@@ -104,12 +104,12 @@ class RigidPlaces:
         self.trail: tuple[list[float], list[Reals]] = [start], [self.begin]
 
     def at(self, time: Any) -> Reals:
-        """x, y and angle of each link at any times from the start, (instants, links, 3).
+        """Return x, y and angle of each link at any times after the start, shape (instants, links, 3).
 
         Raises
         ------
         DoesNotCloseError
-            The joints do not close.
+            If the joints do not close.
         """
         time = np.asarray(time, float)
         if not len(time):
@@ -122,12 +122,12 @@ class RigidPlaces:
         return self._closed(near, coordinates(self.laws, time) + self.ties.winding, time)
 
     def require_period(self, places: Reals, period: float) -> None:
-        """Raise DoesNotCloseError unless positions repeat after a period [s], up to full turns."""
+        """Raise DoesNotCloseError if the positions do not repeat after a period [s], apart from full turns."""
         moved = places[-1] - places[0]
         turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
         if max(np.abs(moved[:, :2]).max() / self.size, np.abs(turned).max()) > 1e-6:
             raise DoesNotCloseError(
-                f"the links are not back in their places after {period:.6g} s: this motion has no such period"
+                f"the links do not return to their initial positions after {period:.6g} s, so this is not a period"
             )
 
     def _follow(self, end: float) -> None:
@@ -140,9 +140,9 @@ class RigidPlaces:
         fine = np.linspace(begin, end, SAMPLES)
         scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
         moved = (np.abs(np.diff(coordinates(self.laws, fine), axis=0)) / scale).max(axis=1, initial=0.0)
-        gone = np.concatenate([[0.0], np.cumsum(np.maximum(moved, 1e-12 / SAMPLES))])
-        strides = max(1, int(np.ceil(gone[-1] / MAX_STRIDE)))
-        for time in np.interp(np.linspace(0.0, gone[-1], strides + 1)[1:], gone, fine):
+        travel = np.concatenate([[0.0], np.cumsum(np.maximum(moved, 1e-12 / SAMPLES))])
+        strides = max(1, int(np.ceil(travel[-1] / MAX_STRIDE)))
+        for time in np.interp(np.linspace(0.0, travel[-1], strides + 1)[1:], travel, fine):
             here = places[-1]
             ahead = here + (here - places[-2]) if len(places) > 1 else here
             wanted = coordinates(self.laws, time)[0] + self.ties.winding
@@ -162,9 +162,9 @@ class RigidPlaces:
         return float(coupling_state((ties.couplings[mover],), places[self.nodes.link][None]).value[0, 0])
 
     def _closed(self, near: Reals, wanted: Reals | None, time: Reals | None = None) -> Reals:
-        """Nearest closed positions, (instants, links, 3).
+        """Return the nearest positions that close all joints, shape (instants, links, 3).
 
-        Without drive coordinates `wanted`, (instants, drives), the drives are free.
+        `wanted` are the coordinates of the drives, shape (instants, drives), or None if the drives are free.
         """
         places = near.copy()
         unit = np.array([self.size, self.size, 1.0])
@@ -183,7 +183,7 @@ class RigidPlaces:
         return places
 
     def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """Constraint gaps, (instants, rows), and their scaled derivatives with respect to position."""
+        """Return the gaps of the constraints, shape (instants, rows), and their derivatives, both scaled."""
         ties, link, count = self.ties, self.nodes.link, places.shape[1]
         state = coupling_state(tuple(ties.couplings), places[:, link])
         gaps: list[Any] = []
@@ -229,5 +229,5 @@ class RigidPlaces:
 
 
 def as_complex(values: Reals) -> Complexes:
-    """Vectors of the plane as complex numbers, from arrays with x and y first on the last axis."""
+    """Convert arrays with x and y as the first entries of the last axis to complex numbers."""
     return values[..., 0] + 1j * values[..., 1]

@@ -1,7 +1,7 @@
-"""Integrate a motion a few steps at a time, or over periods towards a cycle.
+"""Integration of a motion a few time steps at a time, over a run or over periods towards a cycle.
 
-Newton's method for all steps of a cycle starts far from the solution if links bend much or vibrate near resonance, and
-fails. A few steps start from the previous ones, so their changes stay small at any deflection.
+If links bend much or vibrate near resonance, Newton's method for all steps of a cycle starts too far from the solution
+and fails. If only a few steps are solved together, starting from the previous ones, changes remain small.
 """
 
 from collections.abc import Iterator
@@ -14,20 +14,20 @@ from fem_check.nonlinear.system import System
 from rigid import Reals
 
 STEPS_PER_GROUP = 4
-"""Number of steps solved together, as long as that converges."""
+"""Number of steps that are solved together as long as this converges."""
 MAX_SUBDIVISION = 32.0
-"""Largest ratio of the requested step to a subdivided one."""
+"""Largest ratio of a requested step to its subdivided steps."""
 
 
 def slowest_vibration(system: System) -> float:
-    """Lowest natural frequency of the unloaded mechanism at the start, drives locked [rad/s]."""
+    """Return the lowest natural frequency of the unloaded mechanism at the start with locked drives [rad/s]."""
     from scipy.linalg import eigh, null_space
 
     begin = np.array([system.rigid.start])
     q = system.rigid_coordinates(system.rigid.at(begin))
     system.prescribe(q, system.drives(begin))
-    pulls, still = np.zeros((1, len(system.ties.conditions))), np.zeros_like(q)
-    tangents = system.residual(q, still, still, pulls, system.drives(begin), 0 * system.load_factors(begin))[2]
+    pulls, rates = np.zeros((1, len(system.ties.conditions))), np.zeros_like(q)
+    tangents = system.residual(q, rates, rates, pulls, system.drives(begin), 0 * system.load_factors(begin))[2]
     assert tangents is not None
     free = null_space(tangents.rows[0]) if len(system.ties.conditions) else np.eye(len(system.free))
     if not free.size:
@@ -38,12 +38,12 @@ def slowest_vibration(system: System) -> float:
 
 
 def periods(system: System, edges: Reals, start: Beginning, settled: float, most: int) -> Iterator[CollocatedMotion]:
-    """Yield one period after the other, from the end of the last, minus full turns.
+    """Yield successive periods, each starting from the end of the previous one, minus full turns.
 
     Raises
     ------
     DoesNotCloseError
-        A step does not converge.
+        If a step does not converge.
     """
     turned = Collocation(system, edges, None).turned
     before: CollocatedMotion | None = None
@@ -56,19 +56,19 @@ def periods(system: System, edges: Reals, start: Beginning, settled: float, most
 def stepped(
     system: System, edges: Reals, start: Beginning, settled: float, before: CollocatedMotion | None = None
 ) -> CollocatedMotion:
-    """Integrate over all steps between edges [s], subdivided if Newton's method fails.
+    """Integrate over all steps between the instants `edges` [s], subdividing steps if Newton's method fails.
 
     Parameters
     ----------
     settled
         Tolerance of Newton's method, relative to the largest deflection.
     before
-        A nearby motion over the same time.
+        A nearby motion over the same interval, used as the initial guess.
 
     Raises
     ------
     DoesNotCloseError
-        The shortest step does not converge.
+        If the shortest step does not converge.
     """
     done: list[CollocatedMotion] = []
     left, together, shortest = list(edges), STEPS_PER_GROUP, np.diff(edges).min() / MAX_SUBDIVISION
@@ -100,7 +100,7 @@ def stepped(
 
 
 def _expected(equations: Collocation) -> Reals:
-    """Extrapolate the initial displacements, shape (instants, coordinates)."""
+    """Extrapolate the displacements from the initial state, shape (instants, coordinates)."""
     assert equations.start is not None
     time = equations.time - equations.edges[0]
     near = np.concatenate([[0.0], time[:STAGES]])

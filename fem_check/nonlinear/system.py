@@ -21,7 +21,7 @@ from rigid.arrays import Flags, Integers
 
 @dataclass(frozen=True, eq=False)
 class Tangents:
-    """Derivatives of the residual, (instants, free, free), and constraint rows."""
+    """Derivatives of the residual, shape (instants, free, free), and rows of the constraints."""
 
     stiffness: Reals
     damping: Reals
@@ -31,10 +31,11 @@ class Tangents:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Intermediate results of a residual.
+    """Intermediate results of the residual.
 
-    `open`: constraint violations, (instants, constraints). `needed`: force that each node needs from nodes with shared
-    coordinates, (instants, nodes, 3). `pull`: coupling forces, (instants, couplings).
+    `open` are the violations of the constraints, shape (instants, constraints). `needed` is the force that each node
+    needs from the nodes that share its coordinates, shape (instants, nodes, 3). `pull` are the forces of the couplings,
+    shape (instants, couplings).
     """
 
     elements: ElementState
@@ -47,10 +48,10 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Assembled mechanism.
+    """Equations of motion of a mechanism.
 
-    Coordinates are x, y and rotation of all nodes without duplicates, shape (instants, coordinates). Those of the
-    ground, of pins on it and of drives can be prescribed; the others are free.
+    The coordinates are x, y and rotation of all nodes, in which shared ones occur once, shape (instants, coordinates).
+    Those of the ground, of pins on the ground, and of drives may be prescribed. The others are free.
     """
 
     mechanism: Mechanism
@@ -62,7 +63,7 @@ class System:
 
     @cached_property
     def of_node(self) -> Integers:
-        """Coordinates of x, y and rotation of each node, shape (nodes, 3)."""
+        """Indices of the coordinates x, y and rotation of each node, shape (nodes, 3)."""
         number = np.arange(3 * len(self.nodes.link)).reshape(-1, 3)
         for one, other in self.ties.shared:
             for component in (0, 1):
@@ -72,7 +73,7 @@ class System:
 
     @cached_property
     def prescribed(self) -> Flags:
-        """Whether each coordinate is prescribed."""
+        """True for each prescribed coordinate."""
         fixed = np.zeros(self.of_node.max() + 1, bool)
         fixed[self.of_node[0]] = True
         fixed[self.of_node[list(self.ties.held), :2]] = True
@@ -81,29 +82,29 @@ class System:
 
     @cached_property
     def free(self) -> Integers:
-        """Numbers of the free coordinates."""
+        """Indices of the free coordinates."""
         return np.flatnonzero(~self.prescribed)
 
     @cached_property
     def turns(self) -> Flags:
-        """Whether each coordinate is a rotation."""
+        """True for each coordinate that is a rotation."""
         found = np.zeros(len(self.prescribed), bool)
         found[self.of_node[:, 2]] = True
         return found
 
     @cached_property
     def unit(self) -> Reals:
-        """Unit of each free coordinate: the mechanism's size [m], or 1 rad."""
+        """Unit of each free coordinate: the size of the mechanism [m], or 1 rad."""
         return np.where(self.turns[self.free], 1.0, self.rigid.size)
 
     @cached_property
     def gap(self) -> Reals:
-        """Unit of each constraint: the mechanism's size [m], or 1 rad."""
+        """Unit of each constraint: the size of the mechanism [m], or 1 rad."""
         kinds = [self.ties.couplings[own.parts[0][0]].kind for own in self.ties.conditions]
         return np.array([1.0 if kind == CouplingKind.TURN else self.rigid.size for kind in kinds])
 
     def drives(self, time: Reals) -> Reals:
-        """Coordinates of the drives with the full turns of the drawing, (instants, drives)."""
+        """Return the coordinates of the drives, including full turns, shape (instants, drives)."""
         return coordinates(self.laws, time) + self.ties.winding
 
     def load_factors(self, time: Reals) -> Reals:
@@ -111,7 +112,7 @@ class System:
         return factors(self.loads, time, self.rigid)
 
     def rigid_coordinates(self, places: Reals) -> Reals:
-        """Coordinates of the nodes on rigid links at given positions, (instants, links, 3)."""
+        """Return the coordinates of the nodes on rigid links at given positions, shape (instants, links, 3)."""
         carried = places[:, self.nodes.link]
         way = self.nodes.rest * np.exp(1j * carried[..., 2])
         carried = carried + np.stack([way.real, way.imag, np.zeros(way.shape)], axis=-1)
@@ -138,20 +139,20 @@ class System:
         tangent: bool = True,
         assumed: Reals | None = None,
     ) -> tuple[Reals, State, Tangents | None]:
-        """Residual of the equations of motion, shape (instants, coordinates).
+        """Compute the residual of the equations of motion, shape (instants, coordinates).
 
         Parameters
         ----------
         q, v, a
             Coordinates, rates and accelerations.
         pulls
-            Constraint multipliers, (instants, constraints).
+            Multipliers of the constraints, shape (instants, constraints).
         drives, factor
-            Drive coordinates and load factors.
+            Coordinates of the drives, and factors of the loads.
         tangent
-            Whether to compute the derivatives.
+            True to compute the derivatives.
         assumed
-            Element resultants for the geometric stiffness.
+            Element resultants to use for the geometric stiffness, see `predicted`.
         """
         place, rate, acceleration = (values[:, self.of_node] for values in (q, v, a))
         beams = element_state(self.nodes.elements, place, rate, tangent, assumed)
@@ -190,12 +191,12 @@ class System:
 
     @cached_property
     def _ends(self) -> Integers:
-        """Nodes of the couplings, (couplings, 2)."""
+        """Nodes of the couplings, shape (couplings, 2)."""
         return np.array([(own.parent, own.child) for own in self.ties.couplings], int).reshape(-1, 2)
 
     @cached_property
     def _gather(self) -> Any:
-        """Sparse matrix from nodal to coordinate forces, (3 nodes, coordinates)."""
+        """Sparse matrix that sums nodal forces to coordinate forces, shape (3 nodes, coordinates)."""
         from scipy.sparse import csr_array
 
         count = self.of_node.size
@@ -204,7 +205,7 @@ class System:
 
     @cached_property
     def parts(self) -> Reals:
-        """Factors of the couplings in the constraints, (constraints, couplings)."""
+        """Factors of the couplings in the constraints, shape (constraints, couplings)."""
         table = np.zeros((len(self.ties.conditions), len(self.ties.couplings)))
         for row, condition in enumerate(self.ties.conditions):
             for number, factor in condition.parts:
@@ -218,10 +219,10 @@ class System:
         return value @ self.parts.T - wanted
 
     def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
-        """Coupling forces and their derivatives by values and, shape (1, couplings), by rates."""
+        """Return the forces of the couplings, and their derivatives by values and by rates, shape (1, couplings)."""
         pull = pulls @ self.parts
         give, loss = np.zeros((2, 1, pull.shape[1]))
-        for spring in self.ties.gives:
+        for spring in self.ties.springs:
             k = spring.coupling
             stretch = pairs.value[:, k] - spring.rest - (0.0 if spring.drive is None else drives[:, spring.drive])
             if spring.wraps:
@@ -233,7 +234,7 @@ class System:
 
     @cached_property
     def _spots(self) -> tuple[Integers, Any]:
-        """Free number of each coordinate (-1 if prescribed), and coordinates of tangent blocks."""
+        """Index of each coordinate among the free ones (-1 if prescribed), and coordinates of the tangent blocks."""
         number = np.full(len(self.prescribed), -1)
         number[self.free] = np.arange(len(self.free))
         beams = self.of_node[self.nodes.elements.nodes].reshape(-1, 6)
@@ -242,7 +243,7 @@ class System:
 
     @cached_property
     def _scatter(self) -> tuple[Any, ...]:
-        """Sparse matrices from each kind of block to tangent entries, (free^2, entries)."""
+        """Sparse matrices that add each kind of block to the entries of the tangent, shape (free^2, entries)."""
         from scipy.sparse import csr_array
 
         number, kinds = self._spots
@@ -256,7 +257,7 @@ class System:
         return tuple(scattering)
 
     def _spread(self, *blocks: Reals) -> Reals:
-        """Assemble blocks to tangents, (instants, free, free)."""
+        """Assemble blocks to tangents, shape (instants, free, free)."""
         size, count = len(self.free), len(blocks[0])
         total = np.zeros((size * size, count))
         for scatter, own in zip(self._scatter, blocks, strict=True):
@@ -265,7 +266,7 @@ class System:
         return np.ascontiguousarray(total.T).reshape(count, size, size)
 
     def _rows(self, gradient: Reals) -> Reals:
-        """Derivatives of the constraints with respect to the free coordinates, (instants, constraints, free)."""
+        """Return the derivatives of the constraints by the free coordinates, shape (instants, constraints, free)."""
         number, (_, pairs, _, _) = self._spots
         table = np.zeros((len(gradient), len(self.ties.conditions), len(self.free) + 1))
         for row, condition in enumerate(self.ties.conditions):
@@ -285,24 +286,27 @@ def system_of(
     damping: float | Sequence[float],
     rigid: RigidPlaces | None = None,
 ) -> System:
-    """Assemble a mechanism with its drive laws; `rigid`: known positions of rigid links.
+    """Set up the equations of a mechanism with the laws of its drives.
+
+    `rigid` are the positions of the rigid links, if already computed.
+
 
     Raises
     ------
     ValueError
-        The sections do not match the beams, the laws do not match the drives, or there is no element.
+        If the number of sections or laws is wrong, or there is no element.
     NotCheckedError
-        The check does not support some part of the mechanism, or the arrays contain several designs.
+        If the check does not support a part of the mechanism, or the arrays contain several designs.
     """
     several = [value for own in sections for value in vars(own).values() if np.ndim(value) and np.size(value) > 1]
     if mechanism.designs or several:
-        raise NotCheckedError("several designs in one array: the nonlinear check takes one at a time")
+        raise NotCheckedError("several designs in one array: the nonlinear check supports only one at a time")
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
     if len(laws) != len(mechanism.drives):
         raise ValueError(f"{len(laws)} laws for {len(mechanism.drives)} drives")
     if elements < 1:
-        raise ValueError(f"{elements} elements: a beam takes one or more")
+        raise ValueError(f"{elements} elements: a beam needs at least one")
     rigid = rigid or RigidPlaces(mechanism, laws, start)
     nodes = nodes_of(mechanism, sections, elements, damping)
     first = coordinates(laws, start)[0]

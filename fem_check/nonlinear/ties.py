@@ -1,4 +1,4 @@
-"""Ties of nodes: shared pins, constraints, springs, and drive coordinates."""
+"""Connections between nodes: shared positions at pins, constraints, springs, and coordinates of drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDriv
 
 @dataclass(frozen=True)
 class Condition:
-    """Weighted couplings, by number, that must equal `target` plus a drive's coordinate."""
+    """Constraint: a weighted sum of couplings equals `target`, plus the coordinate of a drive if there is one."""
 
     parts: tuple[tuple[int, float], ...]
     target: float = 0.0
@@ -24,11 +24,11 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Give:
-    """Spring and damper on a coupling.
+class CouplingSpring:
+    """Spring and damper that act on a coupling c.
 
-    Its force is preload + stiffness (c - rest - drive coordinate) + damping dc/dt. `wraps`: reduce the angle c - rest
-    to half a turn.
+    The force is preload + stiffness (c - rest - coordinate of the drive) + damping dc/dt. If `wraps` is True, the angle
+    c - rest is reduced to the range from -pi to pi.
     """
 
     coupling: int
@@ -42,9 +42,9 @@ class Give:
 
 @dataclass(frozen=True)
 class JointSource:
-    """Source of a joint's force on its child: a shared or fixed node, or couplings.
+    """Quantities from which the force of a joint on its child is computed: a shared or fixed node, or couplings.
 
-    `turn` is the coupling with the moment of a weld.
+    `turn` is the coupling that transmits the moment of a weld.
     """
 
     name: str
@@ -57,23 +57,23 @@ class JointSource:
 
 @dataclass(eq=False)
 class Ties:
-    """All ties of a mechanism.
+    """All connections between nodes of a mechanism.
 
     Attributes
     ----------
     shared
-        Pairs of nodes with the same position.
+        Pairs of nodes with a common position.
     held
-        Positions of nodes fixed to the ground's pins [m].
+        Positions of nodes that are fixed to pins on the ground [m].
     driven
-        Node whose rotation is a drive's coordinate, by drive number.
+        Node with the coordinate of a drive as its rotation, by index of the drive.
     winding
-        Full turns per drive [rad]: angle between its links as drawn, minus its coordinate.
+        Full turns of each drive [rad]: the drawn angle between its links minus its coordinate.
     """
 
     couplings: list[NodeCoupling] = field(default_factory=list)
     conditions: list[Condition] = field(default_factory=list)
-    gives: list[Give] = field(default_factory=list)
+    springs: list[CouplingSpring] = field(default_factory=list)
     shared: list[tuple[int, int]] = field(default_factory=list)
     held: dict[int, complex] = field(default_factory=dict)
     driven: dict[int, int] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Ties:
 def ties_of(
     mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals, first: Reals
 ) -> Ties:
-    """Create the ties of a mechanism.
+    """Create the connections between the nodes of a mechanism.
 
     Parameters
     ----------
@@ -99,14 +99,14 @@ def ties_of(
     Raises
     ------
     NotCheckedError
-        A slider or toothed wheels on an elastic link, a pin without a beam end, a soft joint of several links, or
-        Coulomb friction.
+        If the mechanism has a slider or toothed wheels on an elastic link, a pin that no beam reaches, a compliant
+        joint of several links, or Coulomb friction.
     """
     return _TieBuilder(mechanism, nodes, joints, drawn).built(first)
 
 
 class _TieBuilder:
-    """Builder of the ties."""
+    """Builder of the connections."""
 
     def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:
         self.mechanism, self.nodes, self.soft = mechanism, nodes, joints
@@ -117,7 +117,7 @@ class _TieBuilder:
         _require_joints(mechanism, joints)
 
     def built(self, first: Reals) -> Ties:
-        """Create all ties."""
+        """Create all connections."""
         self.ties.winding = np.array([self._winding(drive, first[k]) for k, drive in enumerate(self.mechanism.drives)])
         for point, parent, child, turn in pins(self.mechanism):
             self._pin(point, parent, child, None if turn is None else complex(turn))
@@ -137,11 +137,11 @@ class _TieBuilder:
         return self.ties
 
     def place(self, link: int, point: str) -> tuple[int, complex]:
-        """Node that carries a link's point, and the point relative to it."""
+        """Return the node that carries a point of a link, and the point relative to the node."""
         return place_of(self.mechanism, self.nodes, link, point)
 
     def couple(self, coupling: NodeCoupling) -> int:
-        """Add a coupling and return its number."""
+        """Add a coupling and return its index."""
         self.ties.couplings.append(coupling)
         return len(self.ties.couplings) - 1
 
@@ -149,7 +149,7 @@ class _TieBuilder:
         return float(coupling_state((coupling,), self.drawn).value[0, 0])
 
     def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
-        """Add a pin, or a weld with the child `turned` on the parent."""
+        """Add a pin, or a weld if the direction `turned` of the child relative to the parent is given."""
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
         compliance = self.soft.get(point, JointCompliance())
         turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, compliance)
@@ -167,9 +167,9 @@ class _TieBuilder:
         self.ties.joints.append(JointSource(point, parent, child, None, pair, turn))
 
     def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
-        """Constrain a coupling to its target, by a spring if compliant."""
+        """Constrain a coupling to its target, or add a spring if the joint is compliant."""
         if soft:
-            self.ties.gives.append(Give(coupling, 1.0 / soft, target, drive))
+            self.ties.springs.append(CouplingSpring(coupling, 1.0 / soft, target, drive))
         else:
             self.ties.conditions.append(Condition(((coupling, 1.0),), target, drive))
 
@@ -179,8 +179,8 @@ class _TieBuilder:
         rigid = [node for node, link in enumerate(self.nodes.link) if link == owner]
         if len(rigid) > 1:
             raise NotCheckedError(
-                f'slider "{slider.name}" moves along the elastic link "{slider.on}": the nonlinear check takes sliders '
-                "on the ground and on rigid links"
+                f'slider "{slider.name}" moves along the elastic link "{slider.on}": the nonlinear check supports only '
+                "sliders on the ground and on rigid links"
             )
         child, at = self.place(index[slider.link], slider.point)
         return NodeCoupling(kind, rigid[0], child, complex(slider.origin), at, complex(slider.direction))
@@ -189,7 +189,7 @@ class _TieBuilder:
         index = self.mechanism.index
         compliance = self.soft.get(slider.name, JointCompliance())
         if compliance.gap:
-            raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
+            raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check supports only gaps at pins')
         rail = self._rail(slider, CouplingKind.ACROSS)
         across = self.couple(rail)
         ends = (index[slider.on], rail.parent), (index[slider.link], rail.child)
@@ -200,7 +200,7 @@ class _TieBuilder:
     def _turn(
         self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, compliance: JointCompliance
     ) -> int:
-        """Fix the angle of a child on a parent, (link, node) each, with the drawn full turns."""
+        """Constrain the angle of a child relative to a parent, (link, node) each, including full turns as drawn."""
         coupling = NodeCoupling(CouplingKind.TURN, parent[1], child[1])
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
@@ -210,7 +210,7 @@ class _TieBuilder:
         return number
 
     def _coordinate(self, drive: PinDrive | SliderDrive) -> NodeCoupling:
-        """Coupling of a drive's coordinate."""
+        """Return the coupling for the coordinate of a drive."""
         if drive.turns:
             parent, child = (self.place(link, drive.joint)[0] for link in self.mechanism.ends(drive))
             return NodeCoupling(CouplingKind.TURN, parent, child)
@@ -231,34 +231,36 @@ class _TieBuilder:
             return
         if compliance.turn or compliance.gap:
             raise NotCheckedError(
-                f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there'
+                f'the joint "{name}" of a drive has an unloaded gap or turn: the nonlinear check does not support this'
             )
         moved = self.couple(coupling)
         self._closed(moved, 0.0, compliance.rotation if drive.turns else compliance.translation, number)
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
-        """Constrain the ratio of the joint coordinates; the tooth force is omitted."""
+        """Constrain the ratio of the joint coordinates; the force between the teeth is neglected."""
         both = set(self.mechanism.ends(gear.follower)) & set(self.mechanism.ends(gear.driver))
         if gear.pressure_angle is not None and any(self.mechanism.links[link].beams for link in both):
             raise NotCheckedError(
-                f'the gear at "{gear.follower.joint}" is on a carrier that bends: the nonlinear check leaves out the '
-                "push between the teeth"
+                f'the gear at "{gear.follower.joint}" is on an elastic carrier: the nonlinear check neglects the force '
+                "between the teeth"
             )
         follower, driver = self._coordinate(gear.follower), self._coordinate(gear.driver)
         target = self._drawn_value(follower) - gear.ratio * self._drawn_value(driver)
         parts = (self.couple(follower), 1.0), (self.couple(driver), -gear.ratio)
         name = gear.follower.joint
         if self.soft.get(name, JointCompliance()).rotation:
-            raise NotCheckedError(f'gear at the soft joint "{name}": the nonlinear check takes stiff gears')
+            raise NotCheckedError(
+                f'gear at the compliant joint "{name}": the nonlinear check supports only stiff gears'
+            )
         self.ties.conditions.append(Condition(parts, target))
 
     def _viscous(self, name: str, friction: Friction) -> None:
-        """Model viscous friction of a joint as a damper."""
+        """Add a damper for the viscous friction of a joint."""
         if np.any(friction.coefficient):
             raise NotCheckedError(
-                f'Coulomb friction at "{name}" sticks and slips with the force in the joint: the smooth steps of the '
-                "nonlinear check have no such corners"
+                f'Coulomb friction at "{name}": the nonlinear check does not support it, because its time steps assume '
+                "smooth forces"
             )
         slider = next((slider for slider in self.mechanism.sliders if slider.name == name), None)
         if slider is None:
@@ -267,14 +269,15 @@ class _TieBuilder:
             coupling = NodeCoupling(CouplingKind.TURN, *ends)
         else:
             coupling = self._rail(slider, CouplingKind.ALONG)
-        self.ties.gives.append(Give(self.couple(coupling), 0.0, damping=float(friction.viscosity)))
+        self.ties.springs.append(CouplingSpring(self.couple(coupling), 0.0, damping=float(friction.viscosity)))
 
     def _spring(self, spring: Spring) -> None:
         index = self.mechanism.index
         (p, at_p), (c, at_c) = self.place(index[spring.on], spring.anchor), self.place(index[spring.link], spring.point)
         number = self.couple(NodeCoupling(CouplingKind.DISTANCE, p, c, at_p, at_c))
         damping, preload = float(spring.damping), float(spring.preload)
-        self.ties.gives.append(Give(number, float(spring.stiffness), float(spring.length), None, damping, preload))
+        rest = float(spring.length)
+        self.ties.springs.append(CouplingSpring(number, float(spring.stiffness), rest, None, damping, preload))
 
     def _torsion(self, spring: TorsionSpring) -> None:
         index = self.mechanism.index
@@ -287,13 +290,13 @@ class _TieBuilder:
             if {drive.link, drive.on} == {spring.link, spring.on}:
                 rest, wraps = rest + self.ties.winding[k] * (1 if drive.link == spring.link else -1), False
         damping, preload = float(spring.damping), float(spring.preload)
-        self.ties.gives.append(Give(number, float(spring.stiffness), rest, None, damping, preload, wraps))
+        self.ties.springs.append(CouplingSpring(number, float(spring.stiffness), rest, None, damping, preload, wraps))
 
 
 def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:
-    """Node that carries a link's point, and the point relative to it.
+    """Return the node that carries a point of a link, and the point relative to the node.
 
-    Raises NotCheckedError if no beam reaches the point.
+    Raise NotCheckedError if no beam reaches the point.
     """
     if (link, point) not in nodes.at:
         name = mechanism.links[link].name
@@ -306,5 +309,5 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
     for name in joints:
         if names.count(name) != 1:
             raise NotCheckedError(
-                f'compliance or misfit of "{name}": expected one joint of this name, got {names.count(name)}'
+                f'compliance or misfit of "{name}": expected one joint with this name, got {names.count(name)}'
             )
