@@ -235,7 +235,7 @@ def test_a_rocker_swings_between_the_limits_of_the_closed_form():
         (FORMS["July 2026"][0].replace("B,C,,", "B,Q,,"), 'has a joint "Q"'),
         (FORMS["July 2026"][0].replace("YRBC", "!RBC"), 'the link "!RBC'),
         (FORMS["July 2026"][0].replace(".U,0.", ".!,0."), "the settings"),
-        (boom().replace("GN,G,N", "XY,G,N"), "is in a link that the file has not"),
+        (boom().replace("GN,G,N", "XY,G,N"), "refers to parts that are not in the file"),
         ("pmks2:00000000.AAAA", "save it as a link"),
         (FORMS["version 1"][0].replace("B,2.", "B,two"), "version 1, cannot be read"),
     ],

@@ -86,7 +86,7 @@ def test_lengths_without_unit_are_in_the_unit_of_the_scene():
         ("t;a\n;5\n0;0\n1;1", "line 2: the time is missing"),
         (
             "No,time [s],angle [deg]\n0,0,0\n1,1,1",
-            "line 2: expected 2 columns.*put them last with headings of their own, beside units of the first",
+            "line 2: expected 2 columns.*put them last with headings of their own and give units for the first",
         ),
         ("a, b, c, d\ntime [ms],angle [deg]\n0,0,0,5\n1,0,1,0", "line 3: expected 2 columns, time and angle, got 4"),
         ("angle [deg];time [ms];note\n0;0;", 'line 1: expected a time.*, got "1 deg"'),

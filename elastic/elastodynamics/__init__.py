@@ -1,4 +1,4 @@
-"""Vibration of the moving links about the rigid motion: steady state, transients, stability."""
+"""Vibration of the moving links about the rigid motion: steady state, transients, and stability."""
 
 from elastic.elastodynamics.discretization import worth_halving
 from elastic.elastodynamics.exact_steps import has_dry_friction

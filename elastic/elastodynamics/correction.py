@@ -1,10 +1,10 @@
-"""Iterative correction of the reduced coordinates, until the answer includes the inertia of all elastic coordinates.
+"""Iterative correction of reduced vibration, which adds the inertia of the elastic coordinates that were omitted.
 
-The reduced coordinates give loads; the exact quasi-static answer under these loads is the result. Its displacements
-beyond the reduced coordinates (residual response) have inertia, damping and geometric stiffness of their own. These are
-added as loads to the reduced equations, where they may resonate, and to the exact answer. The reduced equations
-precondition this iteration. The change by the next iteration is the error. Dashpots and soft joints do not damp the
-residual response.
+The loads of a vibration follow from the reduced coordinates. Its deflection is the exact quasi-static solution under
+these loads. The part of this deflection that the reduced coordinates do not represent (the residual response) also has
+inertia, damping and geometric stiffness. They are added as loads to the reduced equations, where they may resonate, and
+to the exact quasi-static solution. The reduced equations thus precondition the iteration. The error is the change by
+the next iteration. Dashpots and compliant joints do not damp the residual response.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ from rigid.kinetostatics import beam_directions
 
 
 def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
-    """Add the forces of the residual response to a vibration; also return the remaining error.
+    """Add the forces of the residual response to a vibration, and return the result with its remaining error.
 
     The error is the change by the next correction, relative to the largest displacement. It exceeds the tolerance if
     the corrections do not converge, and is 0 if there are no beams.
@@ -52,7 +52,7 @@ def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
 
 
 def inertia_load(vibration: Vibration, residual: ResidualResponse) -> Reals:
-    """Load of the residual response on the coordinates, shape (points, r)."""
+    """Return the load of the residual response on the reduced coordinates, shape (points, r)."""
     terms, felt, speed = vibration.problem.terms, vibration.problem.felt, vibration.problem.speed
     kinds = terms.kinematics
     moved = mass_rows(kinds.structure, vibration.motion, kinds.chosen, residual.moved)[1:]
@@ -62,7 +62,7 @@ def inertia_load(vibration: Vibration, residual: ResidualResponse) -> Reals:
 
 
 def _left_out(vibration: Vibration) -> ResidualResponse:
-    """Residual response: exact answer minus the displacements of the coordinates."""
+    """Return the residual response: the exact deflection minus that of the reduced coordinates."""
     terms = vibration.problem.terms
     structure, x = terms.kinematics.structure, terms.grid.at_nodes(vibration.history[0])[..., None]
     strains = strain_rows(structure, terms.kinematics.basis)
@@ -72,7 +72,7 @@ def _left_out(vibration: Vibration) -> ResidualResponse:
 
 
 def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
-    """Displacements of a deflection at the nodes, as a single kind."""
+    """Return the displacements of a deflection at the nodes, as a single kind."""
     structure, motion = vibration.problem.terms.kinematics.structure, vibration.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)

@@ -1,4 +1,4 @@
-"""Discretization of a vibrating mechanism: model for one motion, elastic coordinates, and initial time elements."""
+"""Discretization of a vibrating mechanism: model, elastic coordinates, and initial time elements."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from rigid.arrays import Flags, Reals
 
 MotionAt = Callable[[Any], Motion]
 
-SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # these loads have no jumps unless a law changes them
+SMOOTH = (PointLoad, LineLoad, Spring, TorsionSpring)  # loads of these types have no jumps unless a law causes them
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Mechanism for vibration, with the positions at which its modes are computed."""
+    """Model of a vibrating mechanism, with its elastic coordinates and modes."""
 
     motion_at: MotionAt
     sections: Sequence[Section]
@@ -53,7 +53,7 @@ def vibrating_model(
     joints: Mapping[str, JointCompliance],
     damping: Damping | float | None,
 ) -> Model:
-    """Set up elastic coordinates, modes and damping of a mechanism over a period of time."""
+    """Set up the elastic coordinates, modes and damping of a mechanism for an interval of time."""
     if designs_of(tuple(sections)):
         raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
     looked_at = checked(motion_at(start + duration * np.arange(VIBRATION.mode_positions) / VIBRATION.mode_positions))
@@ -67,17 +67,17 @@ def vibrating_model(
 
 
 def _modes(structure: ElasticStructure, motion: Motion, joints: Mapping[str, JointCompliance]) -> CycleModes | None:
-    """Modes of elastic coordinates over some positions of the cycle; None if no link vibrates."""
+    """Compute the modes of the elastic coordinates over positions of the cycle, or None if no link vibrates."""
     if not len(structure.stiffness):
         return None
     slow = with_rates(motion, 0.0)
     loaded = [unlocked(deflection(each, structure.sections, joints)) for each in (motion, slow)]
     cycle = cycle_of(structure, motion, loaded)
-    return cycle if cycle.values[0] > 0 else None  # no vibration without mass
+    return cycle if cycle.values[0] > 0 else None  # there is no vibration without mass
 
 
 def checked(motion: Motion) -> Motion:
-    """Return a motion if it has one design and no singular position.
+    """Return the motion unchanged if it has a single design and no singular position.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def checked(motion: Motion) -> Motion:
 
 
 def first_grid(model: Model, start: float, duration: float, breaks: Reals | None = None) -> Grid:
-    """Initial time elements of equal length, with additional edges at breaks and jumps of the loads.
+    """Return initial time elements of equal length, with additional edges at breaks and at jumps of the loads.
 
     Loads and accelerations are therefore smooth within each element.
 
@@ -134,19 +134,19 @@ def first_grid(model: Model, start: float, duration: float, breaks: Reals | None
 
 
 def _with_breaks(edges: Reals, breaks: Reals, near: float) -> Reals:
-    """Insert breaks into element edges, in place of edges closer than `near` [s]."""
+    """Insert breaks into the edges of elements, replacing edges that are closer than `near` [s]."""
     kept = _apart(edges, breaks, near)
     kept[0], kept[-1] = True, edges[-1] - breaks.max() > VIBRATION.min_break_distance * np.ptp(edges)
     return np.sort(np.append(edges[kept], breaks))
 
 
 def _apart(times: Reals, breaks: Reals, near: float) -> Flags:
-    """True for each instant that is farther than `near` [s] from all breaks."""
+    """Return for each instant whether it is farther than `near` from all breaks [s]."""
     return np.abs(times[:, None] - breaks).min(axis=1, initial=np.inf) > near
 
 
 def _jumps_nowhere(model: Model, grid: Grid) -> bool:
-    """True if loads are certainly smooth: constant speed, no blocks on beams, no load laws."""
+    """Return whether the loads are certainly smooth: constant speed, no blocks on beams, and no load laws."""
     mechanism = model.structure.mechanism
     plain = all(isinstance(load, SMOOTH) and getattr(load, "law", None) is None for load in mechanism.loads)
     if not plain or mechanism.friction or mechanism.gears or trees_of(mechanism).rails:
@@ -158,26 +158,26 @@ def _jumps_nowhere(model: Model, grid: Grid) -> bool:
 
 
 def first_discretization(model: Model, tolerance: float) -> Discretization:
-    """First discretization to try."""
+    """Return the initial discretization."""
     assert model.cycle is not None
     return Discretization(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
 
 
 @dataclass(frozen=True, eq=False)
 class Discretization:
-    """Discretization of an answer: elastic coordinates, modes, time tolerance.
+    """Discretization of a solution: elastic coordinates, number of modes, and tolerance of the time elements.
 
     Attributes
     ----------
     model, modes, besides
-        Elastic coordinates, number of modes, and smallest share of other shapes that the basis includes.
+        Elastic coordinates, number of modes, and smallest relative size of other shapes that the basis includes.
     resolved
-        Tolerance of time elements.
+        Tolerance of the time elements.
     start
-        Initial state; None for a periodic solution.
+        Function for the initial state, or None for a periodic solution.
     before, in_time, stalled
-        Error before the last refinement; whether that refinement shortened the time elements; whether the one before it
-        failed to halve the error.
+        Error before the last refinement, whether that refinement shortened the time elements, and whether the one
+        before it failed to halve the error.
     closer
         See `reduced_basis`.
     """
@@ -199,37 +199,38 @@ class Discretization:
         return reduced_basis(self.model.cycle, self.modes, self.besides, self.closer)
 
     def per_coordinate_of(self, other: Discretization) -> Reals:
-        """Coordinates closest in strain energy to unit coordinates of another discretization, shape (r, other's r)."""
+        """Return the coordinates closest in strain energy to unit coordinates of another discretization, (r, other)."""
         pushed = self.basis.T @ self.model.structure.stiffness
         return np.asarray(np.linalg.solve(pushed @ self.basis, pushed @ other.basis), float)
 
     @property
     def left_out(self) -> float:
-        """Lowest natural frequency of a mode that has no coordinate [rad/s]."""
+        """Lowest natural frequency of a mode that the basis omits [rad/s]."""
         assert self.model.cycle is not None
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
     @property
     def fastest(self) -> float:
-        """Frequency limit for inertia beyond the coordinates [rad/s]; above it the iteration would diverge."""
+        """Frequency limit for the inertia of the residual response, above which the iteration would diverge [rad/s]."""
         return VIBRATION.max_frequency_ratio * self.left_out
 
     def wider(self) -> Discretization:
-        """Discretization with twice as many modes, and shapes that represent the loads more closely."""
+        """Return a discretization with twice as many modes, and shapes that represent the loads more accurately."""
         return replace(
             self, modes=min(2 * self.modes, len(self.model.structure.stiffness)), closer=VIBRATION.finer_load_accuracy
         )
 
     def complete(self, most: int) -> Discretization:
-        """Discretization with all modes, if there are at most `most`."""
+        """Return the discretization with all modes if there are at most `most`, or else this discretization."""
         count = len(self.model.structure.stiffness)
         return replace(self, modes=count) if count <= most else self
 
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
-        """Next discretization: refined as before (in coordinates or time) if that halved the error, else the other way.
+        """Return the next discretization, refined either in coordinates or in time.
 
-        None if neither way halved the error, or if more coordinates would exceed `most` amplitudes.
+        The last kind of refinement is repeated if it halved the error; otherwise the other kind is used. Return None if
+        neither kind halved the error, or if more coordinates would exceed `most` amplitudes.
         """
         stalled = error > self.before / 2
         if stalled and self.stalled:
@@ -250,27 +251,27 @@ class Discretization:
 
 
 def numbers_of(discretization: Discretization, grid: Grid) -> int:
-    """Size of the mass accelerations per amplitude, by far the largest array of a discretization."""
+    """Return the size of the mass accelerations for all amplitudes, by far the largest array of a discretization."""
     return numbers_per_amplitude(discretization, grid) * int(discretization.basis.shape[1])
 
 
 def numbers_per_amplitude(discretization: Discretization, grid: Grid) -> int:
-    """Size as in `numbers_of`, but for a single amplitude."""
+    """Return the size as in `numbers_of`, but for a single amplitude."""
     return 3 * len(grid.nodes) * len(masses(discretization.model.structure))
 
 
 def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, Grid]:
-    """Finer discretization with half the element length and twice the modes."""
+    """Return a discretization with twice the modes, and a grid with half the element length."""
     return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
 
 
 def worth_halving(mechanism: Mechanism, elements: int, bound: float, resolved: float) -> bool:
-    """True if a bound on the discretization error exceeds `resolved` and a finer discretization is worth the time."""
+    """Return whether a bound on the discretization error exceeds `resolved` and halving the elements is affordable."""
     return bound > resolved and not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
 
 
 def unlocked(bent: Deflection) -> Deflection:
-    """Return a quasi-static answer if friction does not lock it.
+    """Return the quasi-static deflection unchanged if friction does not lock the mechanism.
 
     Raises
     ------

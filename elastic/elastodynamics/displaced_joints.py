@@ -1,4 +1,4 @@
-"""Joints, sliding blocks and gears with large displacement of the links: forces and gaps beyond linear theory."""
+"""Joints, sliding blocks and gears with large displacement: forces and gaps that linear theory does not include."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from rigid.joints import JointPlace
 from rigid.kinetostatics import beam_directions
 from rigid.plane import cross, dot
 
-SHIFTS = 4  # iterations for a block's position; each multiplies the error by about the axial strain
+SHIFTS = 4  # iterations for the position of a block; each multiplies the error by about the axial strain
 
 
 @dataclass(frozen=True, eq=False)
 class DisplacedJoints:
-    """Loads and gaps at the points of a grid, in the form of `AddedLoads`; `points` includes the given loads."""
+    """Loads and gaps at the points of a grid, with the fields of `AddedLoads`; `points` includes the given loads."""
 
     points: Sequence[Load]
     blocks: tuple[tuple[int, Columns, Columns], ...]
@@ -34,7 +34,7 @@ class DisplacedJoints:
 def displaced_joints(
     turned: Turned, structure: ElasticStructure, added: list[Load], forces: Complexes, moments: Reals
 ) -> DisplacedJoints:
-    """Collect pins and sliders on links without beams, blocks on elastic links, and gears.
+    """Collect the loads and gaps of pins and sliders on links without beams, blocks on elastic links, and gears.
 
     Parameters
     ----------
@@ -83,15 +83,17 @@ class DisplacedBlock:
     joint
         Index of the slider.
     slide
-        Shift of the block along the rigid link's line onto the bent axis [m].
+        Shift of the block along the line of the rigid link, onto the bent axis [m].
     force
         Force of the beam on the block in ground axes [N], complex.
     more
-        Part of `force` beyond the linear solution.
+        Difference between `force` and the linear solution.
     lever
-        Moment of the force at the block on the beam's link, minus its moment at the position in the rigid motion [N m].
+        Moment of the force at the block on the link of the beam, minus its moment at the position in the rigid motion
+        [N m].
     gap
-        Displacement under the block, except by the link's rotation, from child to parent [m], complex.
+        Additional gap of the joint from child to parent due to the shift of the block and the rotation of the link [m],
+        complex.
     """
 
     joint: int
@@ -141,7 +143,7 @@ def _displaced_block(
 def _under(
     values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
 ) -> tuple[Any, Any]:
-    """Values and slopes along the line at a shifted block, from values along the beams (nodes, beams, points, 1)."""
+    """Interpolate values along the beams, (nodes, beams, points, 1), and their slopes at a shifted block."""
     places = block_places(motion, trees, {number: slide})[number]
     there: Any = np.zeros(len(values))
     slope: Any = np.zeros(len(values))
@@ -156,20 +158,20 @@ def _under(
 
 @dataclass(frozen=True, eq=False)
 class DisplacedGear:
-    """Teeth of two wheels, at the points of a grid.
+    """Teeth of two wheels with large displacement, at the points of a grid.
 
     Attributes
     ----------
     joint
-        Index of the follower's joint.
+        Index of the joint of the follower.
     turn
-        Rotation of the follower's child relative to its parent, beyond the linear solution [rad].
+        Difference between the rotation of the follower (child relative to parent) and the linear solution [rad].
     ends
-        Link and point of both wheel centres: follower, driving wheel.
+        Link and point of the wheel centres of follower and driver.
     force
-        Tooth force on the follower in ground axes [N], complex; the opposite acts on the driving wheel.
+        Tooth force on the follower in ground axes [N], complex. The opposite force acts on the driver.
     more
-        Part of `force` beyond the linear solution.
+        Difference between `force` and the linear solution.
     """
 
     joint: int

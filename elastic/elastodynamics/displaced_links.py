@@ -1,4 +1,4 @@
-"""Large displacement: loads and strains with which the linear quasi-static answer solves the exact equations.
+"""Large displacement: additional loads and strains that make the linear quasi-static solution exact.
 
 Reissner's beam has the displacement d = u + i w in the axes of the rigid position, the rotation phi, and the section
 force N + i Q in the axes of the rotated section (Q = -V):
@@ -6,7 +6,7 @@ force N + i Q in the axes of the rotated section (Q = -V):
     1 + d' = exp(i phi) (1 + eps + i gamma),    P = exp(i phi) (N + i Q),    M' = -Im(conj(1 + d') P) + J (phi + psi)''.
 
 The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes exact if a distributed moment and a free
-strain from the previous solution are added. Derivation: docs/theory.md.
+strain, which are computed from the previous solution, are added. The derivation is in docs/theory.md.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from elastic.links.added_loads import AddedLoads
 from rigid.arrays import Complexes, Reals
 from rigid.kinetostatics import beam_directions
 
-OF_MOTION = "moved", "accelerations", "viscous", "damped"  # cached values that `Displaced.under` keeps
-FASTEST = 2.0  # largest frequency of changes by rotation in damping forces, times the largest damping time beta
+OF_MOTION = "moved", "accelerations", "viscous", "damped"  # cached values that `Displaced.under` copies
+FASTEST = 2.0  # limit of (frequency of changes by rotation in damping forces) * (largest damping time beta)
 TINY = float(np.finfo(float).tiny)
 
 
@@ -49,17 +49,17 @@ class Displaced:
     Attributes
     ----------
     vibration
-        Linear vibration: equations of motion in reduced coordinates about the rigid motion.
+        Linear vibration, with the equations of motion in reduced coordinates about the rigid motion.
     history
-        Amplitudes of these coordinates, with rates and accelerations, shape (points, r).
+        Amplitudes of these coordinates and their rates and accelerations, shape (points, r).
     residual
-        Displacements beyond the coordinates.
+        Residual response: displacements that these coordinates do not represent.
     force
-        P: section force in the axes of the rigid beams [N], complex, shape (nodes, beams, Gauss points).
+        Section force P in the axes of the rigid beams [N], complex, shape (nodes, beams, Gauss points).
     joints, moments
         Joint forces in ground axes [N], complex, and moments [N m], shape (nodes, joints).
     shortened, amplitudes
-        Foreshortening of the beams and its amplitudes, shape (nodes, k); None if `residual` includes it.
+        Foreshortening of the beams and its amplitudes, shape (nodes, k), or None if `residual` includes it.
     """
 
     vibration: Vibration
@@ -82,14 +82,14 @@ class Displaced:
         return moved + self.shortened.unit @ self.amplitudes[..., None]
 
     def under(self, force: Complexes, joints: Complexes, moments: Reals) -> Displaced:
-        """Return the same displaced links with other section and joint forces; their motion is not recomputed."""
+        """Return the same displaced links with other section and joint forces, without computing their motion again."""
         same = replace(self, force=force, joints=joints, moments=moments)
         same.__dict__.update({name: vars(self)[name] for name in OF_MOTION if name in vars(self)})
         return same
 
     @cached_property
     def accelerations(self) -> Complexes:
-        """Accelerations of all masses and moments of inertia at the points, shape (points, masses), complex."""
+        """Accelerations of all masses and moments of inertia at the points, complex, shape (points, masses)."""
         terms = self.vibration.problem.terms
         kinds = terms.kinematics
         rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.residual.moved)
@@ -100,16 +100,16 @@ class Displaced:
 
     @cached_property
     def viscous(self) -> Reals:
-        """Damping parts of the forces of all strains, times the weights of their points, shape (points, rows).
+        """Damping parts of the forces of all strains, times the weights of the points, shape (points, rows).
 
-        Sections are not rotated; see `damped`.
+        The rotation of sections is neglected, see `damped`.
         """
         problem = self.vibration.problem
         return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
 
     @cached_property
     def damped(self) -> Reals:
-        """Damping parts of the forces in rotated sections: the axial force is N instead of Re P, see `viscous`."""
+        """Damping parts as in `viscous`, but in rotated sections, in which the axial force is N instead of Re P."""
         terms = self.vibration.problem.terms
         structure, grid = terms.kinematics.structure, terms.grid
         turned = ((np.exp(-1j * self.moved.phi[..., 0]) - 1.0) * self.force).real * structure.weights
@@ -123,14 +123,14 @@ class Displaced:
 
 @dataclass(frozen=True, eq=False)
 class ExactLoads:
-    """Loads with which the linear quasi-static answer has the large displacement.
+    """Loads under which the linear quasi-static solution is the exact solution with large displacement.
 
     Attributes
     ----------
     added
         Additional loads.
     residual
-        P minus the answer's N - i V [N], complex, shape (points, beams, Gauss points).
+        P minus N - i V of the quasi-static solution [N], complex, shape (points, beams, Gauss points).
     """
 
     added: AddedLoads
@@ -138,7 +138,7 @@ class ExactLoads:
 
 
 def exact_loads(now: Displaced) -> ExactLoads:
-    """Compute the loads of displaced links at the points of their grid, including the effect of rotated sections."""
+    """Compute the loads of displaced links at the points of their grid, including the effects of rotated sections."""
     problem, motion = now.vibration.problem, now.vibration.motion
     kinds = problem.terms.kinematics
     structure, grid = kinds.structure, problem.terms.grid
@@ -188,19 +188,19 @@ def exact_loads(now: Displaced) -> ExactLoads:
 
 
 def _lump_rows(structure: ElasticStructure, size: int) -> int:
-    """Number of rows of `masses` that belong to lumps."""
+    """Return the number of rows of `masses` that belong to lumps."""
     return len(masses(structure)) - size * (2 if structure.rotary.any() else 1)
 
 
 def _derivative(structure: ElasticStructure, values: Reals) -> Reals:
-    """d/dx along the beams, from values at Gauss points (..., beams, points)."""
+    """Differentiate values at Gauss points along the beams, shape (..., beams, points)."""
     order = np.arange(1, values.shape[-1])
     slopes = (values @ to_powers(values.shape[-1]).T)[..., 1:] * (order / structure.length[:, None])
     return slopes @ np.power.outer(structure.xi, order - 1).T
 
 
 def strain_of(structure: ElasticStructure, section: Complexes) -> Complexes:
-    """eps + i gamma of a section force N + i Q, plus free strain, shape (..., beams, points)."""
+    """Return eps + i gamma due to a section force N + i Q, plus the free strain, shape (..., beams, points)."""
     size = structure.weights.size
     EA, kGA = (
         rigidities(structure)[k * size : (k + 1) * size].reshape(structure.weights.shape) / structure.weights

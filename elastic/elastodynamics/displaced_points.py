@@ -1,7 +1,8 @@
 """Large displacement of points: lumps, springs, loads, links without beams, and sliders on them.
 
-The linear solution displaces the end of an arm a by i alpha a, and applies its forces at a. The exact displacement is
-(exp(i alpha) - 1) a. The difference opens the joints, and forces at the shifted points exert moments on the links.
+In the linear solution, an arm a that rotates by alpha displaces its end by i alpha a, and forces act at the end of the
+undisplaced arm. The exact displacement is (exp(i alpha) - 1) a. The difference opens the joints, and the forces exert
+additional moments on the links, because their points are shifted.
 """
 
 from collections.abc import Iterable, Iterator
@@ -22,14 +23,14 @@ Load = tuple[int, str, Any, Any]  # link index, point name, force [N], complex, 
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """Angles and displacements of points and of links without beams, at a grid's instants.
+    """Angles and displacements of points and of links without beams at the nodes of a grid.
 
     Attributes
     ----------
     motion
-        Rigid motion at the nodes, one more than the points.
+        Rigid motion at the nodes, of which there is one more than points.
     moved
-        Displacements at the nodes, linear in the angles, as a single kind.
+        Displacements at the nodes according to linear theory, as a single kind.
     """
 
     motion: Motion
@@ -38,49 +39,49 @@ class Turned:
     moved: Displacements
 
     def angle(self, at: int) -> Reals:
-        """Rotation of a link's axes at the nodes [rad]."""
+        """Return the rotation of the axes of a link at the nodes [rad]."""
         return self.moved.angle[:, at, 0]
 
     def turns(self, at: int, point: str) -> Reals:
-        """Rotation at a chosen point at the nodes [rad]; 0 on the ground."""
+        """Return the rotation at a chosen point at the nodes [rad], which is 0 on the ground."""
         return self.moved.turns[:, self.chosen.index((at, point)), 0] if at else np.zeros(len(self.moved.angle))
 
     def bare(self, at: int) -> bool:
-        """True if a link moves and has no beams."""
+        """Return whether a link moves and has no beams."""
         return at > 0 and not self.motion.mechanism.links[at].beams
 
     def beyond(self, at: int, place: Any) -> Complexes:
-        """(exp(i alpha) - 1 - i alpha) arm of a link without beams, at the nodes [m], complex."""
+        """Return (exp(i alpha) - 1 - i alpha) arm for a link without beams at the nodes [m], complex."""
         return _beyond(self.angle(at)) * self.motion.direction[at] * place
 
     def displacement(self, at: int, point: str) -> Complexes:
-        """Displacement of a chosen point in ground axes, at the nodes [m], complex."""
+        """Return the displacement of a chosen point in ground axes at the nodes [m], complex."""
         moved = self.linear_displacement(at, point)
         return moved + self.beyond(at, self.point(at, point)) if self.bare(at) else moved
 
     def linear_displacement(self, at: int, point: str) -> Complexes:
-        """Displacement as in `displacement`, but linear in the angle of its link."""
+        """Return the displacement as in `displacement`, but according to linear theory."""
         if not at:
             return np.zeros(len(self.moved.angle), complex)
         return self.moved.moves[:, self.chosen.index((at, point)), 0]
 
     def point(self, at: int, name: str) -> complex:
-        """Position of a point in link axes [m], complex."""
+        """Return the position of a point in link axes [m], complex."""
         return np.ravel(self.motion.mechanism.links[at].points[name])[0]
 
     def arm(self, at: int, place: Any) -> Complexes:
-        """Convert an arm from link axes to ground axes, at the points [m], complex."""
+        """Convert an arm from link axes to ground axes at the points [m], complex."""
         return self.motion.direction[at][1:] * place
 
 
 def _beyond(angle: Reals) -> Complexes:
-    """exp(i angle) - 1 - i angle, without cancellation."""
+    """Return exp(i angle) - 1 - i angle, computed without cancellation."""
     half = np.sin(angle / 2)
     return -2 * half**2 + 1j * (np.sin(angle) - angle)
 
 
 def require_known(motion: Motion) -> None:
-    """Raise MechanismError for joints without large-displacement equations.
+    """Raise MechanismError if a joint is not supported with large displacement.
 
     Racks are supported if the wheels have fixed axes.
 
@@ -105,13 +106,13 @@ def require_known(motion: Motion) -> None:
 
 
 def point_loads(turned: Turned, accelerations: Complexes) -> list[Load]:
-    """Forces on points in addition to the rigid motion's: inertia, springs, loads that turn with their links.
+    """Compute the additional forces on displaced points: inertia, springs, and loads that rotate with their links.
 
     Parameters
     ----------
     accelerations
-        Accelerations of lumps and, alternating, of their rotations, linear in the angles, at the points, shape (points,
-        2 lumps), complex.
+        Accelerations of lumps and of their rotations, alternating, according to linear theory, complex, shape (points,
+        2 lumps).
     """
     return [*_lumps(turned, accelerations), *_springs(turned), *_turning_loads(turned)]
 
@@ -151,7 +152,7 @@ def _springs(turned: Turned) -> Iterator[Load]:
 
 
 def _pull(spring: Spring, vector: Complexes, opening: Complexes) -> Complexes:
-    """Force of a spring between two points at a given distance [N], complex."""
+    """Return the force of a spring between two points at a given distance [N], complex."""
     reach = np.abs(vector)
     with np.errstate(invalid="ignore", divide="ignore"):
         unit = np.where(reach > 0, vector / reach, 0.0)
@@ -172,7 +173,7 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
 def bare_links(
     turned: Turned, added: list[Load], forces: Complexes, besides: Iterable[tuple[int, str, Complexes]]
 ) -> tuple[list[Load], list[Complexes]]:
-    """Moments of forces on rotated arms of links without beams, and joint gaps due to their rotation.
+    """Compute moments of forces on rotated arms of links without beams, and joint gaps due to the rotation.
 
     Parameters
     ----------
@@ -181,11 +182,12 @@ def bare_links(
     forces
         Joint forces in ground axes [N], complex, shape (nodes, joints).
     besides
-        Other forces on points, except given loads: link index, point name, force.
+        Further forces on points, except the given loads of the mechanism: link index, point name, force.
 
     Returns
     -------
-    Loads at points; for each joint, displacement of the child's point from the parent's [m], complex, at the points.
+    Loads on points, and for each joint the displacement of the child's point from the parent's point [m], complex, at
+    the points of the grid.
     """
     motion = turned.motion
     mechanism = motion.mechanism
@@ -230,7 +232,7 @@ def _first(turned: Turned, at: int) -> str:
 
 
 def _slider(turned: Turned, number: int, force: Complexes) -> tuple[list[Load], Complexes]:
-    """Block on a link without beams: the force rotates with the line and acts at the block."""
+    """Return the loads and the gap of a block on a link without beams, on which the force rotates with the line."""
     motion, place = turned.motion, turned.motion.places[number]
     joint, owner, block = place.joint, place.joint.owner, place.joint.block
     point, first = joint.point(block) or "", _first(turned, owner)

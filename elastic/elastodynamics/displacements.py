@@ -1,8 +1,8 @@
 """Displacements of the whole mechanism per unit of its elastic coordinates, at the positions of a motion.
 
-Clamped links are moved as rigid bodies so that the joints close with the drives held; this is the linear problem of the
-quasi-static answer. Displacements are relative to the rigid positions, in ground axes. Their second time derivatives
-are therefore accelerations without Coriolis terms.
+Clamped links are moved as rigid bodies so that the joints close with locked drives, as in the linear quasi-static
+problem. Displacements are relative to the rigid positions and in ground axes. Their second time derivatives are
+therefore accelerations, without Coriolis terms.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ UNDER = "under joint "
 
 
 def under(number: int) -> str:
-    """Name of the point on a beam under a joint's block."""
+    """Return the name of the point on a beam under the block of a joint."""
     return f"{UNDER}{number}"
 
 
 @dataclass(frozen=True, eq=False)
 class Displacements:
-    """Displacements of c kinds (columns) at every position.
+    """Displacements of c kinds (last axis) at every position.
 
     Attributes
     ----------
     beams
-        Displacement of Gauss points in ground axes [m], complex, shape (positions, beams, points, c).
+        Displacements of the Gauss points in ground axes [m], complex, shape (positions, beams, points, c).
     slope, phi
         dw/dx and rotation of the section at these points [rad], same shape.
     angle
-        Rotation of the links' axes [rad], shape (positions, links, c).
+        Rotation of the axes of the links [rad], shape (positions, links, c).
     moves, turns
         Displacement in ground axes [m], complex, and rotation [rad] of chosen points, shape (positions, chosen, c).
     """
@@ -60,7 +60,7 @@ class Displacements:
     turns: Reals
 
     def __matmul__(self, amounts: Any) -> Displacements:
-        """Combine the kinds linearly; `amounts` of shape (c, k) or (positions, c, k)."""
+        """Combine the kinds linearly, with `amounts` of shape (c, k) or (positions, c, k)."""
         wide = np.asarray(amounts)
         if wide.ndim == 2:
             return Displacements(*(part @ wide for part in vars(self).values()))
@@ -86,10 +86,10 @@ class RigidBodyModes:
     Attributes
     ----------
     shift, angle
-        Displacement [m], complex, and rotation [rad] of the links' axes, shape (links, n, positions).
+        Displacement [m], complex, and rotation [rad] of the axes of the links, shape (links, n, positions).
     work
-        Work of the self-stresses on the gaps due to the coordinates, shape (positions, self-stresses, n). It must be
-        zero for a mechanism with redundant joints.
+        Work of the self-stresses on the gaps due to unit coordinates, shape (positions, self-stresses, n). For a
+        mechanism with redundant joints, the work of the actual coordinates must be zero.
     """
 
     shift: Complexes
@@ -98,10 +98,10 @@ class RigidBodyModes:
 
 
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
-    """Close the joints for unit elastic coordinates.
+    """Compute the rigid-body motions that close the joints for unit elastic coordinates.
 
-    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks, so
-    that displacements are smooth in time even if the loaded flank changes.
+    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks.
+    Displacements are therefore smooth in time even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     felt = at_joints(structure)
@@ -128,7 +128,10 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
 
 
 def at_joints(structure: ElasticStructure) -> Flags:
-    """Whether a coordinate can open a joint: it moves a point or a block, or opens a soft joint, shape (n,)."""
+    """Return for each coordinate whether it can open a joint, shape (n,).
+
+    Such a coordinate displaces a point or a block, or opens a compliant joint.
+    """
     felt = np.full(len(structure.stiffness), bool(trees_of(structure.mechanism).rails))
     for move, turn in structure.nodes.values():
         felt |= (move != 0) | (turn != 0)
@@ -139,7 +142,7 @@ def at_joints(structure: ElasticStructure) -> Flags:
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Gaps to be closed per coordinate, of `shape`; `links.compatibility.bent_links` finds the gaps due to loads."""
+    """Return the gaps to close per unit coordinate, of `shape`. For gaps due to loads, see `bent_links`."""
     blocks = block_places(motion, trees_of(motion.mechanism))
     still = (ZERO, ZERO)
     gaps, turns = [], []
@@ -168,9 +171,9 @@ def _openings(
 def _under_block(
     structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Displacement and rotation of a beam under a block, with the beam's link clamped at its root, (n, positions).
+    """Return the displacement and rotation of a beam under a block, with its link clamped, shape (n, positions).
 
-    `places`: beams along the line on which the block moves.
+    `places` are the positions of the block on the beams along its line.
     """
     moved: Any = 0j
     turned: Any = 0.0
@@ -183,11 +186,11 @@ def _under_block(
 
 
 def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
-    """Correct a basis at every position so that redundant joints fit, with minimum strain energy.
+    """Correct a basis at every position so that redundant joints fit together, with minimum strain energy.
 
     Returns
     -------
-    Shape (n, r), or (positions, n, r) for a mechanism with redundant joints.
+    Array of shape (n, r), or (positions, n, r) for a mechanism with redundant joints.
     """
     work = carried.work
     if not work.shape[1]:
@@ -199,7 +202,7 @@ def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals
 def unit_displacements(
     structure: ElasticStructure, motion: Motion, carried: RigidBodyModes, basis: Any, chosen: Points
 ) -> Displacements:
-    """Compute displacements per unit of each vector of a basis, shape (n, r) or (positions, n, r)."""
+    """Compute the displacements per unit of each vector of a basis, shape (n, r) or (positions, n, r)."""
     shift, angle = (np.moveaxis(part, -1, 0) @ basis for part in (carried.shift, carried.angle))
     per = basis[:, None] if np.ndim(basis) == 3 else basis
     local_fields = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
@@ -241,7 +244,7 @@ def unit_displacements(
 def below(
     structure: ElasticStructure, motion: Motion, name: str, beams: Complexes, slope: Reals
 ) -> tuple[Complexes, Reals]:
-    """Displacement of a beam under a block in ground axes, and its slope, shape (positions, c)."""
+    """Return the displacement in ground axes and the slope of a beam under a block, shape (positions, c)."""
     number = int(name.removeprefix(UNDER))
     moved, turned = np.zeros(1, complex), np.zeros(1)
     for at, place in enumerate(block_places(motion, trees_of(motion.mechanism))[number]):
@@ -253,6 +256,6 @@ def below(
 
 
 def _starts(structure: ElasticStructure) -> Complexes:
-    """Starts of the beams in link axes [m], complex, shape (beams,)."""
+    """Return the starts of the beams in link axes [m], complex, shape (beams,)."""
     links = structure.mechanism.links
     return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)

@@ -1,7 +1,7 @@
-"""Elastic coordinates of a mechanism: shapes of clamped links, and openings of soft joints.
+"""Elastic coordinates of a mechanism: shapes of clamped links, and openings of compliant joints.
 
-The coordinates are independent, and their stiffness does not depend on the position. The rigid-body motion that closes
-the joints does depend on it, see `displacements.py`.
+The coordinates are independent, and their stiffness is the same at all positions. The rigid-body motion that closes the
+joints depends on the position, see `displacements.py`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ SCALES = {"u": 0, "w": 0, "phi": 1, "stretch": 1, "slope": 1, "curvature": 2}
 
 @dataclass(frozen=True, eq=False)
 class SoftFreedom:
-    """Opening of a soft joint: `kind` is "x" or "y" (pin), "across" or "along" (slider), or "turn"."""
+    """Opening of a compliant joint; `kind` is "x" or "y" (pin), "across" or "along" (slider), or "turn"."""
 
     joint: int
     kind: str
@@ -32,7 +32,7 @@ class SoftFreedom:
 
 @dataclass(frozen=True, eq=False)
 class ElasticStructure:
-    """The n elastic coordinates of one design; beams in the order of `Mechanism.beams`.
+    """Model of one design with n elastic coordinates. Beams are in the order of `Mechanism.beams`.
 
     Attributes
     ----------
@@ -43,16 +43,16 @@ class ElasticStructure:
     weights
         Integration weights of the points [m], shape (beams, points).
     mass, rotary
-        Mass and moment of inertia of the points [kg, kg m^2], shape (beams, points).
+        Mass [kg] and moment of inertia [kg m^2] of the points, shape (beams, points).
     fields
-        "u", "w", "phi", "stretch", "slope", "curvature" per coordinate, links clamped at their roots, in beam axes,
-        shape (beams, points, n).
+        "u", "w", "phi", "stretch", "slope" and "curvature" per unit coordinate, in beam axes and with links clamped at
+        their roots, shape (beams, points, n).
     nodes
-        By link index and point name: displacement in link axes, complex, and rotation, shape (n,).
+        Displacement in link axes, complex, and rotation per unit coordinate, shape (n,), by link index and point name.
     soft
-        Openings of soft joints, which are the last coordinates.
+        Openings of compliant joints, which are the last coordinates.
     stiffness
-        Shape (n, n).
+        Stiffness matrix of the coordinates, shape (n, n).
     """
 
     mechanism: Mechanism
@@ -71,7 +71,7 @@ class ElasticStructure:
 def elastic_structure(
     mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> ElasticStructure:
-    """Set up the elastic coordinates of a single design, with `inner` polynomials along its beams."""
+    """Set up the elastic coordinates of a single design, with `inner` polynomials along each beam."""
     return _structure(mechanism, tuple(sections), tuple(joints.items()), inner)
 
 
@@ -110,19 +110,19 @@ def _structure(
 
 
 def _lengths(link: Link) -> list[float]:
-    """Lengths of the beams of one design [m]."""
+    """Return the lengths of the beams of one design [m]."""
     return [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
 
 
 def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
-    """Highest degree of mass and rigidity tapers."""
+    """Return the highest degree of the tapers of masses and rigidities."""
     degrees = [max(len(beam.mass_taper), len(beam.rotary_taper)) - 1 for _, beam in mechanism.beams]
     degrees += [max(len(part.taper.EI), len(part.taper.EA), len(part.taper.kGA)) - 1 for part in sections if part.taper]
     return max(degrees, default=0)
 
 
 def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]:
-    """Gauss points, lengths, weights, masses and moments of inertia of all beams."""
+    """Return Gauss points, lengths, weights, masses and moments of inertia of all beams."""
     xi, weights = gauss_points(points)
     lengths, masses, rotary = (
         np.zeros(len(mechanism.beams)),
@@ -140,7 +140,7 @@ def _masses(mechanism: Mechanism, points: int) -> tuple[Any, Any, Any, Any, Any]
 def _soft_freedoms(
     mechanism: Mechanism, joints: Mapping[str, JointCompliance]
 ) -> tuple[tuple[SoftFreedom, ...], list[float]]:
-    """Openings of soft joints, and their compliances."""
+    """Return the openings of compliant joints, and their compliances."""
     freedoms, softness = [], []
     for number, joint in enumerate(structure(mechanism).joints):
         compliance = joints.get(joint.name)
@@ -157,7 +157,7 @@ def _soft_freedoms(
 
 
 def way_of(freedom: SoftFreedom, motion: Motion) -> Columns:
-    """Unit vector along which a soft joint opens, complex."""
+    """Return the unit vector along which a compliant joint opens, complex."""
     if freedom.kind in ("x", "y"):
         return 1.0 if freedom.kind == "x" else 1j
     along = motion.places[freedom.joint].along
@@ -166,16 +166,16 @@ def way_of(freedom: SoftFreedom, motion: Motion) -> Columns:
 
 @dataclass(frozen=True, eq=False)
 class ClampedLink:
-    """Link with n elastic coordinates [m].
+    """Clamped link with n elastic coordinates [m].
 
     Attributes
     ----------
     fields
-        "u", "w", "phi" and derivatives "stretch", "slope", "curvature" in beam axes, shape (beams, points, n).
+        "u", "w", "phi" and their derivatives "stretch", "slope", "curvature" in beam axes, shape (beams, points, n).
     nodes
-        For each point that a beam reaches: displacement in link axes, complex, and rotation, shape (n,).
+        Displacement in link axes, complex, and rotation of each point that a beam reaches, shape (n,).
     stiffness
-        Shape (n, n).
+        Stiffness matrix of the coordinates, shape (n, n).
     """
 
     fields: Mapping[str, Reals]
@@ -184,9 +184,9 @@ class ClampedLink:
 
 
 def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int, points: int) -> ClampedLink:
-    """Elastic coordinates of a link of one design, with `inner` polynomials per beam, at `points` Gauss points.
+    """Set up the elastic coordinates of a link of one design that is clamped at `root`.
 
-    The link is clamped at `root`.
+    There are `inner` polynomials per beam, which are evaluated at `points` Gauss points.
     """
     scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
     scaled, parts = of_design(link, sections, scale, 0)

@@ -1,8 +1,8 @@
 """Equations of motion of the elastic coordinates about the rigid motion, at the points of a time grid.
 
-M x'' + C x' + K x = g for the amplitudes x of a basis of the elastic coordinates. They follow from d'Alembert's
-principle in ground axes, in which masses are constant and there are no Coriolis terms. The load g is the work of the
-quasi-static section forces on the strains of the basis. Derivation: docs/elastodynamics.md.
+The equations M x'' + C x' + K x = g determine the amplitudes x of a basis of the elastic coordinates. They follow from
+d'Alembert's principle in ground axes, in which masses are constant and there are no Coriolis terms. The load g is the
+work of the quasi-static section forces on the strains of the basis. The derivation is in docs/elastodynamics.md.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from rigid.kinetostatics import beam_directions
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Displacements per unit of a basis at the nodes of a grid; they depend only on the positions.
+    """Displacements per unit of a basis at the nodes of a grid, which depend only on the positions.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Kinematics:
     unit
         Displacements of the basis at all nodes.
     rows
-        Displacements of all masses, shape (nodes, masses, r), complex.
+        Displacements of all masses, complex, shape (nodes, masses, r).
     """
 
     structure: ElasticStructure
@@ -55,7 +55,7 @@ class Kinematics:
 
 
 def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen: Points) -> Kinematics:
-    """Compute displacements per unit of a basis at all positions of a motion."""
+    """Compute the displacements per unit of a basis at all positions of a motion."""
     carried = rigid_body_modes(structure, motion)
     independent = own_basis(structure, carried, basis)
     unit = unit_displacements(structure, motion, carried, independent, chosen)
@@ -65,7 +65,7 @@ def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen
 
 
 def masses(structure: ElasticStructure) -> Reals:
-    """Masses [kg] and moments of inertia [kg m^2] of the rows of `mass_rows`, shape (masses,)."""
+    """Return the masses [kg] and moments of inertia [kg m^2] for the rows of `mass_rows`, shape (masses,)."""
     lumps = lumps_of(structure.mechanism)
     parts = [structure.mass.ravel()]
     if structure.rotary.any():
@@ -75,7 +75,7 @@ def masses(structure: ElasticStructure) -> Reals:
 
 
 def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Complexes:
-    """Displacements of all masses, rotations of all moments of inertia, shape (positions, masses, c), complex."""
+    """Return the displacements of all masses and rotations of all moments of inertia, (positions, masses, c)."""
     count, kinds = len(moved.angle), moved.angle.shape[-1]
     fields = (moved.beams, moved.phi) if structure.rotary.any() else (moved.beams,)
     lumps = lumps_of(structure.mechanism)
@@ -94,14 +94,14 @@ def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved
 
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
-    """Geometric stiffness: forces of the rigid motion on displaced links, at some positions.
+    """Geometric stiffness at some positions: forces of the rigid motion on displaced links.
 
     Attributes
     ----------
     pull
         Axial force along the beams times the weights of the points [N m], shape (positions, beams, points).
     turning
-        Line loads that turn with their beams, times the weights, in ground axes [N], complex, same shape.
+        Line loads that rotate with their beams, times the weights, in ground axes [N], complex, same shape; or None.
     effects
         Forces on displaced points.
     """
@@ -116,7 +116,7 @@ class GeometricStiffness:
         return GeometricStiffness(self.pull[positions], turning, [effect[positions] for effect in self.effects])
 
     def stiffness(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Forces along one set of displacements per unit of another, shape (positions, c responding, c causing)."""
+        """Return the forces along displacements per unit of others, shape (positions, c responding, c causing)."""
         count = len(felt.angle)
         slopes, turned = (part.slope.reshape(count, -1, part.slope.shape[-1]) for part in (felt, cause))
         pull = self.pull.reshape(count, -1, 1)
@@ -130,7 +130,7 @@ class GeometricStiffness:
 
 
 def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: Points) -> GeometricStiffness:
-    """Geometric stiffness due to the forces of a quasi-static answer."""
+    """Return the geometric stiffness due to the forces of a quasi-static deflection."""
     motion = bent.motion
     pull = along_beams(bent, "N", structure.xi) * structure.weights
     turning = None
@@ -146,16 +146,16 @@ def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: P
 
 @dataclass(frozen=True, eq=False)
 class MotionTerms:
-    """Terms of the equations of motion that depend only on the positions, at the points of a grid.
+    """Terms of the equations of motion at the points of a grid that depend only on the positions.
 
     Attributes
     ----------
     mass, carried_rate, carried
-        Inertia of the amplitudes' accelerations, of their rates, and of the amplitudes, shape (points, r, r).
+        Inertia due to accelerations, rates and values of the amplitudes, shape (points, r, r).
     strains, strain_rate
-        Strains per amplitude, shape (rows, r) or (points, rows, r), and their rates of change; 0.0 if constant.
+        Strains per amplitude, shape (rows, r) or (points, rows, r), and their rates of change (0.0 if constant).
     elastic, viscous, viscous_rate
-        Forces of strains, of their rates, and of the changing shapes, shape (points, r, r) or (r, r).
+        Forces due to strains, due to their rates, and due to the change of the shapes, shape (points, r, r) or (r, r).
     """
 
     kinematics: Kinematics
@@ -171,7 +171,7 @@ class MotionTerms:
     viscous_rate: Columns
 
     def accelerations(self, history: tuple[Reals, Reals, Reals]) -> Complexes:
-        """Accelerations of the masses, in the grid's time, from amplitudes and rates, (points, masses), complex."""
+        """Return the accelerations of the masses in the time of the grid, complex, shape (points, masses)."""
         rows, grid = self.kinematics.rows, self.grid
         steady = (rows[1:] @ history[2][..., None])[..., 0]
         return steady + grid.rates_times(rows, (2 * history[1], history[0]))
@@ -216,11 +216,11 @@ class Problem:
     Attributes
     ----------
     equations
-        Equations of the amplitudes at the points, in the grid's time.
+        Equations of the amplitudes at the points, in the time of the grid.
     felt
         Geometric stiffness at all nodes.
     speed
-        Speed relative to the grid's time. Inertia grows with the square of the speed, and damping linearly.
+        Speed relative to the time of the grid. Inertia is proportional to its square, and damping to the speed.
     """
 
     terms: MotionTerms
@@ -230,7 +230,7 @@ class Problem:
 
 
 def problem(terms: MotionTerms, bent: Deflection, speed: float = 1.0) -> Problem:
-    """Assemble the equations of motion about the motion of a deflection, run at `speed` times the grid's pace."""
+    """Assemble the equations about the motion of a deflection, which runs at `speed` times the speed of the grid."""
     kinds, faster = terms.kinematics, speed**2
     felt = geometric_stiffness(kinds.structure, bent, kinds.chosen)
     viscous = faster * terms.carried_rate + speed * terms.viscous

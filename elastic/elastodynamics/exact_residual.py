@@ -1,4 +1,4 @@
-"""Residual of the exact equations of displaced links, and its correction by linear equations of motion."""
+"""Residual of the exact equations of displaced links, and its reduction by linear equations of motion."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinematics import stacked
 
-ROUND_OFF = 1e-8  # round-off of strains, relative to the largest displacement / length
-SMALL = 0.1  # smallest reference of a residual force, relative to the largest force of all beams
+ROUND_OFF = 1e-8  # round-off of strains, relative to (largest displacement / length)
+SMALL = 0.1  # smallest reference for a residual force, relative to the largest force of all beams
 
-Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # maps a load to its history
+Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # function from a load to the history of the coordinates
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Quasi-static answer at the nodes of a grid, in the quantities of a residual.
+    """Quantities of a quasi-static deflection at the nodes of a grid that are compared in the residual.
 
     Attributes
     ----------
     force, joints, moments
-        See `Displaced`; the force excludes couples.
+        See `Displaced`. The force does not include couples.
     strained
         Forces of the strains, see `given_forces`.
     moved
@@ -48,7 +48,7 @@ class Loaded:
     moved: Displacements
 
     def without(self, other: Loaded, share: float) -> Loaded:
-        """Subtract a share of another answer."""
+        """Subtract `share` times another set of quantities."""
         return Loaded(
             self.force - share * other.force,
             self.joints - share * other.joints,
@@ -59,7 +59,7 @@ class Loaded:
 
 
 def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
-    """Convert a deflection at the nodes of a vibration's grid to quantities of a residual."""
+    """Return the quantities of a deflection at the nodes of the grid of a vibration."""
     structure = vibration.problem.terms.kinematics.structure
     N, V = (along_beams(bent, name, structure.xi) for name in ("N", "V"))
     count = (len(N),)
@@ -70,7 +70,7 @@ def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Strains of the elastic coordinates of a vibration, at the nodes of its grid."""
+    """Strains of the reduced coordinates of a vibration at the nodes of its grid."""
 
     vibration: Vibration
 
@@ -80,40 +80,40 @@ class Coordinates:
         return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
 
     def forces(self, amounts: Reals) -> Reals:
-        """Forces due to the strains at given values of the coordinates, shape (nodes, rows)."""
+        """Return the forces due to the strains for given values of the coordinates, shape (nodes, rows)."""
         strains, stiff = self._strains
         forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
         return forces
 
     def push(self, strained: Reals) -> Reals:
-        """Load on the coordinates by forces of strains, shape (nodes, r)."""
+        """Return the load on the coordinates due to forces of strains, shape (nodes, r)."""
         push: Reals = (self._strains[0].swapaxes(-1, -2) @ strained[..., None])[..., 0]
         return push
 
     def static(self, push: Reals) -> Reals:
-        """Static response to a load, shape (nodes, r)."""
+        """Return the static response to a load, shape (nodes, r)."""
         strains, stiff = self._strains
         found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])
         return np.asarray(found[..., 0], float)
 
     def response(self, amounts: Reals) -> ResidualResponse:
-        """Displacements and forces at given values of the coordinates, shape (nodes, r)."""
+        """Return the displacements and forces for given values of the coordinates, shape (nodes, r)."""
         moved = self.vibration.problem.terms.kinematics.unit @ amounts[..., None]
         return ResidualResponse(moved, self.forces(amounts))
 
 
 @dataclass(frozen=True, eq=False)
 class Unbalanced:
-    """Displaced links and the answer under their loads; in equilibrium both agree.
+    """Displaced links, and the quasi-static deflection under their loads. They agree in equilibrium.
 
     Attributes
     ----------
     now
         Displaced links.
     bent
-        Quasi-static answer under their loads.
+        Quasi-static deflection under their loads.
     found
-        The answer as quantities of a residual; its forces include the couples of turned sections.
+        Quantities of this deflection; the forces include the couples of rotated sections.
     """
 
     now: Displaced
@@ -122,12 +122,12 @@ class Unbalanced:
 
     @cached_property
     def change(self) -> Displacements:
-        """Residual: displacements of the answer minus displacements of the links."""
+        """Residual: displacements of the quasi-static deflection minus displacements of the links."""
         return self.found.moved - self.now.moved
 
     @cached_property
     def strained(self) -> Reals:
-        """Residual of the strains' forces, shape (nodes, rows); 0 for soft joints."""
+        """Residual of the forces of the strains, shape (nodes, rows); 0 for compliant joints."""
         now, structure = self.now, self.now.vibration.problem.terms.kinematics.structure
         more = self.found.strained - self._coordinates.forces(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
         more -= now.residual.forces
@@ -136,9 +136,9 @@ class Unbalanced:
 
     @property
     def force_share(self) -> float:
-        """Largest residual of N or M, relative to the largest of its beam; see `SMALL` for beams with little force.
+        """Largest residual of N or M, relative to the largest value on its beam, or to `SMALL` times that of all beams.
 
-        Round-off of the strains is ignored, because stiff beams would turn it into large forces.
+        Round-off of the strains is subtracted, because it would cause large forces in stiff beams.
         """
         structure = self.now.vibration.problem.terms.kinematics.structure
         weights, both = structure.weights, 2 * structure.weights.size
@@ -160,23 +160,24 @@ class Unbalanced:
 
     @cached_property
     def push(self) -> Reals:
-        """Residual as a load on the elastic coordinates, shape (nodes, r)."""
+        """Residual as a load on the reduced coordinates, shape (nodes, r)."""
         return self._coordinates.push(self.strained)
 
     @cached_property
     def besides(self) -> ResidualResponse:
-        """Residual beyond the static response of the elastic coordinates."""
+        """Residual minus its static response in the reduced coordinates."""
         followed = self._coordinates.response(self._coordinates.static(self.push))
         return ResidualResponse(self.change, self.strained) - followed
 
 
 def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
-    """Compute the residual of displaced links under their own loads.
+    """Compute the residual of displaced links under their loads.
 
     Parameters
     ----------
     still
-        Answer to the rigid motion's loads, of which only a `share` acts; if None, they act in full.
+        Quasi-static deflection under the loads of the rigid motion, of which only `share` acts. If None, they act
+        fully.
     """
     linear = now.vibration
     grid, plain = linear.problem.terms.grid, linear.quasi_static
@@ -189,14 +190,14 @@ def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, s
 
 
 def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
-    """Correct displaced links by the response of linear equations of motion to the residual.
+    """Correct displaced links by the response of linear equations of motion to their residual.
 
     Parameters
     ----------
     operator
-        Equations of motion, which also give the inertia of the residual response.
+        Equations of motion, also used for the inertia of the residual response.
     response
-        Response of their coordinates to a load.
+        Function for the response of their coordinates to a load.
     fastest
         See `exact_steps.settled_links`.
     """
@@ -212,14 +213,14 @@ def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: 
 
 
 def shortened(now: Displaced) -> Displaced:
-    """Update the foreshortening, if any, to the present rotations."""
+    """Update the foreshortening, if there is any, to the current rotations."""
     if now.shortened is None:
         return now
     return replace(now, amplitudes=now.shortened.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
 
 
 def begin(linear: Vibration) -> Displaced:
-    """Convert the linear answer to displaced links."""
+    """Convert a linear vibration to displaced links."""
     terms = linear.problem.terms
     residual = linear.residual
     if residual is None:
@@ -232,14 +233,14 @@ def begin(linear: Vibration) -> Displaced:
 
 
 def mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
-    """Combine the last steps with the weights that minimise the change (Anderson mixing)."""
+    """Combine the last steps with weights that minimise the change (Anderson mixing)."""
     changes = np.array([np.ravel(change).view(float) for _, change in before])
     shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
     return summed([after for after, _ in before], np.diff(shares, prepend=0.0, append=1.0))
 
 
 def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
-    """Combine displaced links linearly, with weights that add up to one."""
+    """Combine displaced links linearly with weights that add up to one."""
 
     def total(*values: Any) -> Numbers:
         weighted: Numbers = sum(weight * value for weight, value in zip(weights, values, strict=True))
@@ -284,10 +285,10 @@ def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
 
 
 def _consistent(linear: Vibration, history: Sequence[Reals]) -> tuple[Reals, Reals, Reals]:
-    """Return the history of a vibration under the load that an interpolated history needs.
+    """Return the history of a vibration under the load that balances an interpolated history.
 
-    Interpolated rates are not exactly the derivatives of interpolated amplitudes. Steps add to a history and would
-    keep this error.
+    Interpolated rates are not exactly the derivatives of interpolated amplitudes. Steps would not remove this error,
+    because they add to a history.
     """
     equations = linear.problem.equations
     x, x1, x2 = (part - known for part, known in zip(history, linear.history, strict=True))

@@ -1,53 +1,53 @@
-"""Settings of the solver for the exact equations of displaced links."""
+"""Settings of the solver for the exact equations of links with large displacement."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class ExactSettings:
-    """Limits of the iteration; shares are relative to the largest displacement unless stated otherwise.
+    """Limits of the iteration. Relative values refer to the largest displacement unless stated otherwise.
 
     Attributes
     ----------
     max_steps, max_steps_with_friction
-        Maximum number of steps that are linearized about the rigid motion.
+        Maximum number of steps of the equations that are linearized about the rigid motion.
     max_mixed
-        Number of earlier steps that are mixed into the next one.
+        Number of previous steps that are combined with the next one (Anderson mixing).
     max_growth
-        Growth, relative to the smallest step, that ends the iteration.
+        The iteration ends if a residual exceeds the smallest one by this factor.
     patience, min_progress
-        Newton's method takes over after `patience` steps without a reduction to the share `min_progress`.
+        Newton's method takes over if `patience` steps do not reduce the residual to the fraction `min_progress`.
     max_ratio
-        A step larger than this share of the previous one indicates hard friction.
+        If the ratio of successive steps is larger, friction is hard.
     first_creep, creep_ratio
-        Initial smoothing rate of hard friction / friction's own (`creep_rate`), and its divisor in each step.
+        Initial smoothing rate of hard friction / final rate (`creep_rate`), and factor by which each step divides it.
     max_first_steps, first_step_share, first_rest, first_resolved, first_enough
-        First steps, which estimate the effect of large displacement: their number; accepted remainder relative to the
-        first step; its upper and its lower limit; size of a first step that suffices.
+        Limits of the steps that estimate the effect of large displacement: maximum number, accepted remainder relative
+        to the first step, its upper and lower limit, and size of a first step that needs no further steps.
     max_newton_steps
-        Maximum number of Newton steps at one share of the loads.
+        Maximum number of Newton steps at one load level.
     newton_from
-        Newton's method starts from the best of the other steps if its remainder is below this share.
+        Newton's method starts from the best of the linearized steps if its residual is below this value.
     max_newton_ratio, min_newton_reuse
-        Growth of a Newton step that ends the method, and reduction below which the operator is reused.
+        Ratio of successive steps above which Newton's method ends, and below which the operator is reused.
     min_fall, filtered_change, max_in_vain
-        Newton's method ends after `max_in_vain` successive steps at full load that reduce the residual to `min_fall` of
-        the previous one at best, with a step below `filtered_change` of the residual: the coordinates cannot reduce the
-        remainder.
+        Newton's method ends after `max_in_vain` successive steps at full load that do not reduce the residual to the
+        fraction `min_fall`, with a change below `filtered_change` times the residual. The coordinates cannot represent
+        such a residual.
     newton_fastest
-        Frequency limit for inertia beyond the coordinates, relative to the limit of the other steps, which mix more.
+        Frequency limit for the inertia of the residual response, relative to the limit in the linearized steps.
     max_rough
-        Remainder / tolerance above which Newton's method starts again, with the interpolated residual of a coarser
-        answer.
+        Residual / tolerance above which Newton's method starts again, with the interpolated residual of a coarser
+        solution.
     balance, max_balances
         Tolerance of the section forces of rotated beams, relative to the largest force, and maximum number of
         iterations.
     first_load_share, min_load_step, load_step_growth
-        Load shares: first step, smallest step, and growth after fast convergence.
+        Load steps: first step, smallest step, and growth after fast convergence.
     quick_steps
-        Number of steps that counts as fast convergence.
+        Number of iterations that counts as fast convergence.
     part_tolerance
-        Tolerance at a part of the loads.
+        Tolerance at partial loads.
     """
 
     max_steps: int = 30

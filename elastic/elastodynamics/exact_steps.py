@@ -1,12 +1,14 @@
-"""Nonlinear elastodynamics by iteration of linear equations, for friction and the exact equations of displaced links.
+"""Nonlinear elastodynamics by iteration of linear equations, for friction and for large displacement.
 
-The residual is the quasi-static answer under the loads of displaced links, minus their displacements. Linear equations
-of motion in reduced coordinates convert it to a dynamic correction. The first step is the second-order effect of large
-displacement. Steps are mixed as proposed by Anderson (Iterative procedures for nonlinear integral equations, Journal of
-the ACM 12 (1965) 547-560), until both the last change and the residual are below the tolerance. The residual also
-contains fast parts that the steps filter out. Friction is hard if steps do not halve the residual. Each step then
-treats friction as viscous, with the ratio of force to rate from the last step. These secants converge to Coulomb's law,
-even for sticking joints. Derivation: docs/theory.md.
+The residual is the quasi-static deflection under the loads of displaced links, minus their displacements. Linear
+equations of motion in reduced coordinates convert the residual to a dynamic correction. The first step is the
+second-order effect of large displacement. Steps are mixed as proposed by Anderson (Iterative procedures for nonlinear
+integral equations, Journal of the ACM 12 (1965) 547-560), until both the last change and the residual are below the
+tolerance. The residual also contains fast parts, which the steps filter out.
+
+Friction is called hard if steps do not halve the residual. Each step then replaces it by viscous friction with the
+ratio of force to rate from the last step. These secants converge to Coulomb's law, even for sticking joints. The
+derivation is in docs/theory.md.
 """
 
 from collections.abc import Callable
@@ -34,16 +36,16 @@ from rigid.kinetostatics import friction_per_rate
 def with_friction(
     linear: Vibration, tolerance: float, fastest: float, sliding: Sliding = ()
 ) -> tuple[Vibration, Settled]:
-    """Vibration with small displacements and joint friction according to its own forces and rates.
+    """Return a vibration with small displacements and the joint friction that its forces and rates cause.
 
-    Parameters and second result: see `settled_links`.
+    For the parameters and the second result see `settled_links`.
     """
     rubbed = settled_links(linear, tolerance, fastest, _linear_loads, sliding)
     return replace(linear, history=rubbed.displaced.history, residual=rubbed.displaced.residual), rubbed
 
 
 def _linear_loads(now: Displaced) -> ExactLoads:
-    """Loads for small displacements, without rotated sections."""
+    """Return the loads for small displacements, without rotated sections."""
     linear = now.vibration
     added = vibration_loads(linear.problem, linear.motion, now.history, now.residual)
     return ExactLoads(added, np.zeros_like(now.force[1:]))
@@ -57,20 +59,21 @@ def settled_links(
     sliding: Sliding = (),
     begun: Displaced | None = None,
 ) -> Settled:
-    """Iterate to links with large displacement; their error exceeds the tolerance if the iteration fails.
+    """Solve for links with large displacement by iteration.
 
-    Cheap steps about the rigid motion come first; Newton's method takes over if they stall.
+    The iteration starts with inexpensive steps that are linearized about the rigid motion. Newton's method takes over
+    if they stall. If the iteration fails, the error of the result exceeds the tolerance.
 
     Parameters
     ----------
     fastest
-        Frequency limit [rad/s] of inertia beyond the linear coordinates.
+        Frequency limit for the inertia of the residual response [rad/s].
     loads_of
         Function for the loads of displaced links.
     sliding
-        Joint rates for the friction in the first step, see `AddedLoads`; by default, those of the links.
+        Joint rates for the friction in the first step (see `AddedLoads`), by default those of the links.
     begun
-        Initial links on the same grid; by default, the linear answer.
+        Initial links on the same grid, by default the linear vibration.
     """
     if begun is not None and begun.shortened is not None:
         answers: list[Settled] = []
@@ -98,7 +101,7 @@ def _by_linear_steps(
     sliding: Sliding,
     begun: Displaced | None,
 ) -> Settled:
-    """Links after steps about the rigid motion, see `settled_links`."""
+    """Iterate with steps that are linearized about the rigid motion, see `settled_links`."""
     now, last, least = begun or begin(linear), np.inf, np.inf
     response: Response = partial(linear.under, often=begun is None)
     before: list[tuple[Displaced, Complexes]] = []
@@ -134,23 +137,23 @@ def _by_linear_steps(
 
 
 def has_dry_friction(mechanism: Mechanism) -> bool:
-    """True if a joint has Coulomb friction; the linear equations already include viscous friction."""
+    """Return whether a joint has Coulomb friction. Viscous friction is part of the linear equations."""
     return any(bool(np.any(each.coefficient)) for each in mechanism.friction.values())
 
 
 def _rubbed(loads: ExactLoads, sliding: Sliding, blunt: float) -> ExactLoads:
-    """Replace the rates of joints with friction, and multiply their creep."""
+    """Replace the rates of joints with friction, and multiply their creep rates by `blunt`."""
     creeping = tuple((number, rate, creep * blunt) for number, rate, creep in sliding)
     return replace(loads, added=replace(loads.added, sliding=creeping))
 
 
 def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
-    """Take steps until they determine the effect of large displacement except for a small share.
+    """Take steps until they determine the effect of large displacement, apart from a small fraction.
 
     Returns
     -------
-    Links after the last step, with its change, and the possible change by further steps, see `Settled.open`; 0 if
-    converged.
+    Links after the last step with its change, and the possible change by further steps (see `Settled.open`), which is 0
+    if the steps converged.
     """
     now, enough = begin(linear), 0.0
     before: list[tuple[Displaced, Complexes]] = []
@@ -174,14 +177,14 @@ def first_steps(linear: Vibration, fastest: float) -> tuple[Settled, float]:
 
 
 def next_step(known: Settled, fastest: float) -> Settled:
-    """Take one more step, linearized about the rigid motion, from displaced links."""
+    """Take one more step from displaced links, linearized about the rigid motion."""
     now = known.displaced
     after, residual = _step(now, fastest)
     return Settled(after, places_of(after.moved) - places_of(now.moved), residual, known.steps + 1)
 
 
 def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
-    """Response of the linear equations with Coulomb friction replaced by viscous friction with the present ratio."""
+    """Return the response function with Coulomb friction replaced by viscous friction of the current force / rate."""
     posed = linear.problem
     kinds, grid = posed.terms.kinematics, posed.terms.grid
     per_rate = friction_per_rate(bent.motion, bent.forces, {number: creep for number, _, creep in sliding})
@@ -200,18 +203,18 @@ def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Respons
 
 
 def _step(now: Displaced, fastest: float) -> tuple[Displaced, Complexes]:
-    """Displaced links after a step, and the residual of the beams' displacements before it, see `Settled`."""
+    """Return the displaced links after a step, and the residual before it (see `Settled`)."""
     found = unbalanced(now, exact_loads(now))
     return stepped(found, now.vibration, now.vibration.under, fastest), places_of(found.change)
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:
-    """Deflection of displaced links at positions other than those of their grid.
+    """Compute the deflection of displaced links at positions other than those of their grid.
 
     Parameters
     ----------
     bent
-        Quasi-static answer at these positions.
+        Quasi-static deflection at these positions.
     sampler
         Function from values at the points of the grid to values at the positions.
     """

@@ -1,4 +1,4 @@
-"""Fields of a deflection at Gauss points, smooth over the positions."""
+"""Fields of a deflection at Gauss points, which are smooth over the positions."""
 
 from typing import Any
 
@@ -12,10 +12,11 @@ from rigid.arrays import Reals
 
 
 def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
-    """Field at Gauss points, shape (..., positions, beams, points).
+    """Evaluate a field at Gauss points, shape (..., positions, beams, points).
 
-    Under a block a field has a kink or a step, which would jump from point to point. The values there are taken from
-    the polynomial that is closest in the mean, which has the same integrals with all shapes of the beam.
+    A field has a kink or a jump under a block, which would pass from one point to the next as the block moves. On such
+    beams, the values are those of the polynomial of best approximation in the mean, which has the same integrals with
+    all shapes of the beam.
     """
     values = np.moveaxis(sample(bent, field, xi), 0, -2)
     division = bent.division
@@ -27,7 +28,7 @@ def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
 
 
 def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
-    """Values at xi of the polynomial closest to a piecewise polynomial, shape (..., positions, points)."""
+    """Evaluate at xi the polynomial of best approximation to a piecewise polynomial, shape (..., positions, points)."""
     order = len(xi) - 1
     points = gauss_points((len(parts) + order) // 2 + 1)
     nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in points)
