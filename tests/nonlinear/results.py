@@ -124,7 +124,7 @@ def _efforts(system, state):
 def _spring_energy(system, instants):
     total = np.zeros(len(instants.time))
     drives = system.drives(instants.time)
-    for spring in system.ties.gives:
+    for spring in system.ties.springs:
         stretch = instants.state.couplings.value[:, spring.coupling] - spring.rest
         stretch = stretch - (0.0 if spring.drive is None else drives[:, spring.drive])
         if spring.wraps:
@@ -142,7 +142,7 @@ def _potential(system, instants):
 def _dissipated(system, instants):
     total = instants.state.elements.power.sum(-1)
     rate = instants.v[:, system.of_node]
-    for damper in system.ties.gives:
+    for damper in system.ties.springs:
         pair = system.ties.couplings[damper.coupling]
         seen = np.concatenate([rate[:, pair.parent], rate[:, pair.child]], axis=-1)
         total = total + damper.damping * (instants.state.couplings.gradient[:, damper.coupling] * seen).sum(-1) ** 2
