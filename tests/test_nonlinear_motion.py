@@ -348,7 +348,7 @@ def test_frame_of_two_beams():
 
 def test_invalid_periods_and_options_are_errors():
     mechanism, sections = steel_four_bar_of_known_area()
-    with pytest.raises(DoesNotCloseError, match="no such period"):
+    with pytest.raises(DoesNotCloseError, match="so this is not a period"):
         nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 1.0, 16)
     with pytest.raises(ValueError, match="4 positions"):
         nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 2 * math.pi, 4)
