@@ -1,7 +1,6 @@
 """Properties of cross-sections with any outline, by finite elements (package sectionproperties)."""
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -56,7 +55,7 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
     z, y = section.get_c()
     share = product / across
     inertia = along - share * product
-    corners = np.concatenate([np.asarray(each.coords) for each in _rings(polygon)])
+    corners = np.concatenate([np.asarray(each.coords) for each in [polygon.exterior, *polygon.interiors]])
     fibre = np.abs(corners[:, 1] - y - share * (corners[:, 0] - z)).max()
     left, low, right, high = polygon.bounds
     peak = 0.0
@@ -71,8 +70,3 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
         peak = max(peak, abs(flow) / strip * area / inertia)
     shear = section.get_as()[1] / area
     return Shape(area / scale**2, inertia / scale**4, fibre / scale, peak, (shear, 1.0, 1.0), (right - left) / scale)
-
-
-def _rings(polygon: Any) -> list[Any]:
-    """Return the outer ring and the rings of the holes."""
-    return [polygon.exterior, *polygon.interiors]

@@ -132,11 +132,6 @@ def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
     return used
 
 
-def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> bool:
-    """Return whether a beam lies on a line in all designs, with origin and direction of the line in link axes."""
-    return bool(np.all(lined_up(link, beam, origin, direction)))
-
-
 def in_line(one: Columns, other: Columns, off: float = MAX_OFFSET) -> bool:
     """Return whether two vectors have the same direction in all designs, within an angle `off` [rad]."""
     along = (np.conj(one) * other).real
@@ -160,7 +155,7 @@ def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> d
         along = []
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
-            if lies_along(link, beam, joint.at(owner), joint.line):
+            if np.all(lined_up(link, beam, joint.at(owner), joint.line)):
                 along.append(branch.number)
         rails[place] = tuple(along)
         if not along:

@@ -15,11 +15,6 @@ DEGREE = 3  # smallest degree of the distributed loads, which suffices for inert
 Key = tuple[tuple[float, ...], ...]
 
 
-def stations_of(degree: int) -> Reals:
-    """Return the stations of the distributed load. The unit loads are the Lagrange polynomials of the stations."""
-    return (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
-
-
 @dataclass(frozen=True, eq=False)
 class UnitBeam:
     """Response of a cantilever to unit loads at its nodes.
@@ -98,7 +93,7 @@ def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -
 def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     n = float(elements)
     EA, EI, kGA = tapers
-    stations = stations_of(degree)
+    stations = (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2  # unit loads: their Lagrange polynomials
     bending, stretching = ElementRow(hermite(), elements, EI), ElementRow(quadratic(), elements, EA)
     loads = np.array([_lagrange(stations, k, bending.xi) for k in range(degree + 1)])
     tip = np.zeros((bending.size, 2))

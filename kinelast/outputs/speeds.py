@@ -69,18 +69,14 @@ PANELS = {
 PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: it vibrates without such a harmonic"
 
 
-def _deciding_figure(result: Speeds) -> str:
-    """Return the key of the figure that violates its limit above the limit speed, or an empty string."""
-    return result.limit.limit.figure if result.limit and result.limit.limit else ""
-
-
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
     """Plot chord deflection, stress and deciding figure over the speed as SVG, with peaks and limit speed."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams["svg.hashsalt"] = "kinelast"
-    decides, limits = _deciding_figure(result), limits_of(scene)
+    decides = result.limit.limit.figure if result.limit and result.limit.limit else ""
+    limits = limits_of(scene)
     fields = [field for field in FIELDS if field != "w" or any(limit.figure == FIELDS["w"] for limit in limits)]
     extra = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
     figure = Figure(figsize=(9, 3 * len([*fields, *extra])), layout="constrained")

@@ -146,7 +146,7 @@ def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
         left.remove(number)
         steps.append((number, int(loop[number])))
         at = _far_end(graph, *steps[-1])
-        ahead = [other for other in left if _near_end(graph, other, int(loop[other])) == at]
+        ahead = [other for other in left if _far_end(graph, other, -int(loop[other])) == at]
         number = ahead[0] if ahead else -1
     return tuple(steps)
 
@@ -154,10 +154,6 @@ def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
 def _far_end(graph: Graph, number: int, sign: int) -> str:
     branch = graph.branches[number]
     return branch.end if sign > 0 else branch.start
-
-
-def _near_end(graph: Graph, number: int, sign: int) -> str:
-    return _far_end(graph, number, -sign)
 
 
 class _Roots:

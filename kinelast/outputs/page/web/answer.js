@@ -100,12 +100,10 @@ function besideWords({ found, limit }) {
 }
 
 // Angles in degrees.
-const figureAngle = (
-  figure,
-  digits = 4,
-) => (figure.unit === "rad" && figure.value !== null
-  ? `${number((figure.value * 180) / Math.PI, digits)}°`
-  : figureWords(figure, digits));
+function figureAngle(figure, digits = 4) {
+  if (figure.unit !== "rad" || figure.value === null) return figureWords(figure, digits);
+  return `${number((figure.value * 180) / Math.PI, digits)}°`;
+}
 
 // Reliability of the figures.
 function trustLine() {

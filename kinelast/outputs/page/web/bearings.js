@@ -35,17 +35,12 @@ function jointsSection() {
       },
       {
         name: "motion",
-        text: (
-          each,
-        ) => (each.figures.joint_swing ? `${each.sense}, ${figureAngle(each.figures.joint_swing)}` : each.sense),
+        text: ({ sense, figures: { joint_swing: swing } }) => sense + (swing ? `, ${figureAngle(swing)}` : ""),
       },
       {
         name: "fastest",
-        text: (
-          each,
-        ) => (each.figures.joint_rate
-          ? rpmWords({ ...each.figures.joint_rate, value: Math.abs(each.figures.joint_rate.value) })
-          : figureWords(each.figures.bearing_speed)),
+        text: ({ figures: { joint_rate: rate, bearing_speed: speed } }) =>
+          rate ? rpmWords({ ...rate, value: Math.abs(rate.value) }) : figureWords(speed),
       },
       {
         name: "direction of the force",
@@ -55,15 +50,15 @@ function jointsSection() {
       },
       { name: "contact lost at", wraps: true, text: (each) => contactWords(each.contact_lost) },
     ], "Joints with parts"),
-    table(rows.flatMap(figures), [{ name: "Joint", text: (each) => each.joint }, {
-      name: "Figure",
-      text: (each) => each.name,
-    }, {
-      name: "value",
-      text: (
-        each,
-      ) => (each.figure.unit === "s" ? lifeWords(each.figure) : figureAngle(each.figure) + errorWords(each.figure)),
-    }, { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") }], "Figures of the joints"),
+    table(rows.flatMap(figures), [
+      { name: "Joint", text: (each) => each.joint },
+      { name: "Figure", text: (each) => each.name },
+      {
+        name: "value",
+        text: ({ figure }) => figure.unit === "s" ? lifeWords(figure) : figureAngle(figure) + errorWords(figure),
+      },
+      { name: "at", text: (each) => (each.figure.drive ? atWords(each.figure) : "") },
+    ], "Figures of the joints"),
     effects.length ? h("p", `${effects.join("; ")}.`) : null,
     h("div.polars", rows.flatMap((each) => [each.on, each.parent].map((link) => polar(each, link)))),
   );

@@ -44,9 +44,8 @@ function styled(curves, sizes) {
 
 // Curves: {name, values: i -> number, colour}; values are in SI, drawn with a prefix that suits the greatest.
 function chart(holder, heading, unit, asked, options = {}) {
-  const rowOf = (
-    { values },
-  ) => (options.xs ? xs.map((x, k) => values(k)) : order.map((i) => (shownAt(i) ? values(i) : NaN)));
+  const valueAt = (values) => (i) => (shownAt(i) ? values(i) : NaN);
+  const rowOf = ({ values }) => (options.xs ? xs.map((_, k) => values(k)) : order.map(valueAt(values)));
   const xs = options.xs ?? abscissae,
     sizeOf = (curve) => largestOf(rowOf(curve));
   const curves = styled(asked, asked.map(sizeOf)), read = () => curves.map(rowOf);

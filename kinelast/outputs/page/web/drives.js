@@ -60,13 +60,13 @@ function drivesSection() {
 
 // Peaks of the laws that drives follow.
 function lawTable(rows) {
-  const jerk = (
-    { drive: { law } },
-  ) => (law.jumps.length
-    ? `infinite: the acceleration jumps at ${law.jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")}${
-      law.jumps.length > 3 ? ` and ${law.jumps.length - 3} more` : ""
-    }`
-    : figureWords(law.jerk));
+  function jerk({ drive: { law: { jerk, jumps } } }) {
+    if (!jumps.length) return figureWords(jerk);
+    const more = jumps.length > 3 ? ` and ${jumps.length - 3} more` : "";
+    return `infinite: the acceleration jumps at ${
+      jumps.slice(0, 3).map((each) => figureWords(each)).join(", ")
+    }${more}`;
+  }
   return rows.length
     ? table(rows, [
       { name: "Drive", text: (each) => each.name },

@@ -1,9 +1,8 @@
 // Fatigue: life of the links.
-const lifeWords = (
-  figure,
-) => (figure.value === null
-  ? "endless"
-  : (figure.unit === "s" ? `${number(figure.value / 3600)} h` : figureWords(figure)) + errorWords(figure));
+function lifeWords(figure) {
+  if (figure.value === null) return "endless";
+  return (figure.unit === "s" ? `${number(figure.value / 3600)} h` : figureWords(figure)) + errorWords(figure);
+}
 
 function lifeSection() {
   const { life } = summary;

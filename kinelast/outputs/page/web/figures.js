@@ -119,11 +119,10 @@ function errorsSection() {
   if (!suited) return;
   const points = Object.entries(summary.points).map(([name, row]) => ({ name, ...row })),
     links = Object.entries(summary.angle_errors).map(([name, error]) => ({ name, error }));
-  const part = (
-    name,
-    key,
-    worst,
-  ) => [{ name, unit: "m", figure: (each) => each[key], worst }, where("at", (each) => each[key])];
+  function part(name, key, worst) {
+    const figure = (each) => each[key];
+    return [{ name, unit: "m", figure, worst }, where("at", figure)];
+  }
   section(
     "errors",
     "Output",

@@ -43,11 +43,8 @@ function cloud(grid, name, given, speeds, torques) {
         ? given.stall_torque * Math.max(0, 1 - Math.abs(x) / given.top_speed)
         : Infinity,
     );
-  const rated = (
-    x,
-  ) => (given.rated_torque && Math.abs(x) <= (given.rated_speed ?? given.top_speed ?? Infinity)
-    ? given.rated_torque
-    : NaN);
+  const fastest = given.rated_speed ?? given.top_speed ?? Infinity;
+  const rated = (x) => (given.rated_torque && Math.abs(x) <= fastest ? given.rated_torque : NaN);
   const [least, largest] = [-1, 1].map((way) =>
     known.some((i) => way * speeds[i] > 0) || !known.length ? way * widest : 0
   );

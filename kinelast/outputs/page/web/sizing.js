@@ -41,11 +41,10 @@ function sensitivitiesSection({ numbers, figures }) {
 }
 
 const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;
-const withError = (
-  { in_full: full, error, unit },
-) => (full === null
-  ? ""
-  : sized(full, unit) + errorWords({ value: full, error, unit, unreliable: error > UNRELIABLE * Math.abs(full) }));
+function withError({ in_full: value, error, unit }) {
+  if (value === null) return "";
+  return sized(value, unit) + errorWords({ value, error, unit, unreliable: error > UNRELIABLE * Math.abs(value) });
+}
 // Angles in degrees.
 const sized = (value, unit) => figureAngle({ value, unit });
 
@@ -54,6 +53,7 @@ function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kep
     scattered = numbers.map(({ path, plus_minus, unit, distribution }) =>
       `${path} ± ${sized(plus_minus, unit)}${distribution === "normal" ? " (normal)" : ""}`
     );
+  const wide = ({ first_order: { deviation } }) => (deviation === null ? null : 3 * deviation);
   const columns = [
     { name: "figure", text: ({ name }) => name },
     ...(/** @type {[string, any][]} */ ([
@@ -72,10 +72,8 @@ function tolerancesSection({ designs, numbers, figures, theory, limits_kept: kep
     {
       name: "± to first order",
       means: "three standard deviations, by the slopes of the nominal design",
-      of: ({ first_order: first }) => (first.deviation === null ? null : 3 * first.deviation),
-      words: (
-        { first_order: first, unit },
-      ) => (first.deviation === null ? number(null) : sized(3 * first.deviation, unit)),
+      of: wide,
+      words: (each) => (wide(each) === null ? number(null) : sized(wide(each), each.unit)),
     },
   ];
   const shares = ({ shares: all }) =>

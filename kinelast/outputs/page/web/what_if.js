@@ -18,10 +18,10 @@ function whatIfSection() {
     value: here,
     oninput: () => show(Number(slider.value)),
   });
-  const share = (
-    value,
-    own,
-  ) => (value === null || !own ? "" : `${value >= own ? "+" : "−"}${number(100 * Math.abs(value / own - 1), 3)} %`);
+  function share(value, own) {
+    if (value === null || !own) return "";
+    return `${value >= own ? "+" : "−"}${number(100 * Math.abs(value / own - 1), 3)} %`;
+  }
   function show(k) {
     words.textContent = sized(values[k], unit);
     slider.setAttribute("aria-valuetext", words.textContent);
