@@ -1,9 +1,10 @@
-"""Foreshortening: displacements due to rotation of beam pieces without strain, with their rates.
+"""Foreshortening: displacements due to rotation of beam pieces without strain, and their rates.
 
-A piece that rotates by phi displaces its end by exp(i phi) - 1 per length; in linear theory this is i phi. The
-difference, (cos phi - 1) along the beam and (sin phi - phi) normal to it, is a free strain. Amplitudes of the elastic
-coordinates follow it at every instant, and rigid-body motion closes the joints. Time derivatives follow from those of
-phi by the chain rule, because direct differentiation would amplify the unresolved part of every element.
+A piece that rotates by phi displaces its end by exp(i phi) - 1 per length, which is i phi in linear theory. The
+difference, (cos phi - 1) along the beam and (sin phi - phi) normal to it, acts as a free strain. It determines
+amplitudes of the elastic coordinates at every instant, and rigid-body motion closes the joints. Time derivatives are
+computed from those of phi by the chain rule, because direct differentiation would amplify the unresolved part of every
+element.
 """
 
 from dataclasses import dataclass
@@ -19,14 +20,14 @@ from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import Grid
 from rigid.arrays import Complexes, Reals
 
-MIN_SINGULAR_VALUE = 1e-9  # smaller ones are round-off, relative to the largest
-MAX_ROUNDS = 12  # steps of Newton's method for the amplitudes
-ROUND_OFF = 1e-12  # smallest change of amplitudes, relative to the largest
+MIN_SINGULAR_VALUE = 1e-9  # smaller singular values are round-off; relative to the largest
+MAX_ROUNDS = 12  # maximum number of steps of Newton's method for the amplitudes
+ROUND_OFF = 1e-12  # convergence limit of the change of amplitudes, relative to the largest one
 
 
 @dataclass(frozen=True, eq=False)
 class Foreshortening:
-    """Foreshortening of all beams, as k amplitudes at every node of a grid.
+    """Foreshortening of all beams, represented by k amplitudes at every node of a grid.
 
     Attributes
     ----------
@@ -35,11 +36,12 @@ class Foreshortening:
     unit
         Displacements per amplitude, as k kinds.
     rows
-        Displacements of all masses per amplitude, shape (nodes, masses, k), complex.
+        Displacements of all masses per amplitude, complex, shape (nodes, masses, k).
     along, across
-        Amplitudes per unit of cos phi - 1 and of sin phi - phi at every Gauss point, shape (k, points).
+        Amplitudes per unit of cos phi - 1 and per unit of sin phi - phi at every Gauss point, shape (k, points).
     turned, own
-        Section rotations at all Gauss points per elastic coordinate, and per amplitude, (nodes, points, ...).
+        Rotations of the sections at all Gauss points per elastic coordinate and per amplitude, shape (nodes, points,
+        ...).
     """
 
     grid: Grid
@@ -58,7 +60,7 @@ class Foreshortening:
         history
             Amplitudes of the elastic coordinates at the points, shape (points, r).
         besides
-            Displacements beyond these coordinates, as a single kind.
+            Displacements that these coordinates do not represent, as a single kind.
         begun
             Initial amplitudes.
         """
@@ -76,9 +78,9 @@ class Foreshortening:
     def accelerations(
         self, history: tuple[Reals, Reals, Reals], besides: Displacements, amplitudes: Reals
     ) -> Complexes:
-        """Accelerations of all masses due to foreshortening at the points, shape (points, masses), complex.
+        """Return the accelerations of all masses due to foreshortening at the points, complex, shape (points, masses).
 
-        For the parameters see `amplitudes`; they include the rates and accelerations of the elastic coordinates.
+        For the parameters see `amplitudes`. `history` also contains rates and accelerations of the elastic coordinates.
         """
         x, x1, x2 = history
         grid, turned, parts = self.grid, self.turned[1:], self.own[1:]
@@ -99,7 +101,7 @@ class Foreshortening:
         return steady + grid.rates_times(self.rows, (2 * first, here))
 
     def per_coordinate(self, phi: Reals) -> Reals:
-        """Amplitudes per unit of the elastic coordinates at given rotations, shape (nodes, k, r)."""
+        """Return the amplitudes per unit of the elastic coordinates at given rotations, shape (nodes, k, r)."""
         found: Any = np.linalg.solve(self._feedback(phi, self.own), self._per_rotation(phi) @ self.turned)
         return np.asarray(found, float)
 
@@ -108,11 +110,11 @@ class Foreshortening:
         return (per_unit @ amounts[..., None])[..., 0]
 
     def _per_rotation(self, phi: Reals) -> Reals:
-        """Amplitudes per rotation, shape (nodes, k, points)."""
+        """Return the amplitudes per unit rotation, shape (nodes, k, points)."""
         return -np.sin(phi)[:, None] * self.along + (np.cos(phi) - 1)[:, None] * self.across
 
     def _feedback(self, phi: Reals, own: Reals) -> Reals:
-        """Unit matrix minus the effect of the rotation due to the amplitudes themselves, shape (nodes, k, k)."""
+        """Return the unit matrix minus the effect of the rotation that the amplitudes cause, shape (nodes, k, k)."""
         return np.eye(len(self.along)) - self._per_rotation(phi) @ own
 
     @cached_property
@@ -150,5 +152,5 @@ def foreshortening(vibration: Vibration) -> Foreshortening:
 
 
 def _sections(moved: Displacements) -> Reals:
-    """Rotations at all Gauss points, shape (nodes, points, kinds)."""
+    """Return the rotations at all Gauss points, shape (nodes, points, kinds)."""
     return moved.phi.reshape(len(moved.angle), -1, moved.phi.shape[-1])

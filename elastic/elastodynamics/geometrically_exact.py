@@ -1,4 +1,4 @@
-"""Geometrically exact elastodynamics, starting from the answer for small displacements."""
+"""Geometrically exact elastodynamics, starting from the solution for small displacements."""
 
 import math
 from dataclasses import replace
@@ -26,20 +26,22 @@ from elastic.solution import Deflection
 
 
 def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
-    """Estimate the effect of large displacement at the same positions by a few steps towards the exact answer.
+    """Estimate the effect of large displacement at the same positions by a few steps towards the exact solution.
 
-    The difference from the linear answer is the error of the latter. One step, the second-order effect, usually
-    suffices.
+    The difference from the linear solution is the error of the latter. One step, which is the second-order effect,
+    usually suffices.
 
     Parameters
     ----------
     finer
-        See `finer_vibration`; if given, steps use this finer discretization, because the exact answer may need it.
+        Result of `finer_vibration`. If given, the steps use this finer discretization, because the exact solution may
+        need it.
 
     Returns
     -------
-    Answer, with the change by the last step in `exact`; possible change by further steps relative to the largest
-    displacement, 0 if converged. If no link vibrates or there is no steady state, the linear answer and 0.
+    The solution with the change by the last step in `exact`, and the possible change by further steps, relative to the
+    largest displacement (0 if converged). If no link vibrates or there is no steady state, these are the linear
+    solution and 0.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = Non
 
 
 def stepped_on(answer: Elastodynamic) -> Elastodynamic:
-    """Take one more step from an answer of `with_large_displacement`; the difference is the error of that answer.
+    """Take one more step from a solution of `with_large_displacement`; the difference is the error of that solution.
 
     `exact.change` is the change by this step.
     """
@@ -68,7 +70,10 @@ def stepped_on(answer: Elastodynamic) -> Elastodynamic:
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:
-    """Vibration with small displacements, half the element length and twice the modes; None if no link vibrates."""
+    """Return the vibration with small displacements, half the element length and twice the modes.
+
+    Return None if no link vibrates.
+    """
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
         return None
@@ -78,19 +83,18 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
 def discretized_finer(
     answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
 ) -> tuple[Elastodynamic, float]:
-    """Answer at the same positions in a finer discretization, and its own error of convergence.
+    """Return the solution at the same positions in a finer discretization, and the convergence error of this solution.
 
-    This error is relative to the largest displacement; for large displacement, relative to that of the worst beam.
-
-    The difference is the discretization error of the answer. Time and coordinates are refined together, because
-    refining only one may show little.
+    The convergence error is relative to the largest displacement, or for large displacement to that of the worst beam.
+    The difference of both solutions is the discretization error of the given one. Time and coordinates are refined
+    together, because refining only one of them may show little.
 
     Parameters
     ----------
     finer
-        See `finer_vibration`; shared by the exact answer and the one for small displacements.
+        Result of `finer_vibration`, which the exact solution and that for small displacements share.
     tolerance
-        Tolerance of the finer answer.
+        Tolerance of the finer solution.
     begun
         Result of `with_large_displacement` in the finer discretization, if known.
     """
@@ -112,7 +116,7 @@ def discretized_finer(
 def steps_to_exact(
     vibration: Vibration, discretization: Discretization, newton_to: float | None = None
 ) -> tuple[Settled, float]:
-    """Take a few steps from linear vibration towards the exact answer, see `first_steps`.
+    """Take a few steps from linear vibration towards the exact solution, see `first_steps`.
 
     Newton's method follows if the remaining change exceeds `newton_to`, relative to the largest displacement.
 
@@ -133,19 +137,19 @@ def steps_to_exact(
 def geometrically_exact(
     linear: Elastodynamic, tolerance: float = TOLERANCE, begun: Settled | None = None
 ) -> Elastodynamic:
-    """Solve the vibrating mechanism with large displacement: Reissner's beams with shear and rotary inertia.
+    """Solve the vibrating mechanism with large displacement, with Reissner's beams, shear and rotary inertia.
 
-    The stability refers to vibration about the rigid motion. If the iteration does not converge, `reduction_error` is
-    its last change.
+    Stability refers to vibration about the rigid motion. If the iteration does not converge, `reduction_error` is its
+    last change.
 
     Parameters
     ----------
     linear
-        Answer for small displacements, steady or transient.
+        Solution for small displacements, steady or transient.
     tolerance
         Tolerance relative to the largest displacement.
     begun
-        First steps from the linear answer, if known; see `with_large_displacement`.
+        First steps from the linear solution if known, see `with_large_displacement`.
 
     Raises
     ------
@@ -154,8 +158,8 @@ def geometrically_exact(
 
     Returns
     -------
-    Answer at the same positions. N, V, M are in the axes of the rotated section and include damping. It is the linear
-    answer if no link vibrates or there is no steady state.
+    Solution at the same positions. N, V and M are in the axes of the rotated section and include damping. If no link
+    vibrates or there is no steady state, it is the linear solution.
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
@@ -197,7 +201,7 @@ def geometrically_exact(
 def _settled(
     linear: Elastodynamic, exact: Settled, vibration: Vibration, discretization: Discretization, in_elements: float
 ) -> Elastodynamic:
-    """Assemble the answer of displaced links, without its deflection."""
+    """Assemble the solution of displaced links without its deflection."""
     return replace(
         linear,
         coordinates=vibration.history[0].shape[1],
@@ -211,9 +215,10 @@ def _settled(
 
 
 def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
-    """Transfer displaced links to another discretization.
+    """Transfer displaced links to another discretization, or return None if this is not useful.
 
-    None with friction, or for linear steps in other coordinates: what only those can follow would stay in the residual.
+    It is not useful with friction, or if linearized steps use other coordinates: motion that only the old coordinates
+    represent would remain in the residual.
     """
     if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
         return None
@@ -222,17 +227,17 @@ def _carried(known: Displaced, vibration: Vibration, before: Discretization, now
 
 
 def _off(found: Elastodynamic) -> float:
-    """Total error of an answer."""
+    """Return the total error of a solution."""
     return found.time_error + found.reduction_error
 
 
 def _bends(linear: Elastodynamic) -> bool:
-    """True if beams vibrate and there is a steady state."""
+    """Return whether beams vibrate and there is a steady state."""
     vibration = linear.vibration
     return linear.stable and vibration is not None and bool(vibration.problem.terms.kinematics.structure.weights.size)
 
 
 def _at_positions(displaced: Displaced, linear: Elastodynamic) -> Deflection:
-    """Deflection of displaced links at the positions of the linear answer."""
+    """Return the deflection of displaced links at the positions of the linear solution."""
     plain = linear.quasi_static
     return exact_deflection(displaced, plain, displaced.vibration.sampler(plain.motion.time))

@@ -1,4 +1,4 @@
-"""Natural modes of the whole mechanism at single positions with drives held: frequencies, damping ratios, shapes."""
+"""Natural modes of a mechanism at single positions with locked drives: frequencies, damping ratios and shapes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,8 +19,8 @@ from rigid import Motion
 from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
-REFINEMENTS = (4, 8, 12)  # numbers of polynomials per beam in successive refinements
-SETTLED = 1e-3  # largest relative change of a frequency in the last refinement, and error of a shape
+REFINEMENTS = (4, 8, 12)  # number of polynomials per beam in successive refinements
+SETTLED = 1e-3  # accepted relative change of a frequency in the last refinement, and accepted error of a shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,16 +30,16 @@ class NaturalModes:
     Attributes
     ----------
     omega
-        Natural frequency [rad/s] from `natural_frequencies`, shape (modes, positions): nan at singular positions,
+        Natural frequency from `natural_frequencies` [rad/s], shape (modes, positions); nan at singular positions, and
         infinite beyond the last mode.
     damping
         Damping ratio [1], same shape.
     displacement
         Displacement of the beams from their rigid positions in ground axes, complex, shape (modes, beams, positions,
-        stations). Stations are evenly spaced from end to end. The largest displacement of each mode is 1.
+        stations). Stations are evenly spaced along each beam. The largest displacement of each mode is 1.
     shape_error
-        Largest relative difference between a shape's Rayleigh quotient and `omega`, which is about the square of the
-        shape's error. It exceeds `settled` if a block slides on an elastic beam.
+        Largest relative difference between the frequency by Rayleigh's quotient of a shape and `omega`, which is about
+        the square of the error of the shape. It exceeds `settled` if a block slides on an elastic beam.
     """
 
     omega: Reals
@@ -57,11 +57,11 @@ def natural_modes(
     settled: float = SETTLED,
     stations: int = STATIONS,
 ) -> NaturalModes:
-    """Return frequencies, damping ratios and shapes of small vibrations about the rigid links with drives held.
+    """Compute frequencies, damping ratios and shapes of small vibrations about the rigid positions, with locked drives.
 
-    Gravity, axial forces, springs and the accelerations of the motion do not change the stiffness. A damping ratio is
+    The stiffness does not include the effects of gravity, axial forces, springs and accelerations. A damping ratio is
     omega/2 times the mean of beta, weighted by the strain energy of the mode. This is exact if all beta are equal, and
-    a first-order approximation for light damping otherwise.
+    otherwise a first-order approximation for light damping.
 
     Parameters
     ----------
@@ -70,11 +70,11 @@ def natural_modes(
     sections
         One per beam, in the order of `Mechanism.beams`.
     joints
-        Compliances of joints by name.
+        Compliant joints by name.
     damping
         Kelvin-Voigt damping. The default is 1 % at the lowest frequency.
     settled
-        Target of the refinement, both for the last change of a frequency and for `shape_error`.
+        Refinement stops if the last relative change of the frequencies and `shape_error` are below this.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def natural_modes(
 
     Examples
     --------
-    A 1 m cantilever with EI = 1 N m^2 and 1 kg/m has 1.8751^2 rad/s:
+    The lowest frequency of a cantilever of 1 m with EI = 1 N m^2 and 1 kg/m is 1.8751^2 rad/s:
 
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
@@ -116,7 +116,7 @@ def _with_shapes(
     inner: int,
     stations: int,
 ) -> NaturalModes:
-    """Shapes for known frequencies, with `inner` polynomials along every beam."""
+    """Compute the shapes for known frequencies, with `inner` polynomials along every beam."""
     structure, good = elastic_structure(motion.mechanism, sections, joints, inner), np.isfinite(omega[0])
     kinds = kinematics(structure, motion, unstrained_basis(structure), chosen_points(structure.mechanism))
     values, vectors = np.linalg.eigh(np.where(good[:, None, None], mass_of(kinds), 0.0))

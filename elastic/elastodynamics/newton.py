@@ -1,9 +1,10 @@
 """Newton's method for the exact equations of displaced links, with load steps if necessary.
 
-The operator describes small vibrations about the displaced links. Masses move with the foreshortening of rotated beams.
-The geometric stiffness is due to the present section forces. Within a step, forces of rotated sections are brought into
-equilibrium at every instant, without inertia. If steps diverge, the loads of the rigid motion grow from zero, so that
-the answer is the one that is continuously connected with the straight links. Derivation: docs/theory.md.
+The operator describes small vibrations about the displaced links. Their masses also move due to the foreshortening of
+rotated beams, and the geometric stiffness is due to the current section forces. Within a step, the forces in rotated
+sections are brought into equilibrium at every instant, without changing the inertia. If the steps diverge, the loads of
+the rigid motion are increased from zero, so that the solution is the one that is continuously connected with the
+straight links. The derivation is in docs/theory.md.
 """
 
 from dataclasses import replace
@@ -35,14 +36,14 @@ from elastic.solution import Deflection
 
 
 def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near: Displaced | None) -> Settled | None:
-    """Solve displaced links by Newton's method; None if it fails.
+    """Solve for displaced links by Newton's method, or return None if it fails.
 
     Parameters
     ----------
     linear, tolerance, fastest
         See `exact_steps.settled_links`.
     near
-        Initial links. Without them, or if the method diverges, the loads grow from zero.
+        Initial links. Without them, or if the method diverges, the loads are increased from zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest
@@ -59,7 +60,7 @@ def _with_foreshortening(now: Displaced) -> Displaced:
 
 
 def without_residual(now: Displaced) -> Displaced:
-    """Set the residual response to zero, and compute the foreshortening anew."""
+    """Set the residual response to zero and compute the foreshortening again."""
     return newly_shortened(replace(now, residual=_scaled_residual(now, 0.0)))
 
 
@@ -76,7 +77,7 @@ def _scaled_residual(now: Displaced, share: float) -> ResidualResponse:
 
 
 def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Solve with loads that grow from zero; None if a small load step fails."""
+    """Solve with loads that increase from zero, or return None if a small load step fails."""
     share, step = 0.0, SETTINGS.first_load_share
     now, before = _scaled(first, 0.0), None
     while step >= SETTINGS.min_load_step:
@@ -96,13 +97,13 @@ def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest:
 
 
 def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], share: float) -> Displaced:
-    """Extrapolate links linearly from two load shares to another."""
+    """Extrapolate links linearly from two load levels to another one."""
     reach = (share - last[0]) / (last[0] - before[0])
     return summed([before[1], last[1]], np.array([-reach, 1.0 + reach]))
 
 
 def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Solve for a share of the rigid motion's loads; return the best step, or None if numbers overflow."""
+    """Solve for a share of the loads of the rigid motion, and return the best step (None if numbers overflow)."""
     now, last, least, residual, in_vain = begun, np.inf, np.inf, np.inf, 0
     operator: Vibration | None = None
     before: list[Any] = []
@@ -124,7 +125,7 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
         high, residual = SETTINGS.min_fall * residual, settled.residual_share
         filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
         in_vain = in_vain + 1 if filtered and residual > high else 0
-        # the first step mostly adds the residual response, so the second may be larger
+        # the first step adds mainly the residual response, so the second may be larger
         growing = count > 2 and size > SETTINGS.max_newton_ratio * last
         if done <= tolerance or in_vain == SETTINGS.max_in_vain or growing or not np.isfinite(size):
             break
@@ -141,7 +142,7 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
 
 
 def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
-    """Residual of links with section forces in equilibrium at their displaced positions."""
+    """Return the residual of links with section forces that are in equilibrium at the displaced positions."""
     for _ in range(SETTINGS.max_balances):
         solution = unbalanced(now, exact_loads(now), still, share)
         answer = solution.found
@@ -153,18 +154,18 @@ def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
 
 
 def newly_shortened(now: Displaced) -> Displaced:
-    """Compute the foreshortening of links that were transferred to another grid."""
+    """Compute the foreshortening of displaced links, for example after a transfer to another grid."""
     shape = foreshortening(now.vibration)
     return replace(now, shortened=shape, amplitudes=shape.amplitudes(now.history[0], now.residual.moved))
 
 
 def tangent(now: Displaced, bent: Deflection) -> Vibration:
-    """Small vibrations about displaced links, in the coordinates of the linear problem.
+    """Return the equations of small vibrations about displaced links, in the coordinates of the linear problem.
 
     Parameters
     ----------
     bent
-        Quasi-static answer under the loads of the displaced links.
+        Quasi-static deflection under the loads of the displaced links.
     """
     linear, shape = now.vibration, now.shortened
     assert shape is not None
@@ -177,7 +178,8 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
     posed = problem(motion_terms(moving, terms.grid, terms.damping), bent, linear.problem.speed)
     pull = (np.exp(-1j * phi) * now.force).real * kinds.structure.weights
     felt, equations = replace(posed.felt, pull=pull), posed.equations
-    turned = replace(unit, slope=unit.phi)  # a slope differs from the rotation if foreshortening has a transverse part
+    # the slope differs from the rotation if foreshortening has a transverse part
+    turned = replace(unit, slope=unit.phi)
     stiffness = equations.stiffness + (felt.stiffness(turned, turned) - posed.felt.stiffness(unit, unit))[1:]
     posed = replace(posed, felt=felt, equations=replace(equations, stiffness=stiffness))
     return replace(linear, problem=posed, propagation=propagation(terms.grid, posed.equations))

@@ -1,6 +1,7 @@
-"""Forces on displaced points: springs and dampers, forces that turn with their link, and lever arms of rigid parts.
+"""Forces on displaced points: springs and dampers, forces that rotate with their link, and arms of rigid parts.
 
-Each is a stiffness or damping between two components of displacement: a force along the first per unit of the second.
+Each effect is a stiffness or damping between two components of displacement: a force along the first component per unit
+of the second.
 """
 
 from __future__ import annotations
@@ -24,21 +25,21 @@ from rigid.plane import number as plain
 
 @dataclass(frozen=True, eq=False)
 class PointRow:
-    """Component of point displacements: sum of dot(way, displacement) and share times rotation.
+    """Component of the displacements of points: a sum of dot(way, displacement) and share * rotation.
 
     Attributes
     ----------
     ways
-        Vector in ground axes by chosen point, complex, shape (positions,).
+        Vector in ground axes, complex, shape (positions,), by chosen point.
     shares
-        Factor of the rotation by chosen point, shape (positions,) or scalar.
+        Factor of the rotation, shape (positions,) or scalar, by chosen point.
     """
 
     ways: Mapping[int, Complexes] = field(default_factory=dict)
     shares: Mapping[int, Columns] = field(default_factory=dict)
 
     def __call__(self, moved: Displacements) -> Reals:
-        """Value for each kind of displacement, shape (positions, c)."""
+        """Evaluate the component for each kind of displacement, shape (positions, c)."""
         total: Any = 0.0
         for point, way in self.ways.items():
             total = total + dot(way[:, None], moved.moves[:, point])
@@ -47,7 +48,7 @@ class PointRow:
         return total
 
     def times(self, factor: float) -> PointRow:
-        """Scale the component."""
+        """Return the component times a factor."""
         ways, shares = ({point: factor * value for point, value in part.items()} for part in (self.ways, self.shares))
         return PointRow(ways, shares)
 
@@ -62,10 +63,10 @@ class PointRow:
 
 @dataclass(frozen=True, eq=False)
 class PointEffect:
-    """Force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
+    """Force -(stiffness * cause + damping * d cause/dt) along the component `felt`, shape (positions,).
 
-    `elastic`: stiffness of a spring, not of a force on displaced points. `rubs`: friction, which is part of the joint
-    forces.
+    `elastic` is True for the stiffness of a spring, as opposed to that of a force on displaced points. `rubs` is True
+    for friction, which is part of the joint forces.
     """
 
     felt: PointRow
@@ -82,11 +83,11 @@ class PointEffect:
         )
 
     def form(self, felt: Displacements, cause: Displacements) -> Reals:
-        """Stiffness between the kinds of two displacements, shape (positions, c responding, c causing)."""
+        """Return the stiffness between two sets of displacements, shape (positions, c responding, c causing)."""
         return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
 
     def loads(self, amount: Reals) -> Iterator[tuple[int, Columns, Columns]]:
-        """Force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
+        """Yield a force along `felt` at its points: chosen point, force [N], complex, and moment [N m]."""
         for point, way in self.felt.ways.items():
             yield point, amount * way, 0.0
         for point, share in self.felt.shares.items():
@@ -94,7 +95,7 @@ class PointEffect:
 
 
 def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
-    """Points with lumps, loads, springs or joints that need their displacement, and one point of every rigid link."""
+    """Return the points with lumps, loads, springs or joints that need displacements, and one of each rigid link."""
     points = [(at, lump.point) for at, lump in lumps_of(mechanism)]
     for load in mechanism.loads:
         if isinstance(load, Spring):
@@ -111,7 +112,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
 
 
 def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
-    """Points of blocks, of the beams under them, of toothed wheels, and of pins with friction."""
+    """Yield the points of blocks, of the beams under them, of toothed wheels, and of pins with friction."""
     rails, rubbing = trees_of(mechanism).rails, {number for number, _ in friction_joints(mechanism)}
     for number, joint in enumerate(structure(mechanism).joints):
         pins: list[Joint] = [joint] if number in rubbing and joint.turns else []
@@ -126,12 +127,12 @@ def _joint_points(mechanism: Mechanism) -> Iterator[tuple[int, str]]:
 
 
 def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:
-    """Lumps of the moving links, with link indices."""
+    """Return the lumps of the moving links, with the indices of the links."""
     return [(at, lump) for at, link in enumerate(mechanism.links) if at for lump in link.lumps]
 
 
 def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
-    """Forces on displaced points per displacement, from the forces of the quasi-static answer."""
+    """Return the effects of displaced points under the forces of a quasi-static deflection."""
     motion = bent.motion
     numbers = {where: number for number, where in enumerate(chosen)}
     effects = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
@@ -153,7 +154,7 @@ Numbers = Mapping[tuple[int, str], int]
 
 
 def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
-    """Mass with an offset from its point; its force has a lever arm when the point rotates."""
+    """Yield the effects of masses with an offset from their point, which is the arm of their force."""
     for at, lump in lumps_of(motion.mechanism):
         if np.any(lump.offset) and motion.mechanism.links[at].beams:
             row = PointRow(shares={numbers[at, lump.point]: 1.0})
@@ -162,14 +163,14 @@ def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
 
 
 def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
-    """Inertia and weight of a lump [N], complex."""
+    """Return the inertia and weight of a lump [N], complex."""
     arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
     felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
     return -lump.mass * felt
 
 
 def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
-    """Rotation of a link without beams: all its forces act along its arms."""
+    """Yield the effects of the rotation of links without beams, on which forces act at the ends of arms."""
     motion = bent.motion
     mechanism = motion.mechanism
     for at, link in enumerate(mechanism.links):
@@ -262,7 +263,7 @@ def _torsion_spring(motion: Motion, spring: TorsionSpring, numbers: Numbers) -> 
 
 
 def _turning_load(motion: Motion, load: PointLoad, numbers: Numbers) -> Iterator[PointEffect]:
-    """Force that turns with the section at its point."""
+    """Yield the effects of a force that rotates with the section at its point."""
     point = numbers[motion.mechanism.index[load.link], load.point]
     for _, _, force, _ in load.forces(motion):
         yield PointEffect(

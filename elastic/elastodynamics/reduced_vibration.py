@@ -18,23 +18,23 @@ from rigid import Motion
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinetostatics import beam_directions
 
-CLOSED = 1e-6  # larger differences of section forces at a cycle's ends are jumps, relative to the largest force
+CLOSED = 1e-6  # a larger difference of section forces between the ends of a cycle is a jump; relative to the largest
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Amplitudes, rates and accelerations at the points of a grid, shape (points, r), with the problem that they solve.
+    """Solution of the equations of motion on a grid.
 
     Attributes
     ----------
     quasi_static
-        Quasi-static answer at the nodes of the grid.
+        Quasi-static deflection at the nodes of the grid.
     begun
-        Initial state x, x', shape (2 r,); None for a periodic solution.
+        Initial state x, x', shape (2 r,), or None for a periodic solution.
     residual
-        Displacements and forces beyond the coordinates, or None.
+        Residual response, or None.
     """
 
     quasi_static: Deflection
@@ -56,7 +56,7 @@ class Vibration:
 
     @cached_property
     def loads(self) -> AddedLoads:
-        """Loads of the vibration at the points."""
+        """Loads of the vibration at the points of the grid."""
         return vibration_loads(self.problem, self.motion, self.history, self.residual)
 
     @cached_property
@@ -69,7 +69,7 @@ class Vibration:
 
     @cached_property
     def closed(self) -> bool:
-        """True if the loads at the end of the grid are those at its start."""
+        """True if the loads at the end of the grid equal those at its start."""
         moments, forces = self.quasi_static.amplitudes.M, self.quasi_static.amplitudes.N
         return all(
             bool(np.abs(each[..., -1] - each[..., 0]).max(initial=0.0) <= CLOSED * np.abs(each).max(initial=0.0))
@@ -77,19 +77,19 @@ class Vibration:
         )
 
     def sampler(self, times: Reals) -> Callable[[Any], Any]:
-        """Return the interpolation at given instants, see `Grid.sampler`."""
+        """Return the function that interpolates to given instants, see `Grid.sampler`."""
         grid = self.problem.terms.grid
         return grid.sampler(grid.cycled(times, self.closed) if self.cyclic else times)
 
     @cached_property
     def multipliers(self) -> Complexes:
-        """Floquet multipliers: growth of free vibrations per cycle; empty for a transient."""
+        """Floquet multipliers, i.e. the growth of free vibrations per cycle; empty for a transient."""
         return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
 
     def under(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
-        """History under another load only, shape (points, r); `often` prepares for many loads.
+        """Return the history under another load alone, shape (points, r); `often` prepares for many loads.
 
-        If the vibration starts deflected and at rest, so does this history, with the static response to the load.
+        If the vibration starts deflected and at rest, this history starts with the static response to the load.
         Otherwise it is periodic, or starts from zero.
         """
         steps = self.propagation.loaded(load, often)
@@ -103,14 +103,14 @@ class Vibration:
 
     @cached_property
     def displacements(self) -> Numbers:
-        """Displacements of the beams in beam axes, complex, or amplitudes without beams, shape (points, places)."""
+        """Displacements of the beams in beam axes, complex, (points, places), or amplitudes if there are no beams."""
         return self.places(self.history[0])
 
     @property
     def unresolved(self) -> Reals:
         """Unresolved part of total and inertial displacements in every element, shape (elements,).
 
-        Axial forces have less weight: they oscillate faster than links bend, with almost no effect on bending.
+        Axial forces have less weight, because they oscillate faster than links bend, and hardly affect bending.
         """
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
@@ -129,7 +129,7 @@ class Vibration:
 
     @property
     def axial_forces(self) -> tuple[Reals, float]:
-        """Axial forces of the coordinates [N], shape (points, places), and a small reference value."""
+        """Axial forces of the coordinates [N], shape (points, places), and their smallest reference value."""
         kinds = self.problem.terms.kinematics
         structure, basis = kinds.structure, kinds.basis
         count = structure.weights.size
@@ -141,7 +141,7 @@ class Vibration:
         return forces[:, :count], VIBRATION.min_axial_reference * bending / longest if longest else 0.0
 
     def places(self, amounts: Reals) -> Numbers:
-        """Displacements for given amounts of all kinds."""
+        """Return the displacements for given amplitudes, see `displacements`."""
         moved = self.problem.terms.kinematics.unit
         if not moved.beams.size:
             return amounts
@@ -150,7 +150,7 @@ class Vibration:
 
 
 def static_start(posed: Problem, load: Reals) -> Reals:
-    """Static response at the start of the grid to a load on the coordinates at the points (points, r), shape (r,)."""
+    """Return the static response at the start of the grid to a load on the coordinates, (points, r), shape (r,)."""
     grid = posed.terms.grid.first
     points = slice(grid.stages)
     static: Any = np.linalg.solve(posed.equations.stiffness[points], load[points, :, None])[..., 0]
@@ -160,8 +160,8 @@ def static_start(posed: Problem, load: Reals) -> Reals:
 def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
-    Without a `start`, the solution is periodic. The motion is run at `speed` times the grid's pace; the history is in
-    the grid's time.
+    Without a `start`, the solution is periodic. The motion runs at `speed` times the speed of the grid. The history is
+    in the time of the grid.
     """
     posed = problem(terms, bent, speed)
     steps = propagation(terms.grid, posed.equations)

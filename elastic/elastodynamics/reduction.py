@@ -1,8 +1,8 @@
 """Reduced basis of the elastic coordinates for vibration.
 
-The basis consists of the lowest modes with the mass averaged over the cycle, and the quasi-static bending due to their
-inertia at single positions (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz
-vectors, Earthquake Engineering and Structural Dynamics 10 (1982) 813-821).
+The basis consists of the lowest modes with the mass averaged over the cycle, and of the quasi-static bending due to
+their inertia at single positions (Ritz vectors, see Wilson, Yuan and Dickens, Dynamic analysis by direct superposition
+of Ritz vectors, Earthquake Engineering and Structural Dynamics 10 (1982) 813-821).
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from rigid.arrays import Reals
 
 @dataclass(frozen=True, eq=False)
 class CycleModes:
-    """All elastic coordinates over a cycle.
+    """Modes of all elastic coordinates over a cycle.
 
     Attributes
     ----------
@@ -31,11 +31,11 @@ class CycleModes:
     masses
         Mass matrix in coordinates with unit stiffness, shape (positions, n, n).
     omega
-        Lowest natural frequency at every position with drives held [rad/s]; inf if no link vibrates.
+        Lowest natural frequency at every position with locked drives [rad/s]; inf if no link vibrates.
     values, modes
-        Eigenvalues 1/omega^2 of the mean mass matrix, descending, and eigenvectors, shape (n, n).
+        Eigenvalues 1/omega^2 of the mean mass matrix in descending order, and eigenvectors, shape (n, n).
     bent
-        Quasi-static bending under loads, shape (n, columns); the squared length of a column is twice its energy.
+        Quasi-static bending under the loads, shape (n, columns). The squared length of a column is twice its energy.
     """
 
     unstrained: Reals
@@ -47,20 +47,20 @@ class CycleModes:
 
 
 def unstrained_basis(structure: ElasticStructure) -> Reals:
-    """Basis of the elastic coordinates with unit stiffness, shape (n, n)."""
+    """Return a basis of the elastic coordinates with unit stiffness, shape (n, n)."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
     return (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
 
 
 def mass_of(kinds: Kinematics) -> Reals:
-    """Mass matrix of the displacements of a basis at every position, shape (positions, r, r)."""
+    """Return the mass matrix of a basis at every position, shape (positions, r, r)."""
     rows = np.sqrt(masses(kinds.structure))[:, None] * kinds.rows
     return (np.conj(rows).swapaxes(-1, -2) @ rows).real
 
 
 def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
-    """Modes of a structure over positions of its cycle, and its bending under the loads of deflections."""
+    """Compute the modes of a structure over positions of its cycle, and its bending under the loads of deflections."""
     unstrained = unstrained_basis(structure)
     kinds = kinematics(structure, motion, unstrained, chosen_points(structure.mechanism))
     reduced_mass = mass_of(kinds)
@@ -76,14 +76,14 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
 
 
 def reduced_basis(cycle: CycleModes, modes: int, besides: float, closer: float = VIBRATION.load_accuracy) -> Reals:
-    """Basis of modes and of the bending due to their inertia, shape (n, r), with unit mean mass.
+    """Return a basis of modes and of the bending due to their inertia, shape (n, r), with unit mean mass.
 
     Parameters
     ----------
     besides
-        Smallest bending that gets a coordinate / a mode's bending, as roots of energies.
+        Smallest bending that is added to the basis / bending of a mode, as roots of energies.
     closer
-        Accuracy of the shapes of loads, relative to `besides`.
+        Accuracy of the shapes due to the loads, relative to `besides`.
     """
     values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
     bent = cycle.masses @ (chosen / values)
@@ -106,7 +106,7 @@ def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
 
 
 def near_modes(cycle: CycleModes) -> int:
-    """Number of modes near the lowest one."""
+    """Return the number of modes with frequencies near the lowest one."""
     moving = cycle.values > VIBRATION.massless * cycle.values[0]
     near = int((cycle.values > cycle.values[0] / VIBRATION.near_frequencies**2).sum())
     return min(max(near, VIBRATION.min_modes), int(moving.sum()))

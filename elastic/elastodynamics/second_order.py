@@ -1,9 +1,9 @@
 """Second-order effect of large displacement, which the linear equations neglect.
 
 In ground axes, masses are constant and pins transmit displacements linearly. The only quadratic term is the axial
-strain du/dx + s^2/2 of a piece that rotates by s. The linear equations include the force of the rigid motion times
-s^2/2. Two loads remain: the force of vibration normal to rotated pieces, and the inertia due to the shortening of
-rotated pieces. Derivation: docs/elastodynamics.md.
+strain du/dx + s^2/2 of a piece that rotates by s. The linear equations include the work of the force of the rigid
+motion on s^2/2. Two loads remain: the force of the vibration normal to rotated pieces, and the inertia due to the
+shortening of rotated pieces. The derivation is in docs/elastodynamics.md.
 """
 
 import numpy as np
@@ -20,18 +20,18 @@ from rigid.kinetostatics import beam_directions
 
 
 def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
-    """Chord deflection of linear vibration at the points of the grid, and its second-order increment.
+    """Return the chord deflection of linear vibration at the points of the grid, and its second-order increment.
 
-    Rotations of rigid links are neglected, except for the forces on them.
+    The rotation of rigid links is neglected, except for the forces on them.
 
     Parameters
     ----------
     stations
-        xi along the beams, shape (stations,).
+        Values of xi along the beams, shape (stations,).
 
     Returns
     -------
-    Both of shape (beams, points, stations) [m].
+    Two arrays of shape (beams, points, stations) [m].
     """
     x = vibration.history[0]
     at_nodes = vibration.problem.terms.grid.at_nodes(x)
@@ -43,7 +43,7 @@ def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
 
 
 def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
-    """Load due to the forces that vibration adds to those of the rigid motion, shape (points, r)."""
+    """Return the load due to the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = vibration.problem.terms.kinematics, vibration.problem
     moved = kinds.unit @ x[..., None]
     whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
@@ -51,7 +51,7 @@ def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
 
 
 def _nearer(vibration: Vibration, x: Reals) -> Reals:
-    """Load due to the inertia of shortened, rotated pieces, shape (points, r)."""
+    """Return the load due to the inertia of rotated pieces, which are shortened, shape (points, r)."""
     terms, motion = vibration.problem.terms, vibration.motion
     kinds = terms.kinematics
     structure = kinds.structure
@@ -70,7 +70,7 @@ def _nearer(vibration: Vibration, x: Reals) -> Reals:
 
 
 def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:
-    """Chord deflection at a grid's points, shape (beams, points, stations).
+    """Return the chord deflection at the points of a grid, shape (beams, points, stations).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Links with large displacement, and their residual in the exact equations."""
+"""Solution for links with large displacement, and its residual in the exact equations."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,26 +14,26 @@ from rigid.arrays import Columns, Complexes
 
 Sliding = tuple[tuple[int, Columns, Columns], ...]  # see `AddedLoads.sliding`
 
-BEAMS = 10.0  # tolerance of a single beam's deflection, relative to the overall tolerance
-FORCES = 10.0  # same of the section forces
-FURTHER = 0.4  # tolerance of a finer answer, relative to that of the answer it is compared with
+BEAMS = 10.0  # tolerance of the deflection of a single beam, relative to the overall tolerance
+FORCES = 10.0  # same for the section forces
+FURTHER = 0.4  # tolerance of a finer solution, relative to that of the solution it is compared with
 STATIONS = 21
-BENT = 1e-6  # smallest reference of a beam's deflection, relative to the largest displacement; less is round-off
+BENT = 1e-6  # smallest reference for the deflection of a beam, relative to the largest displacement; less is round-off
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Links with large displacement after a number of steps.
+    """Links with large displacement after several steps of an iteration.
 
     Attributes
     ----------
     displaced
         Displaced links.
     change, residual
-        For the beams' displacements [m], complex, shape (points, beams, Gauss points): change by one more step, and
-        residual of the exact equations. Without beams: rotations of the links [rad], shape (points, links, 1), and
-        shifts.
+        Change by one more step and residual of the exact equations, for the displacements of the beams [m], complex,
+        shape (points, beams, Gauss points). Without beams, these are rotations of the links [rad], shape (points,
+        links, 1), and displacements of points.
     steps
         Number of steps, including the one for `change`.
     sliding
@@ -51,7 +51,7 @@ class Settled:
 
     @property
     def share(self) -> float:
-        """The larger of change and residual, relative to the largest displacement."""
+        """Larger of change and residual, relative to the largest displacement."""
         return max(self.change_share, self.residual_share)
 
     @cached_property
@@ -70,7 +70,7 @@ class Settled:
 
     @cached_property
     def worst(self) -> float:
-        """Larger of change and residual of the chord deflection, relative to the member's, for the worst beam."""
+        """Larger of change and residual of the chord deflection for the worst beam, relative to its member."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
         if not self.displaced.moved.beams.size:
             return 0.0
@@ -82,19 +82,19 @@ class Settled:
 
     @property
     def open(self) -> float:
-        """Measure of convergence; a beam that bends little may have a larger error."""
+        """Measure of convergence, in which errors of single beams and of forces have less weight."""
         return max(self.share, self.worst / BEAMS, self.forces / FORCES)
 
     def finer_tolerance(self, tolerance: float) -> float:
-        """Tolerance of a finer answer that measures the error of this one, which was computed to `tolerance`.
+        """Return the tolerance of a finer solution that measures the error of this one, computed to `tolerance`.
 
-        The `worst` of the finer answer is then at most `FURTHER` times the larger of `tolerance` and this `worst`.
+        `worst` of the finer solution is then at most `FURTHER` times the larger of `tolerance` and this `worst`.
         """
         return FURTHER * min(tolerance, max(tolerance, self.worst) / BEAMS)
 
 
 def places_of(moved: Displacements) -> Complexes:
-    """Displacements at the points as a single kind, see `Settled.change`."""
+    """Return the displacements at the points as compared in `Settled.change`."""
     places: Complexes = moved.beams
     if not places.size:
         places = np.concatenate((moved.angle, moved.moves), axis=1)[:, :, None].astype(complex)

@@ -1,4 +1,4 @@
-"""Vibration from a motion: refinement of coordinates and time elements to a tolerance."""
+"""Vibration of a moving mechanism, with coordinates and time elements refined to a tolerance."""
 
 from __future__ import annotations
 
@@ -39,32 +39,32 @@ TOLERANCE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Elastodynamic:
-    """Vibrating mechanism at some positions.
+    """Vibrating mechanism at given positions.
 
     Attributes
     ----------
     deflection
-        All fields, joint forces and drive efforts of the vibrating mechanism; nan if not `stable`. N, V and M are
-        elastic; damping adds beta times their rates.
+        All fields, joint forces and drive efforts of the vibrating mechanism; nan if not `stable`. N, V and M are the
+        elastic parts, to which damping adds beta times their rates.
     quasi_static
-        Answer without vibration at the same positions.
+        Deflection without vibration at the same positions.
     damping
-        Damping used.
+        Damping that was used.
     lowest
-        Lowest natural frequency over the cycle with drives held [rad/s]; inf if no link vibrates.
+        Lowest natural frequency over the cycle with locked drives [rad/s]; inf if no link vibrates.
     multipliers
-        Floquet multipliers, complex, shape (2 coordinates,): growth of free vibrations per cycle; empty for a
+        Floquet multipliers, i.e. the growth of free vibrations per cycle, complex, shape (2 coordinates,); empty for a
         transient.
     coordinates, elements
-        Number of amplitudes, and of time elements.
+        Numbers of amplitudes and of time elements.
     time_error, reduction_error
         Errors due to time elements and due to coordinates, relative to the largest displacement.
     vibration
-        Vibration in reduced coordinates; None if no link vibrates.
+        Vibration in reduced coordinates, or None if no link vibrates.
     discretization
-        Discretization used; None if no link vibrates.
+        Discretization that was used, or None if no link vibrates.
     exact
-        Links with large displacement, if the deflection belongs to them; None for small displacements.
+        Links with large displacement to which the deflection belongs, or None for small displacements.
     """
 
     deflection: Deflection
@@ -101,19 +101,19 @@ class Elastodynamic:
 
     @property
     def bound(self) -> float:
-        """Bound on the discretization error; infinite for a transient, in which axial ringing may exceed it."""
+        """Bound on the discretization error, which is infinite for a transient, because axial ringing may exceed it."""
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
 
     def resolved_to(self, tolerance: float) -> Elastodynamic:
-        """Return this answer; answers that continue from it resolve time elements at least to this tolerance."""
+        """Return this solution, from which others continue with time elements resolved at least to this tolerance."""
         known = self.discretization
         return replace(self, discretization=replace(known, resolved=min(known.resolved, tolerance))) if known else self
 
     @property
     def growth(self) -> float:
-        """Growth of the least stable free vibration per cycle; below 1 it decays."""
+        """Growth of the least stable free vibration per cycle; it decays if this is below 1."""
         return float(np.abs(self.multipliers).max(initial=0.0))
 
     @property
@@ -130,10 +130,10 @@ def settled(
     start: Start | None = None,
     static: Deflection | None = None,
 ) -> Elastodynamic:
-    """Refine time elements, then coordinates, until the answer at the positions of a motion has converged.
+    """Refine time elements, then coordinates, until the solution at the positions of a motion has converged.
 
-    Without a `start`, the result is the steady state of a cycle as long as the grid. `static`: the quasi-static
-    deflection, if known.
+    Without a `start`, the result is the steady state for a cycle with the duration of the grid. `static` is the
+    quasi-static deflection, if known.
     """
     checked(motion)
     plain = static or deflection(motion, model.sections, model.joints)
@@ -148,7 +148,7 @@ def settled(
     ):
         solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         off = reduced + in_elements
-        if best is None or off < best[0]:  # more coordinates may be worse if loads jump
+        if best is None or off < best[0]:  # more coordinates may increase the error if loads jump
             best = off, solved, reduced, grid, in_elements, discretization
         unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + VIBRATION.max_neutral_growth
         finer = (
@@ -180,7 +180,7 @@ def settled(
 
 
 def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
-    """Deflection of the vibrating mechanism at other positions of its motion."""
+    """Return the deflection of the vibrating mechanism at other positions of its motion."""
     plain = answer.quasi_static
     if answer.vibration is None:
         return deflection(motion, plain.sections, plain.joints)
@@ -198,13 +198,13 @@ def moved_to(answer: Elastodynamic, quasi_static: Deflection) -> Elastodynamic:
 def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
-    """Refine time elements to the tolerance; return the vibration, coordinate error, grid and time error."""
+    """Refine time elements to the tolerance, and return vibration, error of the coordinates, grid and time error."""
     resolved: Any = None
     rubs, loose = has_dry_friction(discretization.model.structure.mechanism), VIBRATION.first_friction_tolerance
     least, in_vain = math.inf, 0
     sliding: Sliding = ()
     while True:
-        resolved = None  # free the memory for the finer one
+        resolved = None  # free the memory for the finer solution
         resolved = vibration_in(discretization, grid)
         if rubs:
             resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
@@ -251,15 +251,16 @@ def bounded(answer: Vibration) -> Vibration:
 
 
 def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
-    """Rates of joints with friction at the points of another grid."""
+    """Interpolate the rates of joints with friction to the points of another grid."""
     sampler = known.sampler(grid.nodes[1:])
     return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
 
 
 def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
-    """Error due to time elements, relative to the largest displacement; a finer grid if it exceeds the tolerance.
+    """Return the error due to time elements, and a finer grid if it exceeds the tolerance (otherwise None).
 
-    The shortest elements are ignored, because a step of the loads remains a step in any element.
+    The error is relative to the largest displacement. The shortest elements are ignored, because a jump of the loads
+    remains a jump in any element.
     """
     grid = resolved.problem.terms.grid
     error = np.where(_counted(grid), VIBRATION.time_error_ratio * resolved.unresolved, 0.0)
@@ -271,9 +272,9 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
 
 
 def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None = None) -> float:
-    """Error of section and joint forces due to time elements, relative to the largest force of each kind.
+    """Return the error of section and joint forces due to time elements, relative to the largest force of each kind.
 
-    `forces` at the nodes, shape (nodes, ...); by default those of the vibration.
+    `forces` are given at the nodes, shape (nodes, ...), by default those of the vibration.
     """
     grid = vibration.problem.terms.grid
     if forces is None:
@@ -287,15 +288,15 @@ def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None
 
 
 def _counted(grid: Grid) -> Flags:
-    """Mark the elements that are long enough to be divided."""
+    """Return for each element whether it is long enough to be divided."""
     return grid.steps > VIBRATION.min_step * np.ptp(grid.edges)
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:
-    """Increase the number of parts of elements that follow a much shorter divided element.
+    """Increase the number of parts of elements that follow a much shorter, divided element.
 
-    Otherwise vibration that is excited in the short element would be damped in a coarse next one and be discovered
-    late.
+    Otherwise, vibration that is excited in the short element would be damped in the next, coarse one, and would be
+    resolved only after further refinements.
     """
     graded, longest = parts.copy(), math.inf
     for number, step in enumerate(steps):
@@ -305,7 +306,7 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
 
 
 def unanswered(answer: Elastodynamic) -> Elastodynamic:
-    """Replace the fields of an answer without a steady state by nan."""
+    """Replace the fields of a solution without a steady state by nan."""
     nothing = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(answer))
     own = answer.quasi_static
     return replace(answer, deflection=deflection(own.motion, own.sections, own.joints, nothing))

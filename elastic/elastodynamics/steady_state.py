@@ -24,26 +24,26 @@ def elastodynamic(
 ) -> Elastodynamic:
     """Compute the steady state of vibrating links over a cycle, at the positions of a motion.
 
-    Displacements from the rigid positions have inertia and damping and are affected by the axial forces of the rigid
-    motion. Drives follow their laws.
+    The model includes the inertia and damping of displacements from the rigid positions, and the effect of the axial
+    forces of the rigid motion. Drives follow their laws.
 
     Parameters
     ----------
     motion
         Motion of one design at the requested positions, with their times.
     motion_at
-        Function for the motion at any instants [s], shape (positions,).
+        Function that returns the motion at any instants [s], shape (positions,).
     period
-        Period of the cycle [s]; several turns if gears or laws require it.
+        Period of the cycle [s], which comprises several turns if gears or laws require it.
     sections, joints
         See `deflection`.
     damping
-        Kelvin-Voigt beta [s] of all beams and soft joints, or a `Damping`. By default, the damping ratio is 0.01 at the
-        lowest natural frequency over the cycle.
+        Kelvin-Voigt beta of all beams and compliant joints [s], or a `Damping`. By default, the damping ratio is 0.01
+        at the lowest natural frequency over the cycle.
     tolerance
         Tolerance relative to the largest displacement.
     breaks
-        Instants just before discontinuities of drive laws or loads [s]; time elements end there.
+        Instants just before discontinuities of drive laws or loads [s], at which time elements end.
     static
         Quasi-static deflection at the requested positions, if known.
 

@@ -1,6 +1,6 @@
-"""Strains of beams and openings of soft joints, their rigidities, and Kelvin-Voigt damping.
+"""Strains of beams and openings of compliant joints, their rigidities, and Kelvin-Voigt damping.
 
-Rows: each strain at each Gauss point, then each opening of a soft joint.
+Arrays have one row for each strain at each Gauss point, followed by one for each opening of a compliant joint.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ RATIO = 0.01  # typical damping ratio of steel links with joints
 
 @dataclass(frozen=True, eq=False)
 class Damping:
-    """Kelvin-Voigt damping: a strain's force plus `beta` [s] times its rate.
+    """Kelvin-Voigt damping, which adds `beta` [s] times its rate to the force of each strain.
 
     Attributes
     ----------
     beams
         beta of each beam, shape (beams,).
     joints
-        beta of all soft joints.
+        beta of all compliant joints.
     ratio
-        Damping ratio at the lowest natural frequency over the cycle, used if beta is unknown (nan).
+        Damping ratio at the lowest natural frequency over the cycle, used if beta is nan.
     """
 
     beams: Reals
@@ -40,7 +40,7 @@ class Damping:
     ratio: float = RATIO
 
     def settled(self, lowest: float) -> Damping:
-        """Replace nan by the beta that gives the damping ratio at a lowest natural frequency [rad/s]."""
+        """Replace nan by the beta that corresponds to the damping ratio at a lowest natural frequency [rad/s]."""
         if not np.isnan(self.beams).any() and not math.isnan(self.joints):
             return self
         own = 2 * self.ratio / lowest
@@ -48,13 +48,13 @@ class Damping:
         return replace(self, beams=beams, joints=own if math.isnan(self.joints) else self.joints)
 
     def per_row(self, structure: ElasticStructure) -> Reals:
-        """beta of every row, shape (rows,)."""
+        """Return beta of every row, shape (rows,)."""
         own = np.broadcast_to(np.asarray(self.beams, float)[:, None], structure.weights.shape).ravel()
         return np.concatenate((own, own, own, np.full(len(structure.soft), self.joints)))
 
 
 def strain_rows(structure: ElasticStructure, basis: Reals) -> Reals:
-    """Strains per vector of a basis: stretch, curvature, shear, openings; shape (rows, r) or (positions, rows, r)."""
+    """Return stretch, curvature, shear and openings per vector of a basis, shape (rows, r) or (positions, rows, r)."""
     fields = structure.fields
     own = (fields["stretch"], fields["curvature"], fields["slope"] - fields["phi"])
     size = len(structure.stiffness)
@@ -65,7 +65,7 @@ def strain_rows(structure: ElasticStructure, basis: Reals) -> Reals:
 
 @lru_cache(maxsize=8)
 def rigidities(structure: ElasticStructure) -> Reals:
-    """Rigidity of every row times its weight, shape (rows,); 0 if infinite."""
+    """Return the rigidity of every row times its weight, shape (rows,); 0 if infinite."""
     parts = []
     for name in ("EA", "EI", "kGA"):
         for weights, section in zip(structure.weights, structure.sections, strict=True):
@@ -77,7 +77,7 @@ def rigidities(structure: ElasticStructure) -> Reals:
 
 
 def given_forces(structure: ElasticStructure, bent: Deflection) -> Reals:
-    """Forces of the rows in a deflection, plus those that compensate free strains, shape (positions, rows)."""
+    """Return the forces of the rows in a deflection, plus forces that compensate free strains, (positions, rows)."""
     N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
     free = [np.ravel(section.strain)[0] for section in structure.sections]
     stiff = rigidities(structure)[: structure.weights.size].reshape(structure.weights.shape)

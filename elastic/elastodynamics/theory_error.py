@@ -1,4 +1,4 @@
-"""Error of the quasi-static answer due to vibration, and error of linear theory due to large displacement."""
+"""Error of the quasi-static solution due to vibration, and error of linear theory due to large displacement."""
 
 import math
 from dataclasses import dataclass
@@ -14,22 +14,22 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
-STRAIGHT = 1e-6  # smaller deflections, relative to the largest elongation, are round-off
+STRAIGHT = 1e-6  # deflections smaller than this are round-off; relative to the largest elongation
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class TheoryError:
-    """Errors relative to the largest chord deflection of each beam's member, shape (beams,); nan if unknown.
+    """Errors relative to the largest chord deflection of the member of each beam, shape (beams,); nan if unknown.
 
     Attributes
     ----------
     history
-        Largest error of the quasi-static answer at any instant and station.
+        Largest error of the quasi-static solution at any instant and station.
     peak
-        Error of its largest value over the positions.
+        Error of the largest value over the positions.
     large_displacement
-        Effect of large displacement that the elastodynamic answer neglects, see `large_displacement_error`.
+        Effect of large displacement that the elastodynamic solution neglects, see `large_displacement_error`.
     """
 
     history: Reals
@@ -38,7 +38,7 @@ class TheoryError:
 
 
 def theory_error(answer: Elastodynamic) -> TheoryError:
-    """Error of the quasi-static answer due to vibration: the difference between both answers."""
+    """Return the error of the quasi-static solution due to vibration, i.e. the difference between both solutions."""
     plain, vibrating = (_chord(bent) for bent in (answer.quasi_static, answer.deflection))
     members = members_of(answer.deflection.motion.mechanism)
     vibrating_peak = members.greatest(np.abs(vibrating).max(axis=(1, 2)))
@@ -50,10 +50,10 @@ def theory_error(answer: Elastodynamic) -> TheoryError:
 
 
 def large_displacement_error(answer: Elastodynamic) -> float:
-    """Error of linear theory due to large displacement, relative to the deflection of the worst beam.
+    """Return the error of linear theory due to large displacement, relative to the deflection of the worst beam.
 
-    For an exact answer, this is the change by its last step. Otherwise it is the second-order effect, plus the square
-    of the largest rotation for the third order. If links bend without vibration, only the latter remains.
+    For an exact solution, this is the change by its last step. Otherwise it is the second-order effect, plus the square
+    of the largest rotation for the third order. If links bend without vibration, it is only the latter.
     """
     if answer.vibration is None or not answer.stable:
         return 0.0 if answer.vibration is None else math.nan
@@ -63,7 +63,7 @@ def large_displacement_error(answer: Elastodynamic) -> float:
 
 
 def second_order_error(vibration: Vibration, bent: Deflection) -> float:
-    """Second- and third-order effects neglected by linear vibration, relative to the deflection of the worst beam."""
+    """Return the effects of second and third order that linear vibration neglects, relative to the worst beam."""
     linear, more = second_order(vibration, np.linspace(0.0, 1.0, STATIONS))
     rotation = np.abs(sample(bent, "phi", np.linspace(0.0, 1.0, STATIONS))).max(initial=0.0)
     if not linear.size or not linear.any():
@@ -74,7 +74,7 @@ def second_order_error(vibration: Vibration, bent: Deflection) -> float:
 
 
 def _greatest(chord: Reals) -> Reals:
-    """Largest magnitude on every beam, shape (beams,)."""
+    """Return the largest magnitude on every beam, shape (beams,)."""
     return np.abs(chord).max(axis=(1, 2), initial=0.0)
 
 

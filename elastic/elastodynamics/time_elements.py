@@ -1,9 +1,10 @@
 """Linear second-order differential equations with time-dependent coefficients, solved by time elements.
 
-Within an element the acceleration is a polynomial through Radau points: collocation method Radau IIA with STAGES stages
-and order 2 STAGES - 1, which damps unresolved oscillation (Hairer and Wanner, Solving Ordinary Differential Equations
-II, section IV.5). All elements are solved at once for unit initial states. Products of these small matrices give the
-periodic solution, the Floquet multipliers, or the solution from a given start.
+Within an element, the acceleration is a polynomial through Radau points. This is the collocation method Radau IIA with
+STAGES stages and order 2 STAGES - 1, which damps unresolved oscillation (Hairer and Wanner, Solving Ordinary
+Differential Equations II, section IV.5). All elements are solved at once for unit initial states. Products of the
+resulting small matrices give the periodic solution, the Floquet multipliers, or the solution from a given initial
+state.
 """
 
 from __future__ import annotations
@@ -18,21 +19,21 @@ import numpy as np
 from elastic.elastodynamics.time_grid import Grid, scheme
 from rigid.arrays import Flags, Numbers, Reals
 
-RESOLVED = 2.0  # largest exponent of growth in an element that the method follows
-KEPT = 256  # maximum number of elements with stored matrices
-TOGETHER = 500_000  # matrix entries of elements that are solved at once, to limit memory
+RESOLVED = 2.0  # largest exponent of growth within an element that the method resolves
+KEPT = 256  # matrices are stored for at most this many elements
+TOGETHER = 500_000  # number of matrix entries that are solved at once, to limit memory
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """M x'' + C x' + K x = g at all points of a grid except the start.
+    """Equations M x'' + C x' + K x = g at all points of a grid except the start.
 
     Attributes
     ----------
     mass, damping, stiffness
-        Shape (points, r, r).
+        M, C and K, shape (points, r, r).
     load
-        Shape (points, r).
+        g, shape (points, r).
     """
 
     mass: Reals
@@ -43,16 +44,18 @@ class Equations:
 
 @dataclass(frozen=True, eq=False)
 class Propagation:
-    """Propagation of the state x, x' over every element, from its start to its end and points.
+    """Propagation of the state x, x' over every element, from its start to its points and its end.
 
     Attributes
     ----------
     states
-        Matrix from the state at an element's start (extended by 1) to the state at its end, (elements, 2 r, 2 r + 1).
+        Matrix that maps the state at the start of an element, extended by 1, to the state at its end, shape (elements,
+        2 r, 2 r + 1).
     accelerations
-        Matrix from the same vector to x'' at the element's points, shape (elements, s, r, 2 r + 1).
+        Matrix that maps the same vector to x'' at the points of the element, shape (elements, s, r, 2 r + 1).
     matrix
-        Matrix of the accelerations at all points of an element, shape (elements, s r, s r); None for large grids.
+        Matrix of the equations for x'' at all points of an element, shape (elements, s r, s r), or None for large
+        grids.
     """
 
     grid: Grid
@@ -63,7 +66,7 @@ class Propagation:
 
     @cached_property
     def whole(self) -> tuple[Reals, Reals]:
-        """Propagation over all elements: matrix, shape (2 r, 2 r), and added state, shape (2 r,)."""
+        """Propagation over all elements: matrix, shape (2 r, 2 r), and additive state, shape (2 r,)."""
         size = self.states.shape[1]
         matrix, added = np.eye(size), np.zeros(size)
         for step in self.states:
@@ -72,16 +75,16 @@ class Propagation:
 
     @cached_property
     def multipliers(self) -> Numbers:
-        """Floquet multipliers: growth of free vibrations over the grid, complex, shape (2 r,).
+        """Floquet multipliers, i.e. the growth of free vibrations over the grid, complex, shape (2 r,).
 
-        They are infinite if growth is too fast for an element, because the method would damp it, see `outgrown`.
+        They are infinite if growth within an element is so fast that the method would damp it, see `outgrown`.
         """
         found = np.linalg.eigvals(self.whole[0])
         return np.full_like(found, np.inf) if outgrown(self.grid.steps, self.equations).any() else found
 
     @cached_property
     def inverse(self) -> Reals | None:
-        """Inverse of `matrix`. It costs as much as four loads, and makes each load ten times faster."""
+        """Inverse of `matrix`. It takes as long as solving four loads, and makes each load ten times faster."""
         return None if self.matrix is None else np.asarray(np.linalg.inv(self.matrix), float)
 
     def loaded(self, load: Reals, often: bool = False) -> Propagation:
@@ -103,12 +106,12 @@ class Propagation:
         return Propagation(self.grid, replace(self.equations, load=load), states, accelerations, self.matrix)
 
     def periodic_start(self) -> Reals:
-        """Periodic initial state x, x', shape (2 r,)."""
+        """Return the initial state x, x' of the periodic solution, shape (2 r,)."""
         matrix, added = self.whole
         return np.asarray(np.linalg.solve(np.eye(len(added)) - matrix, added), float)
 
     def history(self, start: Reals) -> tuple[Reals, Reals, Reals]:
-        """x, x', x'' at all points except the start, shape (points, r), from the initial state."""
+        """Return x, x', x'' at all points except the start, shape (points, r), for an initial state."""
         radau, r = scheme(self.grid.stages), len(start) // 2
         states = [start]
         for step in self.states[:-1]:
@@ -123,7 +126,7 @@ class Propagation:
 
 
 def propagation(grid: Grid, equations: Equations) -> Propagation:
-    """Solve all elements at once, for unit initial states and for the load."""
+    """Solve all elements for unit initial states and for the load."""
     count, r = len(grid.steps), equations.load.shape[-1]
     states, accelerations = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
     kept = np.empty((count, grid.stages * r, grid.stages * r)) if count <= KEPT else None
@@ -136,16 +139,16 @@ def propagation(grid: Grid, equations: Equations) -> Propagation:
 
 
 def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Reals]:
-    """Floquet multipliers and periodic solutions of several problems on one grid.
+    """Return the Floquet multipliers and periodic solutions of several problems on one grid.
 
     Parameters
     ----------
     equations
-        Equations of all problems in sequence: arrays of shape (problems * points, ...).
+        Equations of all problems in sequence, in arrays of shape (problems * points, ...).
 
     Returns
     -------
-    Multipliers, shape (problems, 2 r); x at all points, shape (problems, points, r).
+    Multipliers, shape (problems, 2 r), and x at all points, shape (problems, points, r).
     """
     radau, r, count = scheme(grid.stages), equations.load.shape[-1], len(grid.steps)
     several = len(equations.load) // (count * grid.stages)
@@ -171,9 +174,9 @@ def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Real
 
 
 def outgrown(steps: Reals, equations: Equations) -> Flags:
-    """True if free vibrations grow by an exponent above `RESOLVED` in an element, shape (elements,).
+    """Return whether free vibrations grow by an exponent above `RESOLVED` in an element, shape (elements,).
 
-    This is judged from the equations at each point. Only an indefinite stiffness permits such growth.
+    The growth is computed from the equations at each point. It occurs only if the stiffness is indefinite.
     """
     count, r = len(steps), equations.load.shape[-1]
     stiffness = equations.stiffness
@@ -199,7 +202,7 @@ def _indefinite(matrices: Reals) -> Flags:
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
-    """Yield batches of elements: slice, durations, equations."""
+    """Yield batches of elements: slice, durations, and equations."""
     size = max(1, grid.stages * equations.load.shape[-1])
     count = max(1, TOGETHER // size**2)
     for first in range(0, len(grid.steps), count):
@@ -209,7 +212,7 @@ def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equat
 
 
 def _matrix(steps: Reals, equations: Equations) -> Reals:
-    """Matrix of the accelerations at the points of elements, shape (elements, s r, s r)."""
+    """Return the matrix of the equations for x'' at the points of elements, shape (elements, s r, s r)."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
     radau = scheme(s)
@@ -225,7 +228,7 @@ def _matrix(steps: Reals, equations: Equations) -> Reals:
 
 
 def _elements(matrix: Reals, steps: Reals, equations: Equations) -> tuple[Reals, Reals]:
-    """States at the ends of elements, and accelerations at their points, per initial state (extended by 1)."""
+    """Return the states at the ends of elements and x'' at their points per initial state, extended by 1."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
     radau = scheme(s)

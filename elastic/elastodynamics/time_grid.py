@@ -1,4 +1,4 @@
-"""Time grid of elements, with polynomials through Radau points in each."""
+"""Grid of time elements, with polynomials through the Radau points of each element."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from numpy.polynomial import legendre
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
-CACHED = 200_000  # number of values processed at once
-JUMP = 0.02  # smallest jump, relative to the largest magnitude; smaller jumps are left to short elements
-LEFT = {2: 0.5, 6: 0.3}  # by number of halvings: smallest remaining share of a change that is a jump
-SAME_TIME = 1e-12  # difference of equal instants, relative to the duration
+CACHED = 200_000  # number of values that are processed at once, so that they fit into the cache
+JUMP = 0.02  # smallest detected jump, relative to the largest magnitude; short elements resolve smaller ones
+LEFT = {2: 0.5, 6: 0.3}  # smallest share of a change that must remain in a jump, after these numbers of halvings
+SAME_TIME = 1e-12  # instants with a smaller difference are equal; relative to the duration
 HALVED = 24  # number of halvings, to about 1e-9 of the duration
 
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """Collocation on [0, 1]: points, integration and differentiation matrices.
+    """Collocation on [0, 1]: points, and matrices of integration and differentiation.
 
     Attributes
     ----------
     points
-        Shape (s,), the last is 1.
+        Points, of which the last is 1, shape (s,).
     once, twice
-        Single and double integrals from 0 to each point, from values at the points, shape (s, s).
+        Matrices for single and double integrals from 0 to each point, from values at the points, shape (s, s).
     first, second
-        Derivatives at the points, from values at 0 and at the points, shape (s, s + 1).
+        Matrices for first and second derivatives at the points, from values at 0 and at the points, shape (s, s + 1).
     """
 
     points: Reals
@@ -43,7 +43,7 @@ class Scheme:
 
 @lru_cache(maxsize=8)
 def scheme(stages: int = STAGES) -> Scheme:
-    """Radau points (zeros of P_s - P_(s-1)), with matrices of integration and differentiation."""
+    """Return the Radau points (zeros of P_s - P_(s-1)) with matrices of integration and differentiation."""
     zeros = legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
     points = np.append((np.sort(zeros.real)[:-1] + 1) / 2, 1.0)
     series = np.eye(stages)
@@ -59,7 +59,7 @@ def scheme(stages: int = STAGES) -> Scheme:
 
 
 def _values(places: Any, series: Reals) -> Reals:
-    """Legendre series on [0, 1], one per row, at some abscissas, shape (places, series)."""
+    """Evaluate Legendre series on [0, 1], one per row, shape (places, series)."""
     return legendre.legvander(2 * np.asarray(places) - 1, series.shape[-1] - 1) @ series.T
 
 
@@ -70,9 +70,9 @@ class Grid:
     Attributes
     ----------
     edges
-        Starts and ends of elements [s], shape (elements + 1,).
+        Starts and ends of the elements [s], shape (elements + 1,).
     stages
-        Points per element.
+        Number of points per element.
     """
 
     edges: Reals
@@ -90,26 +90,27 @@ class Grid:
 
     @cached_property
     def nodes(self) -> Reals:
-        """Start and all points [s], shape (1 + elements stages,)."""
+        """Start of the grid and all points [s], shape (1 + elements * stages,)."""
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
     def cycled(self, times: Reals, closed: bool) -> Reals:
         """Map instants of a periodic process to the grid.
 
-        The start of the cycle becomes its end, which is a point, if the process is `closed`: without a jump between.
+        If the process is `closed`, i.e. without a jump between its end and its start, the start is mapped to the end,
+        which is a point of the grid.
         """
         period = np.ptp(self.edges)
         within: Reals = self.edges[0] + np.mod(times - self.edges[0], period)
         return np.where(within - self.edges[0] <= SAME_TIME * period, self.edges[-1], within) if closed else within
 
     def at_nodes(self, values: Numbers) -> Numbers:
-        """Prepend the extrapolated start value to values at the points, shape (points, ...)."""
+        """Prepend a value that is extrapolated to the start to values at the points, shape (points, ...)."""
         first = values[: self.stages].reshape(self.stages, -1)
         return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
 
     def rates(self, values: Numbers) -> tuple[Numbers, Numbers]:
-        """First and second time derivative at all points except the start, from values at the nodes.
+        """Return the first and second time derivatives at all points from values at the nodes.
 
         Parameters
         ----------
@@ -127,7 +128,7 @@ class Grid:
         return one, two
 
     def rates_times(self, values: Numbers, amplitudes: tuple[Reals, Reals]) -> Numbers:
-        """Sum of first and second time derivatives of values at the nodes, each times amplitudes at the points.
+        """Return the sum of first and second time derivatives of values at the nodes, each times amplitudes.
 
         Parameters
         ----------
@@ -155,7 +156,7 @@ class Grid:
         return total
 
     def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:
-        """Yield runs of elements, with their nodes and points, such that `size` numbers per node fit into the cache."""
+        """Yield groups of elements, with their nodes and points, so that `size` numbers per node fit into the cache."""
         count = max(1, CACHED // (size * self.stages))
         for first in range(0, len(self.steps), count):
             edges = self.edges[first : first + count + 1]
@@ -163,7 +164,7 @@ class Grid:
             yield Grid(edges, self.stages), (slice(begin, end + 1), slice(begin, end))
 
     def derivative(self, values: Numbers, order: int) -> Numbers:
-        """Time derivative of values at all points except the start, shape (points, ...), element by element.
+        """Return the time derivative of values at the points, shape (points, ...), element by element.
 
         Differences do not cross edges, because short elements would amplify the unresolved part of longer neighbours.
         """
@@ -172,9 +173,10 @@ class Grid:
         return found.reshape(values.shape)
 
     def sampler(self, times: Reals) -> Callable[[Any], Any]:
-        """Return the interpolation at given instants, from values at all points except the start (points, ...).
+        """Return a function that interpolates values at the points, shape (points, ...), to given instants.
 
-        At an edge, the element that ends there is used: its end is a point, whereas its start is extrapolated.
+        At an edge, the element that ends there is used, because its end is a point. At its start, values would be
+        extrapolated.
         """
         near = times - SAME_TIME * np.ptp(self.edges)
         element = np.clip(np.searchsorted(self.edges, near) - 1, 0, len(self.steps) - 1)
@@ -194,10 +196,10 @@ class Grid:
         return sampled
 
     def tail(self, values: Numbers, greatest: float) -> Reals:
-        """Estimate the unresolved part of values in every element, shape (elements,), relative to `greatest`.
+        """Estimate the unresolved part of values in every element, relative to `greatest`, shape (elements,).
 
-        The estimate is the last two orders of the Legendre series times their ratio to the two orders before, an
-        extrapolation to the next two orders.
+        The estimate is the last two orders of the Legendre series, times their ratio to the previous two orders. This
+        extrapolates to the next two orders.
         """
         elements = values.reshape(len(self.steps), self.stages, -1)
         if not greatest:
@@ -209,7 +211,7 @@ class Grid:
         return last * fall / greatest
 
     def smoothed(self, values: Numbers, fastest: float) -> Numbers:
-        """Remove those orders of every element's Legendre series that change too fast.
+        """Remove orders of the Legendre series of every element that change too fast.
 
         Parameters
         ----------
@@ -253,7 +255,7 @@ class Grid:
         return (forced + decay * np.array(starts(first)[:-1])[:, None]).reshape(values.shape)
 
     def divided(self, parts: Integers) -> Grid:
-        """Divide every element into a number of equal parts, shape (elements,)."""
+        """Divide every element into `parts` equal parts, shape (elements,)."""
         pieces = [
             start + step * np.arange(count) / count
             for start, step, count in zip(self.edges[:-1], self.steps, parts, strict=True)
@@ -262,7 +264,7 @@ class Grid:
 
 
 def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
-    """Instants just before jumps of values, at most one between two given times, shape (jumps,).
+    """Find the instants just before jumps of values, at most one between two given times, shape (jumps,).
 
     Parameters
     ----------
@@ -292,19 +294,19 @@ def jumps(values_at: Callable[[Reals], Reals], times: Reals) -> Reals:
 
 
 def interpolation(nodes: Reals, places: Reals) -> Reals:
-    """Matrix from values at nodes on [0, 1] to values of their polynomial at points, shape (places, nodes)."""
+    """Return the matrix that maps values at nodes on [0, 1] to values of their polynomial, shape (places, nodes)."""
     return _values(places, np.eye(len(nodes))) @ _to_series(tuple(nodes.tolist()))
 
 
 def slopes(nodes: Reals, places: Reals) -> Reals:
-    """Matrix from values at nodes on [0, 1] to derivatives of their polynomial at points, shape (places, nodes)."""
+    """Return the matrix that maps values at nodes on [0, 1] to derivatives of their polynomial, (places, nodes)."""
     series = np.array([legendre.legder(row) for row in np.eye(len(nodes))])
     return 2.0 * _values(places, series) @ _to_series(tuple(nodes.tolist()))
 
 
 @lru_cache(maxsize=32)
 def _to_series(nodes: tuple[float, ...]) -> Reals:
-    """Matrix from values at nodes on [0, 1] to Legendre coefficients, shape (nodes, nodes)."""
+    """Return the matrix that maps values at nodes on [0, 1] to Legendre coefficients, shape (nodes, nodes)."""
     return np.asarray(np.linalg.inv(_values(nodes, np.eye(len(nodes)))), float)
 
 
@@ -315,7 +317,7 @@ def _spectrum(stages: int) -> Reals:
 
 @lru_cache(maxsize=8)
 def _up_to(stages: int) -> Reals:
-    """By order: matrix that truncates the Legendre series of values at the points, shape (stages, stages, stages)."""
+    """Return for each order the matrix that truncates the Legendre series of values, (stages, stages, stages)."""
     kept = np.tri(stages)[:, :, None] * _spectrum(stages)
     return _values(scheme(stages).points, np.eye(stages)) @ kept
 
@@ -327,6 +329,6 @@ def _to_start(stages: int) -> Reals:
 
 @lru_cache(maxsize=8)
 def _derivative(stages: int, order: int) -> Reals:
-    """Matrix from values at the points of [0, 1] to derivatives at these points."""
+    """Return the matrix that maps values at the points of [0, 1] to derivatives at these points."""
     series = np.array([legendre.legder(row, order) for row in np.eye(stages)])
     return 2.0**order * _values(scheme(stages).points, series) @ _spectrum(stages)
