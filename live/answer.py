@@ -11,6 +11,7 @@ import numpy as np
 import rigid
 from elastic import Deflection, displacement_of, marked, sample
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.doubted import LIMIT_NAMES
 from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.limits import decisive
 from kinelast.figures.output import output_of
@@ -19,7 +20,6 @@ from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table, position_table
 from kinelast.outputs.table import Column
-from kinelast.outputs.words import LIMIT_NAMES
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.drives import DriveEffort

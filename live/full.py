@@ -63,7 +63,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:
     """Return a limit with the value that governs it, and its outcome, which includes the error."""
-    from kinelast.outputs.words import LIMIT_NAMES
+    from kinelast.figures.doubted import LIMIT_NAMES
 
     return {
         "name": LIMIT_NAMES.get(row.kind, row.name),

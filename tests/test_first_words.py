@@ -105,7 +105,7 @@ def test_limits_cannot_be_judged_beyond_yield(out, shown):
 def test_vibration_is_not_called_an_error(out, shown):
     text = shown(VIBRATES).run("return document.body.innerText")
     share = read(out, VIBRATES)["theory"]["without_vibration"]
-    assert f"vibration changes the figures by up to {100 * share:.0f} %" in text
+    assert f"vibration changes the main deflections, stresses and forces by up to {100 * share:.0f} %" in text
     assert f"{100 * share:.0f} % off" not in text
 
 

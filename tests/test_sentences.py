@@ -1,13 +1,29 @@
 """Tables and sentences of a report agree with the figures of the report."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 import kinelast
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.doubted import large_errors
+from kinelast.figures.peaks import run_figures
+from kinelast.figures.report import UnreliableFigure
 from kinelast.figures.summary import report_of
+from kinelast.outputs.words import headline, least_safety, trust_words
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request
 from tests.scene_texts import SLIDER_CRANK
+
+PRESS = Path(__file__).parents[1] / "docs" / "gallery" / "toggle_press.toml"
+
+
+@pytest.fixture(scope="module")
+def press():
+    """Return the results of a press that vibrates, with limits on safety, buckling and output."""
+    return computed(kinelast.load(PRESS), Request())
 
 
 def report_on(text):
@@ -43,3 +59,39 @@ def test_a_reserve_is_as_reliable_as_its_figure():
     reserves = [reserve for row in report.breaks_first for reserve in row.reserves.values()]
     assert any(reserve.error > 0.25 * reserve.value for reserve in reserves)
     assert not any(reserve.unreliable for reserve in reserves)
+
+
+def test_a_link_close_to_its_yield_stress_is_in_the_headline():
+    """The crank is stressed to 87 % of its yield stress."""
+    report = report_of(computed(kinelast.load("steel_four_bar"), Request()))
+    assert 2 / 3 < 1 / least_safety(report)[1].value < 1
+    assert trust_words(report)[0].startswith("use with caution: strength (crank: ")
+    assert "use with caution: strength (crank: " in headline(report)
+
+
+def test_the_change_by_vibration_is_that_of_the_largest_deflection_stress_and_output_error(press):
+    """Without vibration the safety factor of the press is nearly twice as large, and the stress half as large."""
+    still = Cycle(press.scene, press.quasi_static.motion, press.quasi_static, tabled=True)
+    without, change = run_figures(still, press.figures.output).peaks, {}
+    for key in ("deflection", "stress", "safety", "output_error"):
+        sizes, before = ([abs(peak.value) for peak in peaks[key]] for peaks in (press.figures.peaks, without))
+        item = np.argmin(sizes) if key == "safety" else np.argmax(sizes)
+        change[key] = abs(1.0 - before[item] / sizes[item])
+    assert change.pop("safety") > 0.8
+    assert press.answer.missed == pytest.approx(max(change.values()), rel=0.01)
+    assert press.answer.missed < 0.5
+
+
+@pytest.mark.parametrize("most", [None, 2])
+def test_unreliable_figures_have_the_same_words_in_full_and_in_brief(most):
+    rows = [UnreliableFigure("shear force", name, share) for name, share in (("a", None), ("b", 0.4), ("c", 0.3))]
+    rows.append(UnreliableFigure("force on the ground", None, 0.5))
+    full = ["shear force of a (error larger than the value), b (± 40 %), c (± 30 %)", "force on the ground (± 50 %)"]
+    brief = ["shear force of a, b, 1 more (error larger than the value)", "force on the ground (± 50 %)"]
+    assert large_errors(rows, most) == (full if most is None else brief)
+
+
+def test_what_beam_theory_neglects_is_relative_to_the_deflection_from_the_chord(press):
+    (finding,) = (each for each in report_of(press).trust if each.heading == "Stubby links")
+    assert finding.text.startswith("crank is short and deep: beam theory neglects about 2.")
+    assert "times its own largest deflection from the chord, due to" in finding.text

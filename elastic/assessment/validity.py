@@ -67,7 +67,8 @@ class Exceedance:
         Index of the position, or None if the figure does not belong to a single position.
     figure, limit
         Figure and exceeded limit. In the order of `KINDS`, the figure is the deflection that beam theory neglects / the
-        largest deflection, deflection / length, compression / Euler load, or von Mises stress / yield stress.
+        largest deflection from the chord, deflection / length, compression / Euler load, or von Mises stress / yield
+        stress.
     severe
         True if the result is unreliable.
     message
@@ -117,7 +118,7 @@ def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
         cause = "shear" if shear >= introduced else "local effects at its ends"
-        neglected = f"{_share(figure)} its own largest deflection, due to {cause}"
+        neglected = f"{_share(figure)} its own largest deflection from the chord, due to {cause}"
         message = f"is short and deep: beam theory neglects about {neglected}"
         yield from _judged("slenderness", beam, None, figure, message)
 

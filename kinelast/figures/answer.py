@@ -43,8 +43,8 @@ class Answer:
     accuracy
         Requested accuracy, if any.
     missed
-        Relative change that vibration and large displacement cause in the most affected graded figure, or a bound on it
-        if vibration was not solved; nan if unknown.
+        Relative change that vibration and large displacement cause in the most affected displacement, stress or force
+        among the graded figures, or a bound on it if vibration was not solved; nan if unknown.
     finer
         True if a more accurate theory is available.
     """

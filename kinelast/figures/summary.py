@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -18,7 +17,8 @@ from kinelast import __version__
 from kinelast.figures import report
 from kinelast.figures.checks import check_passed, nonlinear_report, solid_report
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.limits import UNKNOWN, acceptance
+from kinelast.figures.doubted import large_errors, unjudged_limits
+from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.parts import breaks_first, drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
@@ -123,20 +123,12 @@ def _doubted(
     scene: Scene, limits: Sequence[report.JudgedLimit], unreliable: Sequence[report.UnreliableFigure]
 ) -> Iterator[Finding]:
     """Yield a finding on the limits that cannot be judged, and one on the unreliable figures."""
-    members, unjudged = dict(zip(scene.labels, scene.member_names, strict=True)), defaultdict(list)
-    for row in limits:
-        if row.outcome == UNKNOWN:
-            item = members.get(row.found.label, row.found.label) if row.found.label else row.on
-            unjudged[row.problem].append(f"{row.name} of {item}" if item else row.name)
-    for problem, names in unjudged.items():
+    members = dict(zip(scene.labels, scene.member_names, strict=True))
+    for problem, names in unjudged_limits(limits, lambda label: members.get(label, label)).items():
         yield Finding(CAUTION, "Limits", f"Cannot be judged: {', '.join(names)}. {problem[:1].upper()}{problem[1:]}.")
-    items: dict[str, list[str]] = {}
-    for each in unreliable:
-        share = f"± {percent(each.share)}" if each.share and each.share <= 1.0 else "error larger than the value"
-        items.setdefault(each.name, []).append(f"{each.on} ({share})" if each.on else share)
-    if items:
-        words = "; ".join(f"{name}: {', '.join(found)}" for name, found in items.items())
-        yield Finding(CAUTION, "Unreliable figures", f"Errors above {percent(UNRELIABLE)} of the value. {words}.")
+    if unreliable:
+        words = "; ".join(large_errors(unreliable))
+        yield Finding(CAUTION, "Unreliable figures", f"Errors above {percent(UNRELIABLE)} of the value: {words}.")
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:

@@ -59,7 +59,7 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Figure
+from kinelast.scene.figure import LARGEST, Figure
 from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion
@@ -83,6 +83,7 @@ MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is c
 SAME = 1e-9  # relative difference of moments at rest due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments, per travel, of a machine at rest
+LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, stresses and forces
 STAGES = 5  # number of stages in the progress report
 EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / time of its first steps
 LONG = 10.0  # [s] expected time above which an answer is announced
@@ -420,16 +421,22 @@ class _Rungs:
         return self._answer(known.theory, vibrating, stages, shares, known.unknown)
 
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
-        """Return the relative change that vibration causes in the most affected graded figure.
+        """Return the relative change that vibration causes in the most affected displacement, stress or force.
 
-        After a stop, only vibration remains.
+        Only graded figures count. Safety factors, lives and load ratios do not: they change by other shares than the
+        loads. After a stop, only vibration remains, so the residual amplitude does not count either.
         """
         keys = {each.key for each in graded}
-        chosen = {figure.key: figure for figure in self.figures if figure.key in keys and not figure.remains_of}
+        chosen = {figure.key: figure for figure in self.figures if figure.key in keys and self._of_loads(figure)}
         here, there = (magnitudes(cycle, list(chosen.values())) for cycle in (self._cycle(self.plain), moving))
         moved = [each for each in graded if each.key in chosen]
         shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in moved]
         return max(map(float, shares), default=0.0)
+
+    def _of_loads(self, figure: Figure) -> bool:
+        """Return True for the largest magnitude of a displacement, a stress or a force."""
+        in_proportion = figure.over == LARGEST and figure.power == 1.0 and not figure.remains_of
+        return in_proportion and {*figure.units(self.scene)} <= LOAD_UNITS
 
     @cached_property
     def _between(self) -> Between:

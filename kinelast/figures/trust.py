@@ -26,6 +26,7 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Re
 from rigid import Friction, counted
 
 THEORY = "Accuracy"
+CHANGED = "the main deflections, stresses and forces"  # figures of `Answer.missed`
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
@@ -34,7 +35,7 @@ HEADINGS = {
 }
 MIN_SHARE = 0.01  # smallest part of an error that is listed, relative to the error
 WITHIN = {
-    "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link",
+    "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link from its chord",
     "deflection": "no link deflects by more than {:.0f} % of its length",
     "axial force": "no link exceeds {:.0f} % of its critical load",
     "yield": "no link exceeds {:.0f} % of its yield stress",
@@ -96,9 +97,10 @@ def doubts(results: Results) -> list[str]:
 def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
     """Return the worst level of findings, and their headings with the advice in parentheses.
 
-    Strength is left out: the report states separately that a link yields.
+    Yielding is left out: the report states it separately.
     """
-    about = [finding for finding in trust if finding.level != OPEN and finding.heading != HEADINGS["yield"]]
+    stated = HEADINGS["yield"], POOR
+    about = [each for each in trust if each.level != OPEN and (each.heading, each.level) != stated]
     level = min((finding.level for finding in about), key=ORDER.index, default=GOOD)
     worst = [finding for finding in about if finding.level == level]
     words = (finding.heading.lower() + (f" ({finding.advice})" if finding.advice else "") for finding in worst)
@@ -118,8 +120,9 @@ def _positions(results: Results) -> Finding:
         return Finding(POOR, heading, f"No position could be computed: all are {why}.")
     worst = results.figures.peaks["condition"][0].value
     digits = digits_left(worst)
-    near = "Round-off grows near a dead point: " if worst > WELL else "No position is near a dead point: "
-    text = f"{near}largest condition number {number(worst, 3)}, about {digits} reliable digits there."
+    near = "Round-off grows near" if worst > WELL else "No position is near"
+    condition = f"largest condition number {number(worst, 3)}, about {digits} reliable digits there"
+    text = f"{near} a dead point of the drives: {condition}."
     if singular:
         text += (
             f" {singular} of {count} positions are singular (dead or change points):"
@@ -203,7 +206,7 @@ def _theory(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, THEORY, text)
         return
     damping = _damping(results)
-    how = f"Quasi-static: vibration would change the figures by up to {percent(answer.missed)}{damping}."
+    how = f"Quasi-static: vibration would change {CHANGED} by up to {percent(answer.missed)}{damping}."
     if math.isnan(answer.missed):
         how = f"Quasi-static: {answer.unknown}."
     if results.vibrates:
@@ -211,7 +214,7 @@ def _theory(results: Results) -> Iterator[Finding]:
         if answer.theory == GEOMETRICALLY_EXACT:
             motion = "Large displacements are included. N, V, M and stresses include damping."
         how = f"{answer.theory.capitalize()}: the links vibrate{damping}. {motion} Vibration and large displacement"
-        how += f" change the figures by up to {percent(answer.missed)}."
+        how += f" change {CHANGED} by up to {percent(answer.missed)}."
     worst, wanted, brief = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy, ""
     if not results.scene.labels:
         how = "No link bends: the figures are those of the rigid motion."

@@ -7,6 +7,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from kinelast.figures.cycle import WELL
+from kinelast.figures.doubted import LIMIT_NAMES, few, large_errors, unjudged_limits
 from kinelast.figures.inputs import INPUTS
 from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
 from kinelast.figures.report import (
@@ -40,12 +41,6 @@ MAX_ITEMS = 3  # maximum number of items of each figure in that sentence
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
 MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are only counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
-LIMIT_NAMES = {
-    "deflection": "deflection",
-    "chord": "deflection from chord",
-    "safety": "safety",
-    "output": "output error",
-}
 
 
 def headline(report: Report) -> str:
@@ -203,32 +198,11 @@ def trust_words(report: Report) -> tuple[str, str]:
 
 def _doubted(report: Report) -> list[str]:
     """Return the limits that cannot be judged and the figures with large errors. A few are named, the rest counted."""
-    can_judge, verdict = not report.run.one_position and not report.yields, verdict_words(report)
-    names = [
-        f"{LIMIT_NAMES.get(row.kind, row.name)}{_of(member(report, str(row.found.label or '')) or row.on)} "
-        + (f"({UNKNOWN})" if row.problem in verdict else f"({UNKNOWN}: {row.problem})")
-        for row in report.acceptance.limits or ()
-        if can_judge and row.outcome == UNKNOWN
-    ]
-    large: dict[str, list[Any]] = {}
-    for each in report.reliability.unreliable:
-        large.setdefault(each.name, []).append(each)
-    for name, rows in large.items():
-        items, most = _few([each.on for each in rows if each.on], MAX_ITEMS), rows[0].share
-        error = f"{'up to ' if len(rows) > 1 else ''}± {percent(most or 0.0)}"
-        error = "error larger than the value" if most is None or most > 1.0 else error
-        names.append(f"{name}{_of(', '.join(items))} ({error})")
-    return _few(names, MAX_DOUBTED)
-
-
-def _few(names: list[str], most: int) -> list[str]:
-    """Return some names and, if there are more, the number of the others."""
-    return names if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
-
-
-def _of(item: str | None) -> str:
-    """Return "of" and an item, or an empty string."""
-    return f" of {item}" if item else ""
+    names, verdict = [], verdict_words(report)
+    if not report.run.one_position and not report.yields:
+        for why, limits in unjudged_limits(report.acceptance.limits or (), lambda label: member(report, label)).items():
+            names += [f"{each} ({UNKNOWN})" if why in verdict else f"{each} ({UNKNOWN}: {why})" for each in limits]
+    return few([*names, *large_errors(report.reliability.unreliable, MAX_ITEMS)], MAX_DOUBTED)
 
 
 def output_words(output: OutputReading) -> str:

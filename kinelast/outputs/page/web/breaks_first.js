@@ -15,11 +15,13 @@ const MODES = {
 const modeName = (mode) => MODES[mode] ?? summary.figures[mode]?.name ?? mode;
 const MOST = 1000; // largest printed reserve
 
-// Reserve with its error, which is marked as unreliable if the figure of the reserve is.
+// Reserve with its error, or its lower bound if the error is large. The mark is that of the figure of the reserve.
 function reserveWords(reserve) {
   if (!reserve) return "";
-  if (reserve.value > MOST) return `more than ${MOST}`;
-  return number(reserve.value, 3) + errorSize(reserve) + (reserve.unreliable ? " (unreliable)" : "");
+  const { value: size, error } = reserve, mark = reserve.unreliable ? " (unreliable)" : "";
+  if (size > MOST) return `more than ${MOST}`;
+  if (error > UNRELIABLE * size) return `more than ${number(size / (1 + error / size), 2)}${mark}`;
+  return number(size, 3) + errorSize(reserve) + mark;
 }
 
 // Place of a failure: label of the beam, position along it (missing for a whole beam), and instant.

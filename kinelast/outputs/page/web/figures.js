@@ -56,8 +56,8 @@ function strengthSection() {
     "Strength and buckling",
     soft(
       "Safety: yield stress over the largest von Mises stress. Stress range: largest swing of the normal " +
-        "stress at one place over the cycle. Load / critical: 100 % buckles. Slenderness: length over radius " +
-        "of gyration.",
+        "stress at one place over the cycle. Load / critical: 100 % buckles; its error is relative to the " +
+        "largest ratio of all links. Slenderness: length over radius of gyration.",
     ),
     table(rows, [
       { name: "Link", text: (each) => beamName(each.label) },

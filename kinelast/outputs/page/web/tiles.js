@@ -59,10 +59,10 @@ function tiles() {
   if (theory.error !== null) {
     const vibrates = theory.name === "quasi-static" || theory.without_vibration === null
       ? ""
-      : `; vibration changes the figures by up to ${share(theory.without_vibration)}`;
+      : `; vibration changes the main deflections, stresses and forces by up to ${share(theory.without_vibration)}`;
     shown.push(
       tile(
-        "Accuracy",
+        "Accuracy of the main figures",
         `± ${errorShare(theory.error)}`,
         `${summary.links.length ? `${theory.name} theory` : "rigid links"}${
           theory.figure ? `; largest error: ${theory.figure}` : ""
