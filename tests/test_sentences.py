@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kinelast
+from elastic import displacement_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
 from kinelast.figures.peaks import run_figures
@@ -15,15 +16,16 @@ from kinelast.outputs.words import headline, least_safety, trust_words
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request
+from rigid import position_of
 from tests.scene_texts import SLIDER_CRANK
 
-PRESS = Path(__file__).parents[1] / "docs" / "gallery" / "toggle_press.toml"
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
 
 
 @pytest.fixture(scope="module")
 def press():
     """Return the results of a press that vibrates, with limits on safety, buckling and output."""
-    return computed(kinelast.load(PRESS), Request())
+    return computed(kinelast.load(GALLERY / "toggle_press.toml"), Request())
 
 
 def report_on(text):
@@ -95,3 +97,29 @@ def test_what_beam_theory_neglects_is_relative_to_the_deflection_from_the_chord(
     (finding,) = (each for each in report_of(press).trust if each.heading == "Stubby links")
     assert finding.text.startswith("crank is short and deep: beam theory neglects about 2.")
     assert "times its own largest deflection from the chord, due to" in finding.text
+
+
+def test_contributions_add_up_if_the_output_error_is_largest_between_the_positions(press):
+    """The press vibrates fast compared with its positions."""
+    output = report_of(press).output
+    assert output.between_positions
+    shares = {each.link: each.value for each in output.shares}
+    assert sum(shares.values()) == pytest.approx(output.value, rel=1e-9)
+    assert abs(shares.pop("others", 0.0)) < 1e-3 * output.value
+
+
+def test_a_soft_joint_has_its_own_contribution():
+    """The gear at the elbow of an arm gives by 40e-6 rad/(N m): the tip turns about the elbow."""
+    scene = kinelast.load(GALLERY / "pick_and_place_arm.toml")
+    results = computed(scene, Request(theory="quasi-static"))
+    output, motion = report_of(results).output, results.motion
+    shares = {each.link: each.value for each in output.shares}
+    assert shares.keys() == {"upper", "fore", "joint A"}
+    at, fore = int(np.argmin(np.abs(motion.time - output.time.value))), scene.mechanism.index["fore"]
+    elbow, tip = (position_of(motion, fore, point)[at] for point in ("A", "T"))
+    joints = [joint.name for joint in motion.structure.joints]
+    turned = 40e-6 * results.deflection.forces.moment[joints.index("A")][at]
+    moved = displacement_of(results.deflection, "fore", "T")[at]
+    along = (np.conj(moved) * 1j * turned * (tip - elbow)).real / abs(moved)
+    assert shares["joint A"] == pytest.approx(abs(along), rel=1e-9)
+    assert sum(shares.values()) == pytest.approx(output.value, rel=1e-9)

@@ -109,7 +109,10 @@ class BeamStrength(Record, frozen=True):
 
 
 class LinkShare(Reading, frozen=True, kw_only=True):
-    """Contribution of a link's bending to the deviation of the output from the rigid mechanism."""
+    """Contribution of a link or soft joint to the deviation of the output from the rigid mechanism.
+
+    `link` is the name of the link, "joint" and the name of the joint, or "others".
+    """
 
     link: str
 

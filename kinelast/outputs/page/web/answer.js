@@ -148,7 +148,7 @@ function handoutOnPaper() {
   $("main").append(h("div.paper.handout", h("h2", "Assumptions"), list, h("h2", "Checked"), h("p", checked)));
 }
 
-// Share of each link in the error of the output.
+// Share of each link and joint in the error of the output.
 function contributions() {
   const { output } = summary;
   if (!output?.shares?.length || !output.value) return;
@@ -164,12 +164,15 @@ function contributions() {
   const part = section(
     "causes",
     "Causes",
-    "Links that cause the error of the output",
+    "Links and joints that cause the error of the output",
     soft(
       `At the moment of the largest error${
         summary.theory.name !== "quasi-static" ? ", including forces of vibration" : ""
-      }: contribution of each link's own flexibility. The contributions add up to the total; a negative ` +
-        "one offsets others.",
+      }: contribution of the flexibility of each link and joint. The contributions add up to the total; a negative ` +
+        "one offsets others." +
+        (ranked.some(({ link }) => link === "others")
+          ? " “others” are effects of no single link or joint: rotated links, thermal strain, gaps in joints."
+          : ""),
     ),
     strips(bars),
     idle.length ? soft(`No contribution: ${idle.map((each) => each.link).join(", ")}.`) : null,
