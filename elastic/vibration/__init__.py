@@ -1,4 +1,4 @@
 """Natural frequencies of a mechanism with locked drives."""
 
-from elastic.vibration.frequencies import Frequencies, natural_frequencies
+from elastic.vibration.frequencies import TOLERANCE, Frequencies, natural_frequencies
 from elastic.vibration.link_matrices import elastic_coordinates

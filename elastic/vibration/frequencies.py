@@ -1,7 +1,7 @@
 """Natural frequencies of a mechanism at each position, with locked drives."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,13 +11,15 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
 from rigid import SINGULAR, Motion, Reals
-from rigid.arrays import Integers
+from rigid.arrays import Flags, Integers
 from rigid.kinematics import repeated
 
 TOLERANCE = 1e-3  # accepted relative error of a frequency
 ERROR_PER_CHANGE = 0.1  # bound on (error after a refinement / change by it); 50 mechanisms had at most 0.05
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # number of inner polynomials per beam and direction in successive refinements
 ASSEMBLED = (5, 7, 12)  # numbers for which matrices are assembled; those for smaller numbers are submatrices
+ROUNDS = 6  # maximum number of rounds that search the minimum between the positions
+CLOSER = 8  # distance of neighbouring positions before / after a round of this search
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +35,14 @@ class Frequencies:
         Indices of the selected positions.
     change
         Largest relative change of a frequency in the last refinement.
+    inner
+        Number of inner polynomials per beam and direction.
     """
 
     omega: Reals
     position: Integers
     change: float
+    inner: int = REFINEMENTS[0]
 
     @property
     def lowest(self) -> float:
@@ -54,6 +59,7 @@ def natural_frequencies(
     joints: Mapping[str, JointCompliance] | None = None,
     settled: float = TOLERANCE,
     designs: int | None = None,
+    searched: bool = False,
 ) -> Frequencies:
     """Compute the lowest natural frequencies of small vibrations about the rigid motion, with locked drives.
 
@@ -74,6 +80,9 @@ def natural_frequencies(
         Accepted relative error of the frequencies, estimated from their change in the last refinement.
     designs
         Number of designs to compute, starting with the first; by default all.
+    searched
+        Whether positions are added until the minimum of the lowest frequency over the motion is known to `TOLERANCE`.
+        This is for one design.
 
     Examples
     --------
@@ -93,8 +102,77 @@ def natural_frequencies(
     chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
     found = [_design_frequencies(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
-    omega = np.stack([values for values, _ in found], axis=1)
-    return Frequencies(omega if len(motion.columns) > 1 else omega[:, 0], chosen, max(change for _, change in found))
+    omega, change = np.stack([each.omega for each in found], axis=1), max(each.change for each in found)
+    if len(motion.columns) > 1:
+        return Frequencies(omega, chosen, change, max(each.inner for each in found))
+    (only,) = found
+    return _with_minimum(motion, sections, joints or {}, only) if searched else only
+
+
+def _with_minimum(
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], found: Frequencies
+) -> Frequencies:
+    """Add positions around the minimum of the lowest frequency until it changes by less than `TOLERANCE`."""
+    before = np.inf
+    for _ in range(ROUNDS):
+        more = _around_minimum(found, before)
+        more = more[_regular(motion, more, 0)]
+        if not len(more):
+            break
+        before = found.lowest
+        structure = VibratingStructure(motion, sections, joints, more, 0, found.inner)
+        position = np.concatenate([found.position, more])
+        omega = np.concatenate([found.omega, structure.frequencies(len(found.omega), found.inner)], axis=1)
+        order = np.argsort(position)
+        found = replace(found, omega=omega[:, order], position=position[order])
+    return found
+
+
+def _around_minimum(found: Frequencies, before: float) -> Integers:
+    """Return additional positions around the minimum of the lowest frequency, none if it is known to `TOLERANCE`.
+
+    Parameters
+    ----------
+    before
+        Minimum before the last additional positions; infinite if there are none.
+    """
+    none, known = np.zeros(0, int), np.isfinite(found.omega[0])
+    position, omega = found.position[known], found.omega[0][known]
+    if len(omega) < 2:
+        return none
+    at = int(omega.argmin())
+    sides = [side for side in (at - 1, at + 1) if 0 <= side < len(omega)]
+    widest = max(abs(int(position[side] - position[at])) for side in sides)
+    vertex, gain = float(position[at]), 0.0
+    if len(sides) == 2:
+        vertex, gain = _vertex(position[at - 1 : at + 2].astype(float), omega[at - 1 : at + 2])
+    rise = max(float(omega[side] - omega[at]) for side in sides)
+    if widest == 1 or rise < TOLERANCE * omega[at] or max(gain, before - omega[at]) < TOLERANCE / 2 * omega[at]:
+        return none
+    step = max(1, widest // CLOSER)
+    low, high = position[max(at - 1, 0)], position[min(at + 1, len(omega) - 1)]
+    near = np.clip(np.rint(vertex) + step * np.arange(-1, 2), low, high).astype(int)
+    return np.setdiff1d(near, position)
+
+
+def _vertex(places: Reals, values: Reals) -> tuple[float, float]:
+    """Return the place of the minimum of the parabola through three points, and its depth below the middle one."""
+    slopes = np.diff(values) / np.diff(places)
+    bend = (slopes[1] - slopes[0]) / (places[2] - places[0])
+    if bend <= 0.0:
+        return float(places[1]), 0.0
+    slope = slopes[0] + bend * (places[1] - places[0])  # at the middle point
+    return float(places[1] - slope / (2 * bend)), float(slope**2 / (4 * bend))
+
+
+def _regular(motion: Motion, chosen: Integers, design: int) -> Flags:
+    """Return True at positions that are not singular and have their blocks on beams."""
+    condition = np.atleast_2d(motion.condition)[design, chosen]
+    carried = np.ones(len(chosen), bool)
+    for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
+        carried &= np.isfinite(np.atleast_2d(np.broadcast_to(first.xi, motion.columns))[design, chosen])
+    regular: Flags = (condition <= SINGULAR) & carried
+    return regular
 
 
 def _design_frequencies(
@@ -105,16 +183,12 @@ def _design_frequencies(
     joints: Mapping[str, JointCompliance],
     design: int,
     settled: float,
-) -> tuple[Reals, float]:
-    """Return the frequencies of one design, shape (modes, positions), and their change in the last refinement."""
-    condition = np.atleast_2d(motion.condition)[design, chosen]
-    carried = np.ones(len(chosen), bool)
-    for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
-        carried &= np.isfinite(np.atleast_2d(np.broadcast_to(first.xi, motion.columns))[design, chosen])
-    good = np.flatnonzero((condition <= SINGULAR) & carried)
+) -> Frequencies:
+    """Return the frequencies of one design at some positions."""
+    good = np.flatnonzero(_regular(motion, chosen, design))
     omega = np.full((modes, len(chosen)), np.nan)
     if not len(good):
-        return omega, 0.0
+        return Frequencies(omega, chosen, 0.0)
     before, change = np.full((modes, len(good)), np.inf), np.inf
     built, structure = 0, None
     for inner in REFINEMENTS:
@@ -129,4 +203,4 @@ def _design_frequencies(
         if ERROR_PER_CHANGE * change < settled:
             break
     omega[:, good] = before
-    return omega, change
+    return Frequencies(omega, chosen, change, inner)

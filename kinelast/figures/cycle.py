@@ -29,7 +29,7 @@ EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each
 WELL = 1e6  # largest condition number of a position that is included in largest values
 STATIONS = 15  # number of stations along a beam for differences between answers
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-INSTANTS = 12  # number of positions with natural frequencies, which change slowly over the cycle
+INSTANTS = 12  # number of positions with natural frequencies, in addition to those around the minimum
 SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
 
 
@@ -298,7 +298,13 @@ class Cycle:
         from elastic.vibration import natural_frequencies
 
         solved = natural_frequencies(
-            self.motion, self.scene.sections, 1, joints=self.scene.joints, settled=SETTLED, designs=self.used
+            self.motion,
+            self.scene.sections,
+            1,
+            joints=self.scene.joints,
+            settled=SETTLED,
+            designs=self.used,
+            searched=len(self.columns) == 1,
         ).omega[0]
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
@@ -316,7 +322,7 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
     if too_many_beams(scene.mechanism):
         return unknown
     try:
-        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints)
+        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints, searched=True)
     except np.linalg.LinAlgError:  # unrealistic sizes; the deflection is still known
         return unknown
 

@@ -12,7 +12,7 @@ from msgspec import UNSET, structs
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.errors import RECIPROCAL, stiffness_error
+from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
@@ -281,9 +281,7 @@ def _known(results: Results, measure: Measure) -> tuple[float, float]:
     if entry.of_motion(results.scene) or entry.here:
         value = value if closer is None else _value(measure, closer)
         return value, math.nan if closer is None else abs(value - _value(measure, closer.coarser))
-    bent = [(peak.value, peak.error) for peak in results.figures.peaks.get("deflection", []) if peak.error]
-    stiff = stiffness_error((size for size, _ in bent), (error for _, error in bent))
-    return value, (1.0 + value) * stiff
+    return value, (1.0 + value) * results.figures.frequency_error
 
 
 def _value(measure: Measure, cycle: Cycle) -> float:

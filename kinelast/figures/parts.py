@@ -145,21 +145,27 @@ def vibration_of(reader: Reader) -> dict[str, Any] | None:
     if frequencies is None:
         return None
     speed, lowest = fastest_drive(results), frequencies.lowest
+    error = {"error": known(results.figures.frequency_error * lowest)}
     return {
         "positions": len(frequencies.position),
-        "natural": [_over_cycle(reader, omega) for omega in frequencies.omega if np.isfinite(omega).any()],
+        "natural": [
+            _over_cycle(reader, omega, lowest=error if mode == 0 else {})
+            for mode, omega in enumerate(frequencies.omega)
+            if np.isfinite(omega).any()
+        ],
         "drive_speed": reading(speed, "rad/s"),
         "drive_to_lowest": reading(speed / lowest, "1"),
         "load": _exciting_load(results, lowest),
     }
 
 
-def _over_cycle(reader: Reader, omega: Any) -> dict[str, Reading]:
+def _over_cycle(reader: Reader, omega: Any, **lowest: dict[str, Any]) -> dict[str, Reading]:
+    """Return the lowest and highest value of a natural frequency over the cycle, each with its own more entries."""
     assert reader.results.frequencies is not None
     position = reader.results.frequencies.position
     low, high = int(np.nanargmin(omega)), int(np.nanargmax(np.where(np.isfinite(omega), omega, -1.0)))
     return {
-        key: reading(omega[at], "rad/s", **reader.at_position(int(position[at])))
+        key: reading(omega[at], "rad/s", **lowest.get(key, {}), **reader.at_position(int(position[at])))
         for key, at in (("lowest", low), ("highest", high))
     }
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from elastic import FIELDS, FieldKind, Largest, extremes
 from elastic.assessment import stress_ends
+from elastic.vibration import TOLERANCE
 from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
-from kinelast.figures.errors import LITTLE, FigureError
+from kinelast.figures.errors import LITTLE, FigureError, stiffness_error
 from kinelast.figures.registry import NAMES, figures_of, safety_factor
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
@@ -141,6 +142,12 @@ class RunFigures:
         """Range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress
         return np.where(least <= most, most - least, np.nan)
+
+    @cached_property
+    def frequency_error(self) -> float:
+        """Relative error of the lowest natural frequency: tolerance of its search, and error of beam theory."""
+        bent = [(peak.value, peak.error) for peak in self.peaks.get("deflection", []) if peak.error]
+        return TOLERANCE + stiffness_error((size for size, _ in bent), (error for _, error in bent))
 
     @cached_property
     def scales(self) -> dict[str, float]:

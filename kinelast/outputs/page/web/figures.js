@@ -93,10 +93,17 @@ function vibrationSection() {
     "vibration",
     "Frequencies",
     "Natural frequencies",
-    soft(`Mechanism with locked drives, at ${several(vibration.positions, "position")} of the cycle.`),
+    soft(
+      `Mechanism with locked drives, at ${several(vibration.positions, "position")} of the cycle. The minimum of ` +
+        "the first mode is searched with finer steps.",
+    ),
     table(rows, [
       { name: "Mode", text: (each) => String(each.k) },
-      { name: "lowest [Hz]", of: (each) => hertz(each.lowest) },
+      {
+        name: "lowest [Hz]",
+        of: (each) => hertz(each.lowest),
+        words: (each) => number(hertz(each.lowest)) + errorWords(each.lowest),
+      },
       where("at", (each) => each.lowest),
       { name: "highest [Hz]", of: (each) => hertz(each.highest) },
       where("at", (each) => each.highest),

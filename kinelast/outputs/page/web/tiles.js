@@ -50,7 +50,7 @@ function tiles() {
     shown.push(
       tile(
         "Lowest natural frequency",
-        `${number(lowest.value / (2 * Math.PI))} Hz`,
+        `${number(lowest.value / (2 * Math.PI))} Hz${errorWords(lowest)}`,
         [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "),
         { at: lowest },
       ),
