@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import kinelast
-from elastic import displacement_of
+from elastic import displacement_of, sample
+from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
@@ -143,3 +144,16 @@ def test_a_limit_on_the_lowest_natural_frequency_is_judged_at_the_worst_position
     report = report_on(f'{text}\n[limits.figures]\nfrequency = {{least = "{2 * np.pi * 32.8} rad/s"}}\n')
     (limit,) = (row for row in report.acceptance.limits if row.kind == "frequency")
     assert limit.outcome == "not kept"
+
+
+def test_harmonics_of_axial_forces_are_among_those_that_strain_the_links():
+    """The work of a press comes at the end of its stroke as a thrust along the toggles, whose harmonics are many."""
+    text = (GALLERY / "toggle_press.toml").read_text().replace("[run]", '[run]\ntheory = "quasi-static"')
+    results = computed(scene_from_text(text), Request())
+    bending = harmonics(results.deflection, results.period).strong()[-1]
+    strained = report_of(results).vibration["load"]["harmonic"]
+    axial = sample(results.deflection, "N", [0.5])[results.scene.labels.index("upper"), :, 0]
+    sizes = np.abs(np.fft.rfft(axial)) * np.where(np.arange(len(axial) // 2 + 1), np.sqrt(2), 1)
+    own = np.flatnonzero(sizes > 0.05 * np.sqrt((sizes**2).sum()))[-1]
+    assert bending < own
+    assert abs(strained - own) <= 2

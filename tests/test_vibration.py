@@ -363,6 +363,16 @@ class TestForcing:
         found = harmonics(deflection(course, [SLENDER]), period_of(course))
         assert found.share[:3] == pytest.approx(np.sqrt([9 / 17, 8 / 17, 0]), abs=1e-12)
 
+    def test_axial_forces_count_by_their_strain_energy(self):
+        """Along the beam: 3 + 4 sin, with energies (9 + 8)/EA; across at the end: 4 cos, with the energy 8/(3 EI)."""
+        loads = (PointLoad("beam", "B", 3.0, turning=True), PointLoad("beam", "B", -4j))
+        course = motion(cantilever({"A": 0, "B": 1.0}, loads=loads), np.arange(9) * 2 * np.pi / 9, 5.0)
+        bent = deflection(course, [Section(EA=2.0, EI=1.0)])
+        found, bending = (harmonics(bent, period_of(course), forces) for forces in ("MN", "M"))
+        whole = 9 / 2 + 8 / 2 + 8 / 3
+        assert found.share[:3] == pytest.approx(np.sqrt([9 / 2 / whole, (8 / 2 + 8 / 3) / whole, 0]), abs=1e-12)
+        assert bending.share[:3] == pytest.approx([0, 1, 0], abs=1e-12)
+
     def test_shares_sum_to_the_energy(self):
         case = steel_four_bar(90)
         course = motion(case.mechanism, case.drive, case.rate)

@@ -27,6 +27,7 @@ from rigid.kinetostatics import friction_joints, sliding_directions
 
 SAME = 1e-9  # distance of coincident points, relative to the size of the link
 STEADY = 1e-9  # relative change of a constant speed due to round-off
+EXCITED = ("M", "N", "V")  # section forces that measure the excitation by their strain energy
 FEW = 16  # minimum number of positions for harmonics of the cycle
 
 
@@ -175,7 +176,7 @@ def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
     few = len(results.motion.time) <= FEW
     if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.cycle.counted.all():
         return None
-    spectrum = harmonics(results.deflection, results.period)
+    spectrum = harmonics(results.deflection, results.period, EXCITED)
     strong = spectrum.strong()
     number = int(strong[-1]) if len(strong) else 0
     return {

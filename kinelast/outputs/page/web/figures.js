@@ -114,9 +114,9 @@ function vibrationSection() {
         ? `The drive turns at ${number(speed.value / (2 * Math.PI), 3)} Hz, ${number(ratio.value, 2)} of the lowest. `
         : "",
       load?.harmonic
-        ? `Its loads excite harmonics up to ${load.harmonic}, ${number(load.frequency.value / (2 * Math.PI), 3)} Hz, ${
-          number(load.to_lowest.value, 2)
-        } of the lowest. `
+        ? `Its loads strain the links in harmonics up to ${load.harmonic}, ${
+          number(load.frequency.value / (2 * Math.PI), 3)
+        } Hz, ${number(load.to_lowest.value, 2)} of the lowest. `
         : "",
     ),
   );
