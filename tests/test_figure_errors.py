@@ -234,10 +234,10 @@ def test_plane_bodies_replace_the_estimated_error_of_beam_theory():
     parts = [1.0, 2.0, 0.01]
     errors = {"chord": [FigureError({BEAM_THEORY: part, TIME: 0.1}) for part in parts]}
     errors["M"] = [FigureError({BEAM_THEORY: 7.0, TIME: 0.1})]
-    reported = with_bodies(errors, [0.5, 1.0, 0.2], [0.6, 1.0, 0.2])
+    reported = with_bodies(errors, [0.5, 1.0, 0.2], [0.6, 1.0, 0.2], 0.0)
     assert [each.parts[BODIES] for each in reported["chord"]] == [0.5, 1.0, 0.2]
     assert reported["M"][0].parts == {TIME: 0.1, BODIES: pytest.approx(0.6 * 7.0)}
-    left_out = with_bodies(errors, [0.5, math.nan, 0.2], [0.6, math.nan, 0.2])
+    left_out = with_bodies(errors, [0.5, math.nan, 0.2], [0.6, math.nan, 0.2], 0.0)
     assert left_out["chord"][0].parts == {TIME: 0.1, BODIES: 0.5}
     assert left_out["chord"][1] is errors["chord"][1]
     assert left_out["M"][0] is errors["M"][0]

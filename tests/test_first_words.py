@@ -285,7 +285,7 @@ def test_a_heading_says_whether_values_lie_between_the_positions(out, shown):
 
 
 def test_a_beam_has_one_name_on_the_page(out, shown):
-    for name, label, beam in ((PARTS, "foot.2", "foot from F to G"), (LIFT, "lower_out.1", "lower_out from A to C")):
+    for name, label, beam in ((PARTS, "foot.2", "foot from F to G"), (LIFT, "lower_out.1", "lower_out, A to C")):
         labels = {each["label"]: each["name"] for each in read(out, name)["links"]}
         assert labels[label] == beam
         words = page_words(shown, name)

@@ -11,6 +11,8 @@ from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
+from kinelast.figures.errors import BEAM_THEORY, BODIES, FigureError
+from kinelast.figures.measured import with_bodies
 from kinelast.figures.peaks import run_figures
 from kinelast.figures.report import UnreliableFigure
 from kinelast.figures.summary import report_of
@@ -157,3 +159,30 @@ def test_harmonics_of_axial_forces_are_among_those_that_strain_the_links():
     own = np.flatnonzero(sizes > 0.05 * np.sqrt((sizes**2).sum()))[-1]
     assert bending < own
     assert abs(strained - own) <= 2
+
+
+def test_the_parts_of_a_straight_bar_have_the_name_of_the_bar_in_sentences_and_tables():
+    """The stick of an excavator is straight from T to X; a pin at V divides it."""
+    report = report_of(computed(kinelast.load(GALLERY / "excavator_arm.toml"), Request(theory="quasi-static")))
+    bar = report.largest_deflection.member
+    names = [row["name"] for row in report.links if row["member"] == bar]
+    assert bar == "stick from T to X"
+    assert names == [f"{bar}, T to V", f"{bar}, V to X"]
+
+
+def test_the_lag_behind_a_cam_is_stated_with_the_output_error():
+    """The drive of a valve follows its law exactly, so only the lag shows that the rocker bends."""
+    report = report_of(computed(kinelast.load(GALLERY / "valve_train.toml"), Request(theory="quasi-static")))
+    (lag,) = report.output.lags
+    assert report.output.value == 0.0
+    assert abs(lag.value) == pytest.approx(0.0272e-3, rel=0.01)
+
+
+def test_a_check_does_not_scale_errors_by_beams_that_it_cannot_resolve():
+    """The check is off by 2 um. It measures 40 um of 50 um, and cannot tell anything about 1 um."""
+    stated = {"chord": [FigureError({BEAM_THEORY: size}) for size in (50e-6, 1e-6)]}
+    errors = {**stated, "deflection": [FigureError({BEAM_THEORY: size}) for size in (10e-6, 30e-6)]}
+    found = with_bodies(errors, [40e-6, 5e-6], [40e-6, 5e-6], 2e-6)
+    assert [each.parts[BODIES] for each in found["deflection"]] == pytest.approx([8e-6, 24e-6])
+    coarse = with_bodies(errors, [40e-6, 5e-6], [40e-6, 5e-6], 60e-6)
+    assert coarse["deflection"] == errors["deflection"]

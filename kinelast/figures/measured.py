@@ -36,22 +36,24 @@ class Measured:
 
 
 def with_bodies(
-    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float]
+    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float], own: float
 ) -> dict[str, list[FigureError]]:
     """Errors of beam theory measured by plane bodies.
 
     The error of a chord deflection is the measured difference. For other figures, the estimate is multiplied by the
-    largest ratio of measured to estimated error of any beam. The estimate is kept if a beam that is included in this
-    ratio has no body.
+    largest ratio of measured to estimated error of any beam. A beam does not count in this ratio if the error of the
+    check is larger than its estimate. The estimate is kept if a beam that counts has no body, or if no beam counts.
 
     Parameters
     ----------
     off, whole
         For each beam, difference of the largest chord deflection, and largest difference at any point and position [m];
         nan for beams without a body.
+    own
+        Error of the check [m], which is included in `off` and `whole`.
     """
     stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
-    least = SMALL * max(stated, default=0.0)
+    least = max(SMALL * max(stated, default=0.0), own)
     factor = max((apart / part for apart, part in zip(whole, stated, strict=True) if part > least), default=math.nan)
     if any(math.isnan(apart) for apart, part in zip(whole, stated, strict=True) if part > least):
         factor = math.nan

@@ -120,7 +120,8 @@ class LinkShare(Reading, frozen=True, kw_only=True):
 class OutputReading(Reading, frozen=True, kw_only=True):
     """Deviation of the output from the rigid mechanism.
 
-    `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output.
+    `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output. `lags` are the lags of
+    drives behind their cams, which the deviation does not include.
     """
 
     kind: str
@@ -128,6 +129,7 @@ class OutputReading(Reading, frozen=True, kw_only=True):
     guessed: bool
     motion: Data
     shares: Sequence[LinkShare] = ()
+    lags: Sequence[Reading] = ()
 
 
 class LinkReserves(Record, frozen=True):

@@ -158,7 +158,7 @@ class Results:
         if self.solid is not None and not isinstance(self.solid, NotMade):
             change = np.abs(self.solid.peak - self.solid.largest)
             own = self.solid.refinement * self.solid.largest.max(initial=0.0)
-            errors = with_bodies(errors, (change + own).tolist(), (self.solid.difference + own).tolist())
+            errors = with_bodies(errors, (change + own).tolist(), (self.solid.difference + own).tolist(), own)
         return errors
 
     @cached_property

@@ -297,6 +297,7 @@ def output_reading(reader: Reader) -> report.OutputReading | None:
         guessed=output.guessed,
         motion=output_motion(reader, output),
         shares=output_shares(reader.results, output, error),
+        lags=[lag for cam in reader.scene.cams if (lag := reader.of_item("cam_lag", cam)) and lag.value],
     )
 
 

@@ -173,11 +173,11 @@ class Scene:
 
     @cached_property
     def beam_names(self) -> tuple[str, ...]:
-        """Display name of each beam: its member, or link and end points if the member has several beams."""
+        """Display name of each beam: its member, followed by the end points if the member has several beams."""
         parts = Counter(self.member_names)
         return tuple(
-            member if parts[member] == 1 else f"{self.mechanism.links[at].name} from {beam.start} to {beam.end}"
-            for member, (at, beam) in zip(self.member_names, self.mechanism.beams, strict=True)
+            member if parts[member] == 1 else f"{member}, {beam.start} to {beam.end}"
+            for member, (_, beam) in zip(self.member_names, self.mechanism.beams, strict=True)
         )
 
     def shown_items(self, kind: Kind) -> list[str]:

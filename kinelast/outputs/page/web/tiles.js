@@ -12,10 +12,14 @@ function tiles() {
   if (output && suited) {
     const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
     const place = [`${kind} ${output.name}`, atWords(output)].filter(Boolean).join(", ");
-    const words = `${place}${output.guessed ? "; chosen automatically" : ""}`;
-    const means = `distance or angle between the output of the elastic links and that of rigid links${
-      output.guessed ? "; output under [run] chooses another output" : ""
+    const lags = (output.lags ?? []).map((lag) => figureAngle({ ...lag, value: Math.abs(lag.value) })).join(", ");
+    const words = `${place}${output.guessed ? "; chosen automatically" : ""}${
+      lags ? `; the drive lags behind its cam by ${lags}, not included` : ""
     }`;
+    const means =
+      `distance or angle between the output of the elastic links and that of rigid links with the same drive motion${
+        output.guessed ? "; output under [run] chooses another output" : ""
+      }`;
     shown.push(tile("Error of the output", figureAngle(output) + errorWords(output), words, { means, at: output }));
   }
   shown.push(...driven.slice(0, 1));
