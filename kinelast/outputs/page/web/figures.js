@@ -17,14 +17,11 @@ function extremesSection() {
     };
   };
   const link = { name: "Link", text: (each) => beamName(each.label) };
+  const placed = (label, peak) => `${unbroken(placeWords(label, peak))}, ${unbroken(atWords(peak))}`;
   const place = (field) => ({
     name: "where",
     wraps: true,
-    text: (
-      each,
-    ) => (each.peaks[field].value
-      ? `${unbroken(placeWords(each.label, each.peaks[field]))}, ${unbroken(atWords(each.peaks[field]))}`
-      : ""),
+    text: ({ label, peaks }) => (peaks[field].value ? placed(label, peaks[field]) : ""),
   });
   const pairs = (fields) => fields.flatMap((field, k) => [{ ...columns(field), worst: k === 0 }, place(field)]);
   section(
@@ -66,11 +63,8 @@ function strengthSection() {
       { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
       {
         name: "where",
-        text: (
-          each,
-        ) => (each.stress_range.value
-          ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre`
-          : ""),
+        text: ({ label, stress_range: range }) =>
+          range.value ? `${placeWords(label, range)}, ${range.fibre} fibre` : "",
       },
       {
         name: "load / critical [%]",
