@@ -1,7 +1,4 @@
-"""Response of the vibrating mechanism as a function of drive speed.
-
-The map, the answers at single speeds and their errors share the types of this file.
-"""
+"""Response of the vibrating mechanism as a function of drive speed."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -50,33 +47,36 @@ TOLERANCE = 2e-3
 OneSpeed = Callable[[int], Deflection]
 Measure = Callable[[Deflection, OneSpeed], Any]
 Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
-"""Errors of the measures of an answer, from the answer, the same in a finer discretization, the same with large
-displacement (None if unknown), bounds on the convergence errors of displacements and forces, and the remaining effect
-of large displacement."""
+"""Function that returns the errors of the measures of a solution.
+
+Its arguments are the solution, the solution in a finer discretization and the solution with large displacement (None if
+unknown), bounds on the convergence errors of displacements and of forces, and the remaining effect of large
+displacement.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap:
-    """Answers at several speeds, relative to the speed of the given motion.
+    """Solutions at several speeds, relative to the speed of the given motion.
 
     Attributes
     ----------
     ratio
         Relative speeds, shape (speeds,).
     values, quasi_static
-        Measures with and without vibration, shape (speeds, ...); nan if the steady state is unstable.
+        Measures with and without vibration, shape (speeds, ...). They are nan if the steady state is unstable.
     growth
         Growth of the least stable free vibration per cycle, shape (speeds,).
     time_error, reduction_error
-        Convergence errors, see `Elastodynamic`, shape (speeds,); `reduction_error` is nan if the steady state is
+        Convergence errors (see `Elastodynamic`), shape (speeds,). `reduction_error` is nan if the steady state is
         unstable.
     errors
-        Errors of the values, shape (speeds, ...); nan if not computed, or if the steady state is unstable. With many
-        speeds, relative errors are computed at every third speed and interpolated.
+        Errors of the values, shape (speeds, ...). They are nan if not computed, or if the steady state is unstable.
+        With many speeds, relative errors are computed at every third speed and interpolated.
     damping
         Damping used.
     omega
-        Lowest natural frequency with drives held at some positions of the cycle [rad/s], shape (positions,).
+        Lowest natural frequency with locked drives at some positions of the cycle [rad/s], shape (positions,).
     """
 
     ratio: Reals
@@ -101,39 +101,39 @@ class SpeedMap:
 
 
 class SpeedAnswers:
-    """Steady states at many drive speeds; terms that depend only on positions are shared.
+    """Steady states at many drive speeds, which share the terms that depend only on the positions.
 
-    Speeds are requested one set after the other by `find`. Grids and coordinates are shared and refined if any speed
+    `find` computes one set of speeds after the other. Grids and coordinates are shared, and are refined if any speed
     requires it.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
-        See `elastodynamic`; these are for relative speed 1. The cycle begins at time 0.
+        See `elastodynamic`. These are the values for the relative speed 1. The cycle begins at time 0.
     measure
-        Function of a deflection at positions over the cycle, in order and ending at the cycle's start. Columns of the
-        deflection are (speeds, positions). Its second argument returns the deflection at one of the speeds, columns
-        (positions,). It returns shape (..., speeds), reduced over the positions.
+        Function that reduces a deflection over the positions of the cycle to an array of shape (..., speeds). The
+        columns of the deflection are (speeds, positions), with positions in order and ending at the start of the cycle.
+        The second argument is a function that returns the deflection at one of the speeds, with columns (positions,).
     tolerance
         Tolerance relative to the largest displacement.
     still
-        Measure without vibration; `measure` by default.
+        Measure without vibration, by default `measure`.
     errors
-        Errors of the measures.
+        Function for the errors of the measures.
     on_speed
-        Progress callback with the number of finished speeds and the total.
+        Function that is called with the number of finished speeds and the total.
     resolved
-        Bound on the convergence error below which it is not measured by a finer discretization.
+        A convergence error with a bound below this is not measured by a finer discretization.
 
     Attributes
     ----------
     least_damping
-        Smallest damping ratio of a natural mode, half the relative width of its peaks.
+        Smallest damping ratio of a natural mode, which is half the relative width of its peaks.
 
     Raises
     ------
     MechanismError, ValueError
-        See `elastodynamic`; also raised if no link vibrates.
+        See `elastodynamic`. ValueError is also raised if no link vibrates.
     """
 
     def __init__(
@@ -164,9 +164,9 @@ class SpeedAnswers:
         self._rows: dict[float, _Row] = {}
 
     def find(self, ratios: Sequence[float]) -> None:
-        """Compute more relative speeds, and refine the discretization for those that have not converged.
+        """Compute solutions at further relative speeds, refining the discretization for those that have not converged.
 
-        Raises ValueError if a speed is not positive.
+        Raise ValueError if a speed is not positive.
         """
         if not all(ratio > 0 for ratio in ratios):
             raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
@@ -195,9 +195,9 @@ class SpeedAnswers:
             self._course = _Course(finer, course.grids)
 
     def sharpen(self, ratio: float) -> bool:
-        """Compute the errors at a known speed by Newton's method if the effect of large displacement was left open.
+        """Compute the errors at a known speed by Newton's method if the effect of large displacement is not yet known.
 
-        Return True if the errors are new.
+        Return whether the errors were computed.
         """
         row = self._rows[ratio]
         if self._errors is None or row.growth > 1 + VIBRATION.max_neutral_growth or (row.measured and not row.open):
@@ -208,7 +208,7 @@ class SpeedAnswers:
         return True
 
     def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
-        """Answers at all known speeds, or at the given ones."""
+        """Return the solutions at all known speeds, or at the given ones."""
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
@@ -223,11 +223,11 @@ class SpeedAnswers:
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
-        """True if the steady state at a speed is stable."""
+        """Return whether the steady state at a speed is stable."""
         return self._course.growth(ratio) <= 1 + VIBRATION.max_neutral_growth
 
     def scan(self) -> SpeedScan:
-        """Scan between the smallest and the largest known speed, on the finest grid."""
+        """Set up a scan between the smallest and the largest known speed on the finest grid."""
         course, ends = self._course, (min(self._rows), max(self._rows))
         course.level = len(course.grids) - 1
         problems = [course.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
@@ -241,10 +241,10 @@ def stable_below(
     joints: Mapping[str, JointCompliance] | None = None,
     damping: Damping | float | None = None,
 ) -> float:
-    """Speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
+    """Find the speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
 
-    Speeds are checked in steps of 1 % down to 30 %, see `SpeedSettings`, followed by bisection. Narrower ranges may be
-    missed.
+    Speeds are checked in steps of 1 % down to 30 % (see `SpeedSettings`), followed by bisection. Unstable ranges that
+    are narrower than a step may be missed.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def stable_below(
 
     Returns
     -------
-    Relative speed, to 1/16 of a step; nan if even the lowest speed is unstable.
+    Relative speed with an accuracy of 1/16 of a step, or nan if even the lowest speed is unstable.
     """
     answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
     answers.find([1.0])
@@ -273,12 +273,12 @@ def _nothing(bent: Deflection, _: OneSpeed) -> Reals:
 
 
 def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int, tuple[float, float]]:
-    """Speed ranges in which a harmonic of the cycle coincides with a natural frequency.
+    """Return the speed ranges in which a harmonic of the cycle coincides with a natural frequency.
 
     Parameters
     ----------
     omega
-        Natural frequencies of one mode over the cycle [rad/s], see `SpeedMap.omega`, shape (positions,).
+        Natural frequencies of one mode over the cycle (see `SpeedMap.omega`) [rad/s], shape (positions,).
     multiples
         Largest harmonic.
 
@@ -297,7 +297,7 @@ def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """Entry of a map for one speed; `open` is the remaining share after the steps towards large displacement."""
+    """Entry of a map for one speed; `open` is the remaining change after the steps towards large displacement."""
 
     values: Reals
     quasi_static: Reals
@@ -310,7 +310,7 @@ class _Row:
 
 
 def _share(errors: Any, values: Any) -> Reals:
-    """Relative errors; zero if a value is zero."""
+    """Return the relative errors (zero if a value is zero)."""
     return np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
 
 
@@ -330,7 +330,7 @@ class _Course:
         self.level = len(grids) - 1
 
     def here(self) -> tuple[Motion, MotionTerms]:
-        """Motion at the nodes of the present grid, and the terms."""
+        """Return the motion at the nodes of the current grid, and the terms of the equations."""
         if self.level not in self.known:
             grid, chosen = self.grids[self.level], chosen_points(self.model.structure.mechanism)
             motion = checked(self.model.motion_at(grid.nodes))
@@ -339,15 +339,15 @@ class _Course:
         return self.known[self.level]
 
     def plain(self, ratio: float) -> Deflection:
-        """Quasi-static answer at a speed, at the nodes."""
+        """Return the quasi-static deflection at a speed at the nodes."""
         return deflection(_passed(self.here()[0], ratio), self.model.sections, self.model.joints)
 
     def problem(self, ratio: float) -> Problem:
-        """Equations of motion at a speed."""
+        """Return the equations of motion at a speed."""
         return problem(self.here()[1], unlocked(self.plain(ratio)), ratio)
 
     def growth(self, ratio: float) -> float:
-        """Growth of the least stable free vibration per cycle."""
+        """Return the growth of the least stable free vibration per cycle."""
         self.level = len(self.grids) - 1
         posed = self.problem(ratio)
         return float(np.abs(propagation(posed.terms.grid, posed.equations).multipliers).max())
@@ -355,7 +355,7 @@ class _Course:
 
 @dataclass(frozen=True, eq=False)
 class _Steady:
-    """Steady state at one speed, and the vibration's loads on its grid; None if unstable."""
+    """Steady state at one speed, with the loads of the vibration on its grid (None if unstable)."""
 
     ratio: float
     grid: Grid
@@ -369,7 +369,7 @@ class _Steady:
 
 @dataclass(frozen=True, eq=False)
 class _ErrorTask:
-    """Function for the errors at a speed; error bound that needs no finer discretization; True for Newton's method."""
+    """Computation of errors: function, see `resolved` in `SpeedAnswers`, and whether to use Newton's method."""
 
     of: Errors
     resolved: float
@@ -390,7 +390,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
         course.level += 1
         if course.level == len(course.grids):
             course.grids.append(finer)
-    if error < course.resolved / SPEEDS.coarser_margin:  # try the coarser grid at the next speed
+    if error < course.resolved / SPEEDS.coarser_margin:  # start with the coarser grid at the next speed
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + VIBRATION.max_neutral_growth:
@@ -403,7 +403,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTas
 
 
 def _passing(course: _Course, ratio: float) -> _Course:
-    """Terms for one speed in its own time, on the present grid."""
+    """Return the terms for one speed on the current grid, in the time of this speed."""
     model = course.model
     passing = replace(model, motion_at=lambda times: _passed(model.motion_at(times * ratio), ratio))
     grid = Grid(course.grids[course.level].edges / ratio)
@@ -411,7 +411,7 @@ def _passing(course: _Course, ratio: float) -> _Course:
 
 
 def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask) -> tuple[Reals, float]:
-    """Return errors due to discretization and large displacement at the points of the grid, and the remaining share."""
+    """Return the errors due to discretization and large displacement, and the remaining change by further steps."""
     answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
     if answer.motion.mechanism.friction:
         answer, _ = with_friction(answer, tolerance, course.discretization.fastest)
@@ -437,7 +437,7 @@ def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
-    """Run a cycle at another speed, or several (speeds, 1): rates scale with it, accelerations with its square."""
+    """Return the motion of a cycle at another speed, or at several speeds of shape (speeds, 1)."""
     columns = np.broadcast_shapes(np.shape(ratio), base.columns)
     still = base if columns == base.columns else repeated(base, columns)
     drive = {name: getattr(base, name) for name in ("drive", "drive_rate", "drive_acceleration")}
@@ -457,9 +457,9 @@ def _passed(base: Motion, ratio: Any) -> Motion:
 
 
 def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, still: Measure) -> dict[float, _Row]:
-    """Measures with and without vibration; nan if the steady state is unstable.
+    """Compute the measures with and without vibration (nan if the steady state is unstable).
 
-    The positions are evenly spaced and as many as the finest grid has points.
+    The positions are evenly spaced. Their number is that of the points of the finest grid.
     """
     count = max(len(each.grid.nodes) - 1 for each in steady)
     times = course.grids[0].edges[-1] * np.arange(1, count + 1) / count
@@ -488,7 +488,7 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, stil
 
 
 def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Reals:
-    """Measure several steady states in one deflection."""
+    """Measure several steady states by one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
     loads = []
     if vibrating:

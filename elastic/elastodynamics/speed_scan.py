@@ -1,8 +1,9 @@
-"""Fast scan of many speeds in few coordinates, to find peaks and unstable ranges.
+"""Fast scan of many speeds with few coordinates, to find peaks and unstable ranges.
 
-The vibrating coordinates are the mean modes of a cycle. The other coordinates follow quasi-statically: the modes'
-inertia at every position (inverse iteration), and the loads. The scan takes a tenth of the time of an answer. Its
-largest values are accurate to about 1 %, and its frequencies to 0.1 %. It guides the search and is not reported.
+The vibrating coordinates are the modes with the mean mass of the cycle. The other coordinates follow quasi-statically
+the inertia of these modes at every position (inverse iteration) and the loads. A scan takes a tenth of the time of a
+full solution. Its largest values are accurate to about 1 %, and its frequencies to 0.1 %. It only guides the search and
+is not reported.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ from rigid.kinetostatics import beam_directions
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Scan of several speeds.
+    """Results of a scan at several speeds.
 
     Attributes
     ----------
     ratio
-        Relative speeds, ascending, shape (speeds,).
+        Relative speeds in ascending order, shape (speeds,).
     largest
-        Deflection w, chord deflection [m], and strain of the outer fibres, shape (3, beams, speeds).
+        Largest deflection w [m], chord deflection [m], and strain of the outer fibres, shape (3, beams, speeds).
     growth
         Growth of the least stable free vibration per cycle, shape (speeds,).
     nearness
-        1 / distance of the nearest Floquet multiplier from 1, shape (speeds,); it peaks if a harmonic coincides with a
-        mode.
+        1 / distance of the nearest Floquet multiplier from 1, shape (speeds,). It has a peak if a harmonic coincides
+        with a mode.
     """
 
     ratio: Reals
@@ -60,7 +61,7 @@ class Resonance:
     Attributes
     ----------
     harmonic
-        Harmonic of the cycle nearest to the mode's mean frequency.
+        Harmonic of the cycle nearest to the mean frequency of the mode.
     mode
         Number of the mode, from 1.
     beam
@@ -77,14 +78,14 @@ class Resonance:
 
 @dataclass(frozen=True, eq=False)
 class SpeedScan:
-    """Equations for a few coordinates (q) at the P points of the grid, in powers of the speed.
+    """Equations for q coordinates at the P points of the grid, in powers of the speed.
 
     Attributes
     ----------
     problem
-        Equations of motion from which they are derived.
+        Equations of motion from which the equations are derived.
     equations
-        Mass, damping, stiffness (3, P, q, q) and load (3, P, q).
+        Mass, damping and stiffness, shape (3, P, q, q), and load, shape (3, P, q).
     static
         Amplitudes that follow quasi-statically, per power of the speed, shape (P, r, 3).
     basis
@@ -100,7 +101,7 @@ class SpeedScan:
     looked_at: tuple[Reals, ...]
 
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
-        """Scan some speeds; `on_speed` receives the number of finished speeds and the total."""
+        """Scan several speeds; `on_speed` is called with the number of finished speeds and the total."""
         speeds, parts = np.unique(ratios), []
         together = max(1, min(SPEEDS.speeds_at_once, SPEEDS.max_points // len(self.basis)))
         for first in range(0, len(speeds), together):
@@ -126,7 +127,7 @@ class SpeedScan:
         return speeds[:, None] ** np.arange(3)
 
     def _solved(self, speeds: Reals) -> tuple[Any, Reals]:
-        """Floquet multipliers, and amplitudes of the coordinates, shape (speeds, P, q)."""
+        """Return the Floquet multipliers, and the amplitudes of the coordinates, shape (speeds, P, q)."""
         powers = self._powers(speeds)
         each = (np.tensordot(powers, part, 1) for part in vars(self.equations).values())
         stacked = Equations(*(part.reshape(-1, *part.shape[2:]) for part in each))
@@ -134,12 +135,12 @@ class SpeedScan:
 
     @cached_property
     def modes(self) -> tuple[Reals, Reals, tuple[int, ...]]:
-        """Natural modes at every point with drives held.
+        """Natural modes at every point with locked drives.
 
         Returns
         -------
-        Angular frequencies [rad/s], ascending, shape (P, q); coordinates per mode, with unit mass, shape (P, q, q);
-        indices of the beams with the largest strain energy.
+        Natural frequencies in ascending order [rad/s], shape (P, q), coordinates per mode with unit mass, shape (P, q,
+        q), and indices of the beams with the largest strain energy.
         """
         terms, across = self.problem.terms, self.basis.swapaxes(-1, -2)
         root = np.linalg.inv(np.linalg.cholesky(across @ terms.elastic @ self.basis)).swapaxes(-1, -2)
@@ -155,7 +156,7 @@ class SpeedScan:
         return omega, shapes, tuple(int(beam) for beam in of_beams.argmax(axis=0))
 
     def resonance(self, ratio: float) -> Resonance:
-        """Natural mode with the largest vibration at a speed, and the harmonic nearest to its mean frequency."""
+        """Return the natural mode with the largest vibration at a speed, and the harmonic nearest to its frequency."""
         grid, speeds = self.problem.terms.grid, np.array([ratio])
         omega, shapes, beams = self.modes
         period = float(np.ptp(grid.edges))
@@ -171,14 +172,14 @@ class SpeedScan:
         )
 
     def _quasi_static(self, speeds: Reals) -> Reals:
-        """Amplitudes of the coordinates without vibration, shape (speeds, P, q)."""
+        """Return the amplitudes of the coordinates without vibration, shape (speeds, P, q)."""
         across = self.basis.swapaxes(-1, -2) @ self.problem.terms.elastic
         load = np.tensordot(self._powers(speeds), self.equations.load, 1)
         return np.asarray(np.linalg.solve(across @ self.basis, load[..., None])[..., 0])
 
 
 def mean_frequencies(problem: Problem) -> Reals:
-    """Frequencies of the coordinates' modes with the mean mass of the cycle [rad/s], ascending, shape (r,)."""
+    """Return the frequencies with the mean mass of the cycle in ascending order [rad/s], shape (r,)."""
     diagonal = np.diagonal(problem.terms.elastic, axis1=-2, axis2=-1)
     return np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
 
@@ -191,7 +192,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
     motion
         Motion at the nodes of the grid.
     problems
-        Equations of motion at three speeds; they are quadratic in the speed.
+        Equations of motion at three speeds, which suffice because they are quadratic in the speed.
     highest
         Highest speed of later scans.
     """
@@ -206,7 +207,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
     basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
     for _ in range(SPEEDS.inverse_iterations):
         bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
-        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes remain, the others follow
+        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes remain, others follow
     rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
     across = basis.swapaxes(-1, -2)
     equations = Equations(
@@ -223,7 +224,7 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
 
 
 def _vibrating(omega: Reals, reach: float) -> int:
-    """Number of vibrating modes: those up to a frequency, and close neighbours of the last one."""
+    """Return the number of vibrating modes: those up to a frequency, and close neighbours of the last one."""
     count = max(int((omega <= reach).sum()), min(SPEEDS.min_modes, len(omega)))
     while count < len(omega) and omega[count] < SPEEDS.min_mode_ratio * omega[count - 1]:
         count += 1
@@ -231,7 +232,7 @@ def _vibrating(omega: Reals, reach: float) -> int:
 
 
 def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
-    """Fields of `Scan.largest` at some points of the grid per amplitude, each (some points, beams places, r)."""
+    """Return the fields of `Scan.largest` per amplitude, each of shape (some points, beams * places, r)."""
     kinds, some = problem.terms.kinematics, slice(SPEEDS.point_stride, None, SPEEDS.point_stride)
     structure = kinds.structure
     across = (np.conj(beam_directions(motion)).T[some, :, None, None] * kinds.unit.beams[some]).imag
@@ -249,7 +250,7 @@ def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
 
 
 def _fibre(section: Any) -> float:
-    """Distance of the outer fibres [m]; radius of gyration for a section without dimensions."""
+    """Return the distance of the outer fibres [m], or the radius of gyration for a section without dimensions."""
     fibre, stretched, bent = (float(np.ravel(getattr(section, name))[0]) for name in ("fibre", "EA", "EI"))
     if np.isfinite(fibre):
         return fibre

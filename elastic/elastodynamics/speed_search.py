@@ -1,7 +1,7 @@
-"""Search for speeds of interest: peaks, limits of unstable ranges, and the first speed that exceeds a bound.
+"""Search for peaks, limits of unstable ranges, and the first speed that exceeds a bound.
 
-A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. Computed answers
-correct the scan by a factor, which is interpolated linearly between known answers.
+A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. The scan is
+multiplied by a factor that makes it agree with the computed solutions, and is interpolated linearly between them.
 """
 
 import math
@@ -27,9 +27,10 @@ class Bounded:
     Attributes
     ----------
     used
-        Function from a map to values / bounds, shape (rows, speeds): above 1 a bound is exceeded, nan is unknown.
+        Function that converts a map to values / bounds, shape (rows, speeds). A bound is exceeded above 1; nan is
+        unknown.
     field, beam
-        Field and beam of `Scan.largest` for interpolation between speeds; beam -1 means the largest of all beams.
+        Field and beam of `Scan.largest` for interpolation between speeds. Beam -1 stands for the largest of all beams.
     """
 
     used: Callable[[SpeedMap], Reals]
@@ -38,16 +39,16 @@ class Bounded:
 
 
 class SpeedSearch:
-    """Answers at an increasing number of speeds between the smallest and the largest known one.
+    """Solutions at an increasing number of speeds between the smallest and the largest known speed.
 
     Parameters
     ----------
     answers
-        Answers at two or more speeds.
+        Solutions at two or more speeds.
     curves
-        Function from a map to largest values in the form of `Scan.largest`, in any unit, shape (3, beams, speeds).
+        Function that converts a map to largest values as in `Scan.largest`, in any unit, shape (3, beams, speeds).
     on_speed
-        Progress callback with the number of scanned speeds and the total.
+        Function that is called with the number of scanned speeds and the total.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class SpeedSearch:
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Compute answers at peaks that rise above their valleys and the line between known speeds."""
+        """Compute solutions at peaks that rise above their valleys and above the line between known speeds."""
         for _ in range(SPEEDS.max_refinements):
             chosen = self._apart(self._peaks())
             if not chosen:
@@ -79,9 +80,10 @@ class SpeedSearch:
             self._find(chosen)
 
     def between(self) -> tuple[Reals, Reals]:
-        """Curves at all scanned speeds: speeds, and values of shape (3, beams, speeds).
+        """Return curves for plots: scanned speeds, and values of shape (3, beams, speeds).
 
-        Values are known answers, or the corrected scan between them; nan if there is no steady state.
+        The values are those of the solutions, and of the corrected scan between them. They are nan if there is no
+        steady state.
         """
         known = self.answers.map()
         values = self._predicted(known, self.curves(known), self.scan.largest)
@@ -113,7 +115,7 @@ class SpeedSearch:
         return result.reshape(shape)
 
     def _peaks(self) -> list[tuple[float, float]]:
-        """Height and speed of peaks, after refining the scan about them."""
+        """Return the height and speed of peaks, after refining the scan around them."""
         while True:
             known = self.answers.map()
             values = self.curves(known)
@@ -135,7 +137,7 @@ class SpeedSearch:
             self.look(sorted(more))
 
     def _between(self, at: int) -> Iterator[float]:
-        """Speeds between a scanned one and neighbours that are too far away."""
+        """Yield speeds between a scanned speed and its neighbours if these are too far away."""
         ratio = self.scan.ratio
         for other in (at - 1, at + 1):
             if 0 <= other < len(ratio) and abs(math.log(ratio[other] / ratio[at])) > SPEEDS.min_scan_step * max(
@@ -144,7 +146,7 @@ class SpeedSearch:
                 yield float(np.sqrt(ratio[other] * ratio[at]))
 
     def _apart(self, peaks: list[tuple[float, float]]) -> list[float]:
-        """Drop peaks close to a larger one or to a known answer."""
+        """Return the speeds of peaks that are not close to a larger peak and not yet computed."""
         chosen: list[float] = []
         for _, ratio in sorted(peaks, reverse=True):
             near = SPEEDS.close * self.width * ratio
@@ -153,7 +155,7 @@ class SpeedSearch:
         return sorted(set(chosen) - set(self.answers.map().ratio.tolist()))
 
     def find_borders(self) -> list[tuple[float, float]]:
-        """Find speed ranges without a steady state, and compute answers next to their limits."""
+        """Find the speed ranges without a steady state, and compute solutions next to their limits."""
         self._refine_growth()
         unstable = self.scan.growth > 1.0
         changes = np.flatnonzero(unstable[1:] != unstable[:-1])
@@ -163,7 +165,7 @@ class SpeedSearch:
         return list(_ranges(known.ratio, ~known.stable))
 
     def _refine_growth(self) -> None:
-        """Refine the scan at speeds with slow decay of free vibrations."""
+        """Refine the scan at speeds at which free vibrations decay slowly."""
         for _ in range(SPEEDS.max_refinements):
             rate = -np.log(np.maximum(self.scan.growth, TINY)) * self.scan.ratio
             tops = [at for at in _tops(-rate) if rate[at] < SPEEDS.max_decay_ratio * np.median(rate)]
@@ -173,7 +175,7 @@ class SpeedSearch:
             self.look(sorted(more))
 
     def _border(self, at: int, low_is_unstable: bool) -> tuple[float, float]:
-        """Two close speeds on both sides of a stability limit."""
+        """Return two close speeds on both sides of a stability limit."""
         ratio = self.scan.ratio
         low, high = float(ratio[at]), float(ratio[at + 1])
         widen = 1.0 + (high / low - 1.0)
@@ -191,9 +193,9 @@ class SpeedSearch:
         return min(max(low, first), last), min(max(high, first), last)
 
     def find_limit(self, bounded: Bounded) -> tuple[float, float] | None:
-        """Largest speed up to which all bounds are met, and the next known one above; None if no bound is exceeded.
+        """Return the largest speed up to which all bounds are met, and the next known speed above it.
 
-        The first is 0 if a bound is exceeded at the smallest speed.
+        Return None if no bound is exceeded. The first speed is 0 if a bound is exceeded at the smallest speed.
         """
         for _ in range(4 * SPEEDS.max_refinements):
             known = self.answers.map()
@@ -216,7 +218,7 @@ class SpeedSearch:
         return low, high
 
     def _first_passed(self, bounded: Bounded, known: SpeedMap, used: Reals, high: float) -> float | None:
-        """First speed at which the corrected scan exceeds a bound, after refinement."""
+        """Return the first speed at which the corrected scan exceeds a bound, after refinement."""
         for _ in range(SPEEDS.max_refinements):
             largest = self.scan.largest
             scanned = np.array(
@@ -240,7 +242,7 @@ class SpeedSearch:
 
 
 def _beside(crossing: float | None, low: float, high: float) -> list[float]:
-    """Two speeds in a bracket, on both sides of the expected crossing, or its midpoint."""
+    """Return two speeds in a bracket, on both sides of the expected crossing, or the midpoint of the bracket."""
     middle = math.sqrt(low * high)
     if crossing is None or not low < crossing < high:
         return [middle]
@@ -249,7 +251,7 @@ def _beside(crossing: float | None, low: float, high: float) -> list[float]:
 
 
 def _filled(known: Reals, step: float) -> Iterator[Reals]:
-    """Speeds between known ones, so that no step exceeds `step`."""
+    """Yield speeds between the known ones such that no step exceeds `step`."""
     for low, high in pairwise(known):
         count = math.ceil(math.log(high / low) / step)
         yield np.geomspace(low, high, count + 1)[1:-1]
@@ -262,9 +264,9 @@ def _line(ratio: Reals, known: Reals, values: Reals) -> Reals:
 
 
 def prominences(values: Any) -> Iterator[tuple[int, float]]:
-    """Yield inner local maxima and their rise above the higher neighbouring valley, relative to the maximum.
+    """Yield the inner local maxima, each with its rise above the higher neighbouring valley, relative to the maximum.
 
-    A valley extends to the next higher value; nan ends it.
+    A valley extends to the next higher value, or to the next nan.
 
     Examples
     --------
@@ -282,14 +284,14 @@ def prominences(values: Any) -> Iterator[tuple[int, float]]:
 
 
 def _tops(values: Reals) -> list[int]:
-    """Indices of inner local maxima."""
+    """Return the indices of the inner local maxima."""
     padded = np.where(np.isnan(values), -np.inf, values)
     inner = (padded[1:-1] > padded[:-2]) & (padded[1:-1] >= padded[2:])
     return [int(at) for at in np.flatnonzero(inner) + 1]
 
 
 def _ranges(ratio: Reals, marked: Flags) -> Iterator[tuple[float, float]]:
-    """First and last speed of each run of marked speeds."""
+    """Yield the first and last speed of each run of marked speeds."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(int), [0]))))
     for first, end in zip(edges[::2], edges[1::2], strict=True):
         yield float(ratio[first]), float(ratio[end - 1])

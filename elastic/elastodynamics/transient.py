@@ -1,4 +1,4 @@
-"""Vibration of the mechanism during a motion that does not repeat."""
+"""Vibration of a mechanism during a motion that is not periodic."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -17,7 +17,7 @@ from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
-REST = 1e-6  # smaller drive rates, relative to the largest, are round-off of a law that starts at rest
+REST = 1e-6  # drive rates smaller than this are round-off of a law that starts at rest; relative to the largest
 
 
 def transient(
@@ -30,11 +30,11 @@ def transient(
     undeformed: bool = False,
     breaks: Reals | None = None,
 ) -> Elastodynamic:
-    """Compute the vibration of the links from the first position of a motion to its last.
+    """Compute the vibration of the links from the first to the last position of a motion.
 
-    If the drives start at rest, the links start at rest with the static deflection under the present loads and weight;
-    an initial acceleration then acts on links without inertial deflection. If the drives are already moving, the links
-    start with the deflection and rate of the quasi-static answer.
+    If the drives start at rest, the links start at rest with the static deflection under loads and weight. An initial
+    acceleration thus acts on links that it has not yet deflected. If the drives are already moving, the links start
+    with the deflection of the quasi-static solution and its rate.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def transient(
     motion_at, sections, joints, damping, tolerance, breaks
         See `elastodynamic`.
     undeformed
-        True to start with straight links that move like rigid ones.
+        True to start with undeformed links that move like rigid links.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def transient(
 
 
 def _begins_at_rest(start: Motion, motion: Motion) -> bool:
-    """True if all drives start at rest, up to round-off of the whole motion."""
+    """Return whether all drives start at rest, up to round-off."""
     greatest = np.abs(motion.drive_rate).max(axis=-1, initial=0.0)
     return bool((np.abs(start.drive_rate).max(axis=-1, initial=0.0) <= REST * greatest).all())
 
@@ -75,7 +75,7 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
 
 
 def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
-    """Amplitudes of the quasi-static answer at the start, and their rates."""
+    """Return the amplitudes of the quasi-static solution at the start, and their rates."""
     grid, structure = posed.terms.grid, posed.terms.kinematics.structure
     forces = given_forces(structure, bent)
     rate = grid.at_nodes(grid.rates(forces)[0])[0]
@@ -83,7 +83,7 @@ def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
 
 
 def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection) -> Reals:
-    """Amplitudes of a static deflection at the start, with the geometric stiffness and zero rates."""
+    """Return the amplitudes of the static deflection at the start with the geometric stiffness, and zero rates."""
     strains = _strains_at_start(posed)
     load = strains.T @ given_forces(posed.terms.kinematics.structure, static)[0]
     found = static_start(posed, np.broadcast_to(load, posed.equations.load.shape))
@@ -91,7 +91,7 @@ def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection)
 
 
 def _amplitudes(posed: Problem, forces: Reals) -> Reals:
-    """Initial amplitudes for the strains due to given forces, shape (r,)."""
+    """Return the initial amplitudes for the strains due to given forces, shape (r,)."""
     strains = _strains_at_start(posed)
     stiffness: Any = (strains.T * rigidities(posed.terms.kinematics.structure)) @ strains
     return np.linalg.solve(stiffness, strains.T @ forces)

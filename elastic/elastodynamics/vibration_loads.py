@@ -1,7 +1,7 @@
-"""Loads of vibration in addition to the rigid motion: along beams, at points and in soft joints.
+"""Loads that vibration adds to those of the rigid motion: along beams, at points and in compliant joints.
 
-The quasi-static answer under these loads is the answer of the vibrating mechanism. Displacements beyond the reduced
-coordinates follow statically, and forces and fields agree to round-off.
+The quasi-static deflection under these loads is that of the vibrating mechanism. Displacements that the reduced
+coordinates do not represent are included statically, and forces and fields agree to round-off.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from rigid.plane import cross
 
 @lru_cache(maxsize=32)
 def to_powers(points: int) -> Reals:
-    """Matrix from values at Gauss points to coefficients in powers of xi, shape (points, points)."""
+    """Return the matrix that maps values at Gauss points to coefficients in powers of xi, shape (points, points)."""
     nodes, _ = legendre.leggauss(points)
     series = np.linalg.inv(legendre.legvander(nodes, points - 1))
     in_xi = np.zeros((points, points))
@@ -41,14 +41,14 @@ def to_powers(points: int) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class ResidualResponse:
-    """Residual response: displacements and forces beyond the elastic coordinates, at the nodes of a grid.
+    """Residual response: displacements and forces at the nodes of a grid that the coordinates do not represent.
 
     Attributes
     ----------
     moved
         Displacements, as a single kind.
     forces
-        Forces of their strains, see `given_forces`, shape (nodes, rows); 0 for soft joints.
+        Forces of the strains (see `given_forces`), shape (nodes, rows); 0 for compliant joints.
     """
 
     moved: Displacements
@@ -61,9 +61,9 @@ class ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
     def slowed(self, problem: Problem, cyclic: bool, fastest: float) -> ResidualResponse:
-        """Response that damping delays, without changes in time that are faster than an angular frequency.
+        """Return the response with the delay by damping, and without changes faster than an angular frequency.
 
-        See `Grid.lagged` and `Grid.smoothed`. The beam with the most damping gives the delay of all.
+        See `Grid.lagged` and `Grid.smoothed`. The delay is that of the beam with the largest damping.
         """
         grid, lag = problem.terms.grid, problem.speed * float(np.max(problem.terms.damping.beams, initial=0.0))
 
@@ -73,14 +73,14 @@ class ResidualResponse:
         return ResidualResponse(Displacements(*map(slow, vars(self.moved).values())), slow(self.forces))
 
     def viscous(self, found: Problem) -> Reals:
-        """Rates of the forces at the points, times beta, shape (points, rows)."""
+        """Return the rates of the forces at the points times beta, shape (points, rows)."""
         terms = found.terms
         beta = found.speed * terms.damping.per_row(terms.kinematics.structure)
         return beta * terms.grid.derivative(self.forces[1:], 1)
 
 
 class GatheredLoads:
-    """Collects loads for `AddedLoads`, in arrays with positions first."""
+    """Builder of `AddedLoads`, in arrays with positions first."""
 
     def __init__(self, structure: ElasticStructure, count: int) -> None:
         self.structure = structure
@@ -95,11 +95,11 @@ class GatheredLoads:
 
     @staticmethod
     def positions_last(values: Numbers) -> Numbers:
-        """Swap the axes, so that powers are first and positions last."""
+        """Reorder the axes such that powers are first and positions last."""
         return np.moveaxis(values, (-1, 0), (0, -1))
 
     def at_ends(self, directions: Complexes, start: Numbers, end: Numbers, moments: bool = False) -> None:
-        """Add forces in beam axes, complex, or moments to the starts and ends of the beams, (positions, beams)."""
+        """Add forces in beam axes, complex, or moments to both ends of the beams, shape (positions, beams)."""
         for k, (at, beam) in enumerate(self.structure.mechanism.beams):
             for name, value in ((beam.start, start[:, k]), (beam.end, end[:, k])):
                 pair = (0.0, value) if moments else (directions[:, k] * value, 0.0)
@@ -109,9 +109,9 @@ class GatheredLoads:
 def vibration_loads(
     problem: Problem, motion: Motion, history: tuple[Reals, Reals, Reals], residual: ResidualResponse | None = None
 ) -> AddedLoads:
-    """Compute the loads at a grid's points from amplitudes and their rates, shape (points, r) each.
+    """Compute the loads at the points of a grid from amplitudes, rates and accelerations, shape (points, r) each.
 
-    `motion`: rigid motion at the grid's nodes. `residual`: displacements beyond the coordinates.
+    `motion` is the rigid motion at the nodes of the grid, and `residual` the residual response.
     """
     x, x1, _ = history
     terms, kinds = problem.terms, problem.terms.kinematics
@@ -144,7 +144,7 @@ def vibration_loads(
 
 
 def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Reals, inertia: Complexes) -> Reals:
-    """Add the inertia along the beams; return the force on slopes [N], shape (positions, beams, points)."""
+    """Add the inertia along the beams, and return the force on slopes [N], shape (positions, beams, points)."""
     structure, felt, directions = gathered.structure, found.felt, beam_directions(motion).T[1:]
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
@@ -159,7 +159,7 @@ def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Re
 
 
 def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
-    """Rates of the forces of the strains, times beta, shape (positions, rows)."""
+    """Return the rates of the forces of the strains times beta, shape (positions, rows)."""
     terms, structure = problem.terms, problem.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
     if np.ndim(terms.strain_rate):
@@ -168,7 +168,7 @@ def strain_rates(problem: Problem, x: Reals, x1: Reals) -> Reals:
 
 
 def of_strain_rates(gathered: GatheredLoads, directions: Complexes, viscous: Reals, flux: Reals) -> None:
-    """Add damping forces of the strains, and forces on slopes, as loads along the beams and on their ends."""
+    """Add damping forces of the strains and forces on slopes, as loads along the beams and at their ends."""
     structure = gathered.structure
     shape = (len(viscous), *structure.weights.shape)
     size = structure.weights.size
@@ -223,9 +223,9 @@ def _of_effects(
 
 
 def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
-    """Rates that vibration adds to joints with friction, see `AddedLoads.sliding`.
+    """Return the rates that vibration adds to joints with friction, see `AddedLoads.sliding`.
 
-    They include only the coordinates, because the residual response is smooth only between stick-slip events.
+    They are those of the coordinates alone, because the residual response is smooth only between stick-slip events.
     """
     grid, kinds = problem.terms.grid, problem.terms.kinematics
     rates = []
@@ -240,7 +240,7 @@ def sliding_rates(problem: Problem, motion: Motion, x: Reals, x1: Reals) -> tupl
 def openings(
     gathered: GatheredLoads, motion: Motion, viscous: Reals
 ) -> tuple[tuple[Columns, ...], tuple[Columns, ...]]:
-    """Openings of soft joints that dampers resist, per joint."""
+    """Return the openings of compliant joints that correspond to their damping forces, by joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
     gaps: list[Columns] = [0.0] * len(joints)
@@ -257,7 +257,7 @@ def openings(
 
 
 def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
-    """Convert loads to other instants; `sampled` converts values at a grid's points, shape (points, k)."""
+    """Convert loads to other instants; `sampled` converts values at the points of a grid, shape (points, k)."""
     columns = loads.q.shape[-1]
     pairs = [item[-2:] for item in (*loads.points, *loads.blocks, *loads.sliding, *loads.slides)] + list(
         zip(loads.gaps, loads.turns, strict=True)
@@ -286,7 +286,7 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
 
 
 def of_several_speeds(loads: Sequence[AddedLoads]) -> AddedLoads:
-    """Combine loads of several speeds, columns (positions,), to columns (speeds, positions)."""
+    """Combine the loads of several speeds, with columns (positions,), to columns (speeds, positions)."""
     count = loads[0].q.shape[-1]
 
     def side_by_side(*parts: Any) -> Numbers:
