@@ -11,7 +11,7 @@ from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
-from kinelast.figures.errors import BEAM_THEORY, BODIES, FigureError
+from kinelast.figures.errors import BEAM_THEORY, BODIES, VIBRATION, FigureError
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.peaks import run_figures
 from kinelast.figures.report import UnreliableFigure
@@ -186,3 +186,10 @@ def test_a_check_does_not_scale_errors_by_beams_that_it_cannot_resolve():
     assert [each.parts[BODIES] for each in found["deflection"]] == pytest.approx([8e-6, 24e-6])
     coarse = with_bodies(errors, [40e-6, 5e-6], [40e-6, 5e-6], 60e-6)
     assert coarse["deflection"] == errors["deflection"]
+
+
+def test_the_change_by_vibration_includes_the_smallest_force_of_a_cam():
+    """The force of a valve's cam at its least changes by more than the largest deflection."""
+    results = computed(kinelast.load(GALLERY / "valve_train.toml"), Request())
+    (least,) = results.figures.peaks["cam_least_force"]
+    assert results.answer.missed >= 0.99 * abs(least.error.parts[VIBRATION]) / least.value

@@ -59,7 +59,7 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LARGEST, Figure
+from kinelast.scene.figure import Figure
 from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion
@@ -434,8 +434,8 @@ class _Rungs:
         return max(map(float, shares), default=0.0)
 
     def _of_loads(self, figure: Figure) -> bool:
-        """Return True for the largest magnitude of a displacement, a stress or a force."""
-        in_proportion = figure.over == LARGEST and figure.power == 1.0 and not figure.remains_of
+        """Return True for a displacement, a stress or a force that grows in proportion to the loads."""
+        in_proportion = figure.power == 1.0 and not figure.remains_of
         return in_proportion and {*figure.units(self.scene)} <= LOAD_UNITS
 
     @cached_property
