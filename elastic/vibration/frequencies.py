@@ -101,34 +101,33 @@ def natural_frequencies(
     count = motion.columns[-1]
     chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
-    found = [_design_frequencies(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
-    omega, change = np.stack([each.omega for each in found], axis=1), max(each.change for each in found)
-    if len(motion.columns) > 1:
-        return Frequencies(omega, chosen, change, max(each.inner for each in found))
-    (only,) = found
-    return _with_minimum(motion, sections, joints or {}, only) if searched else only
+    solved = [_design_frequencies(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
+    if len(motion.columns) == 1:
+        return _with_minimum(motion, sections, joints or {}, solved[0]) if searched else solved[0]
+    omega, change = np.stack([each.omega for each in solved], axis=1), max(each.change for each in solved)
+    return Frequencies(omega, chosen, change, max(each.inner for each in solved))
 
 
 def _with_minimum(
-    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], found: Frequencies
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], solved: Frequencies
 ) -> Frequencies:
     """Add positions around the minimum of the lowest frequency until it changes by less than `TOLERANCE`."""
     before = np.inf
     for _ in range(ROUNDS):
-        more = _around_minimum(found, before)
+        more = _around_minimum(solved, before)
         more = more[_regular(motion, more, 0)]
         if not len(more):
             break
-        before = found.lowest
-        structure = VibratingStructure(motion, sections, joints, more, 0, found.inner)
-        position = np.concatenate([found.position, more])
-        omega = np.concatenate([found.omega, structure.frequencies(len(found.omega), found.inner)], axis=1)
+        before = solved.lowest
+        structure = VibratingStructure(motion, sections, joints, more, 0, solved.inner)
+        position = np.concatenate([solved.position, more])
+        omega = np.concatenate([solved.omega, structure.frequencies(len(solved.omega), solved.inner)], axis=1)
         order = np.argsort(position)
-        found = replace(found, omega=omega[:, order], position=position[order])
-    return found
+        solved = replace(solved, omega=omega[:, order], position=position[order])
+    return solved
 
 
-def _around_minimum(found: Frequencies, before: float) -> Integers:
+def _around_minimum(solved: Frequencies, before: float) -> Integers:
     """Return additional positions around the minimum of the lowest frequency, none if it is known to `TOLERANCE`.
 
     Parameters
@@ -136,8 +135,8 @@ def _around_minimum(found: Frequencies, before: float) -> Integers:
     before
         Minimum before the last additional positions; infinite if there are none.
     """
-    none, known = np.zeros(0, int), np.isfinite(found.omega[0])
-    position, omega = found.position[known], found.omega[0][known]
+    none, known = np.zeros(0, int), np.isfinite(solved.omega[0])
+    position, omega = solved.position[known], solved.omega[0][known]
     if len(omega) < 2:
         return none
     at = int(omega.argmin())

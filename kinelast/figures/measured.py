@@ -36,7 +36,7 @@ class Measured:
 
 
 def with_bodies(
-    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float], own: float
+    errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float], check_error: float
 ) -> dict[str, list[FigureError]]:
     """Errors of beam theory measured by plane bodies.
 
@@ -49,11 +49,11 @@ def with_bodies(
     off, whole
         For each beam, difference of the largest chord deflection, and largest difference at any point and position [m];
         nan for beams without a body.
-    own
+    check_error
         Error of the check [m], which is included in `off` and `whole`.
     """
     stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
-    least = max(SMALL * max(stated, default=0.0), own)
+    least = max(SMALL * max(stated, default=0.0), check_error)
     factor = max((apart / part for apart, part in zip(whole, stated, strict=True) if part > least), default=math.nan)
     if any(math.isnan(apart) for apart, part in zip(whole, stated, strict=True) if part > least):
         factor = math.nan
