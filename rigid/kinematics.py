@@ -26,16 +26,17 @@ from rigid.postures import Posture
 class Motion:
     """Positions, velocities and accelerations of all links of a mechanism.
 
-    The last axes of each array are called columns. Their shape is (positions,) or (designs, positions). The links are
+    The last axes of each array, (positions,) or (designs, positions), are together called its columns. The links are
     in the order of `mechanism.links`, which starts with the ground.
 
     Attributes
     ----------
     time
-        Time of each position [s], shape (positions,), or (designs, positions) if designs differ.
+        Time of each position [s], shape (positions,), or (designs, positions) if the times differ
+        between designs.
     drive, drive_rate, drive_acceleration
         Drive coordinates [rad or m] and their time derivatives, shape (drives, positions), or (drives, designs,
-        positions) if designs differ.
+        positions) if the values differ between designs.
     origin, velocity, acceleration
         Origin of each link's axes and its time derivatives (complex) [m, m/s, m/s^2], shape (links, ..., positions).
     direction
@@ -43,7 +44,7 @@ class Motion:
     angular_velocity
         Angular velocity of each link [rad/s], shape (links, ..., positions).
     turning
-        i eps - w^2 of each link (complex) [1/s^2], shape (links, ..., positions). Multiplied by a vector on the link,
+        i times angular acceleration minus angular velocity^2 of each link (complex) [1/s^2], shape (links, ..., positions). Multiplied by a vector on the link,
         it gives the acceleration of the vector's end relative to its start.
     closures
         Factorised linear problem of each group, for small displacements and forces.
@@ -87,10 +88,11 @@ class Motion:
 
     @cached_property
     def condition(self) -> Reals:
-        """Amplification of round-off, at least 1, shape (..., positions). Relative errors are about eps times this.
+        """Amplification of round-off, at least 1, shape (..., positions).
 
-        If it exceeds SINGULAR, the velocities and accelerations of the dependent links are nan, and the value is
-        infinite. It is nan if the mechanism does not close.
+        Relative errors are about this number times the machine precision (2e-16). Above `rigid.SINGULAR`, it is
+        returned as infinity; velocities and accelerations of this group's links, and of links that depend on them,
+        are then nan. The number is nan if the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -110,7 +112,7 @@ class Motion:
     def sine(self) -> Reals:
         """Smallest sine of the angle between links of a group, shape (..., positions); 0 at a singular position.
 
-        For links that slide on each other, the sine is replaced by the distance of their pins relative to their size.
+        A short lever at a slider that closes a group limits the sine as well.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -138,8 +140,8 @@ def motion(
     time
         Time of each position [s], shape (positions,) or (designs, positions) (default: 0, 1, 2, ...).
     near
-        Approximate posture at each position, or one posture for all positions. If given, it selects the branch instead
-        of the drawing, and the positions need not be neighbours.
+        Approximate posture at each position, or one posture for all positions. If given, it selects the branch
+        (otherwise the drawing does), and the positions need not be neighbours.
     lead
         Drive coordinates on the path from the drawing to the first position, shape (drives, n) (default: a straight
         path).
@@ -174,7 +176,7 @@ def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
 def _placed(
     mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
 ) -> tuple[Posture, tuple[Closure, ...]]:
-    """Place all links. `drives` are the drive coordinates, and optionally rates, which may differ between designs."""
+    """Place all links at the drive coordinates `drives[0]`; rates may follow, for the number of designs."""
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit
@@ -268,7 +270,7 @@ def _velocities(
 
 
 def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
-    """Return the prescribed rates of each joint (child relative to parent): displacements and rotations."""
+    """Return the gaps and turns that drive rates or accelerations prescribe at each joint (child from parent)."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         driven = hinge.joint.drive is not None
@@ -298,7 +300,7 @@ def by_laws(laws: Sequence[MotionLaw], times: Reals) -> tuple[Reals, Reals, Real
 
 
 def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:
-    """Return the link index, and the vector from the link's origin to a point in ground axes."""
+    """Return the index of a link, and the vector, in ground axes, from its origin to a point."""
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     local = motion.mechanism.links[at].points[point] if isinstance(point, str) else point
     return at, motion.direction[at] * local

@@ -27,7 +27,7 @@ def section_forces(
     pull, twist
         Force [N], complex, and moment [N m] on the end of each beam in beam axes, shape (beams, ..., positions).
     compliance
-        Flexibilities, of which only the lengths are used.
+        Flexibilities and lengths of the beams; only the lengths are used.
 
     Returns
     -------

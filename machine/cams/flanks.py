@@ -45,7 +45,7 @@ class Cam:
     modulus
         Contact modulus E* of both materials [Pa]; nan if unknown.
     yield_stress
-        Smaller yield stress of both materials [Pa]; nan if unknown.
+        Smaller of the yield stresses of the two materials [Pa]; nan if unknown.
     """
 
     link: int
@@ -160,7 +160,7 @@ class CamFlank:
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
-        """Return the shaft torque for a contact force [N m], positive counter-clockwise."""
+        """Return the torque of the shaft on the cam that balances a contact force [N m], positive counter-clockwise."""
         with np.errstate(invalid="ignore"):  # an infinite force may act along a line through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
@@ -194,7 +194,7 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     Parameters
     ----------
     pace
-        Speed of the motion / nominal speed of the cam; broadcasts to (..., positions).
+        Ratio of the cam's speed during this motion to its nominal speed; broadcasts to (..., positions).
     outer
         Whether the flank belongs to a ring around the roller.
     """
