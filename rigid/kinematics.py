@@ -44,8 +44,9 @@ class Motion:
     angular_velocity
         Angular velocity of each link [rad/s], shape (links, ..., positions).
     turning
-        i times angular acceleration minus angular velocity^2 of each link (complex) [1/s^2], shape (links, ..., positions). Multiplied by a vector on the link,
-        it gives the acceleration of the vector's end relative to its start.
+        i times angular acceleration minus angular velocity^2 of each link (complex) [1/s^2], shape (links, ...,
+        positions). Multiplied by a vector on the link, it gives the acceleration of the vector's end relative to its
+        start.
     closures
         Factorised linear problem of each group, for small displacements and forces.
     """
