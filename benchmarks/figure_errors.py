@@ -29,7 +29,7 @@ from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_defl
 from kinelast.figures.answer import Answer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
-from kinelast.figures.errors import LITTLE, NOT_OF_MOTION
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, NOT_OF_MOTION
 from kinelast.figures.results import Results
 from kinelast.figures.theory import _Rungs, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
@@ -63,7 +63,7 @@ def relative_errors(scene: Scene, result: Answer, reference: Reference) -> Itera
     graded = {(each.key, each.item) for each in result.graded}
     for key, values in here.items():
         for item, (value, true) in enumerate(zip(values, there[key], strict=True)):
-            base = max(abs(float(value)), LITTLE * greatest.get(units[key][item], 0.0))
+            base = max(abs(float(value)), MIN_SHARE_OF_UNIT * greatest.get(units[key][item], 0.0))
             if base > 0.0 and np.isfinite(value) and np.isfinite(true):
                 error = result.errors[key][item].without(NOT_OF_MOTION).size
                 own = float(abs(true - rough[key][item])) / base
@@ -111,7 +111,7 @@ def independent(scene: Scene, results: Results, exact: Elastodynamic) -> float:
     apart = []
     for name, values in {**fields, "chord": found.chord}.items():
         here, there = (np.abs(each).max(axis=(1, 2)) for each in (sample(exact.deflection, name, found.xi), values))
-        apart.append(np.abs(here - there) / np.maximum(here, LITTLE * here.max()))
+        apart.append(np.abs(here - there) / np.maximum(here, MIN_SHARE_OF_UNIT * here.max()))
     return float(np.max(apart))
 
 

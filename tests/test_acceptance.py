@@ -153,7 +153,7 @@ def test_the_headline_names_the_most_exceeded_limits(tmp_path, capsys):
 def test_the_advised_accuracy_decides(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(EASY + '\n[limits]\ndeflection = "0.1055 mm"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1
-    accuracy = re.search(r'accuracy = "([^"]+)" would settle it', capsys.readouterr().out).group(1)
+    accuracy = re.search(r'accuracy = "([^"]+)" would suffice', capsys.readouterr().out).group(1)
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out"), "--accuracy", accuracy]) == 1
     assert ": NOT ACCEPTABLE: deflection of crank 105.8 µm" in capsys.readouterr().out
 

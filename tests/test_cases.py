@@ -494,7 +494,7 @@ class TestBuckling:
         assert status == 1
         assert "NOT ACCEPTABLE: rod buckles" in said
         assert summary["nonlinear_check"]["passed"] is None
-        assert summary["nonlinear_check"]["problem"].startswith("there is no answer to compare: rod buckles")
+        assert summary["nonlinear_check"]["problem"].startswith("there are no results to compare: rod buckles")
 
     def test_a_buckling_rod_is_not_acceptable_even_without_limits(self, tmp_path, capsys):
         text = (CASES / "buckled_rod.toml").read_text().split("[limits]")[0]

@@ -154,7 +154,7 @@ def test_vibration_of_too_many_beams_is_reported_as_unknown_before_it_starts(tmp
     file.write_text(text)
     assert main([str(file), "--positions", "4", "--out", str(tmp_path / "out")]) == 0
     warned = capsys.readouterr().err
-    assert f"not looked at in {count} beams of {6 * count} coordinates" in warned
+    assert f"not computed for {count} beams with {6 * count} coordinates" in warned
     assert f'of which {count} are in the link "arm"' in warned
     figures = json.loads((tmp_path / "out" / "long" / "summary.json").read_text())
     assert figures["theory"]["name"] == "quasi-static"

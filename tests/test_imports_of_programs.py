@@ -561,7 +561,7 @@ def test_a_limit_of_rigid_links_says_how_they_bend(tmp_path, monkeypatch, capsys
         with (tmp_path / f"{name}.toml").open("a") as file:
             file.write("[limits]\nsafety = 1.5\n")
     assert main(["heavy.toml", "--positions", "12"]) == 1
-    assert "CANNOT BE JUDGED: safety: every link is rigid: to let one bend, delete" in capsys.readouterr().out
+    assert "CANNOT BE JUDGED: safety: every link is rigid: to make one elastic, delete" in capsys.readouterr().out
     assert main(["heavy_elastic.toml", "--positions", "12"]) == 0
     assert ": acceptable: safety of " in capsys.readouterr().out
 

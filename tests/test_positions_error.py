@@ -109,7 +109,7 @@ def test_peaks_that_the_positions_miss_are_evaluated_without_solving_again(name,
     few, many = (computed(document.with_positions(count).scene, Request()) for count in (FEW, TIMES * FEW))
     assert len(solved) == 2
     assert len(few.answer.cycle.motion.time) > FEW
-    again = theory.answer(few.answer.cycle.still, few.scene.theory, few.period)
+    again = theory.answer(few.answer.cycle.quasi_static, few.scene.theory, few.period)
     for here, same, there in zip(few.answer.graded, again.graded, many.answer.graded, strict=True):
         assert (here.key, here.item) == (same.key, same.item) == (there.key, there.item)
         assert here.error.parts[BETWEEN] < ACCURACY * here.base

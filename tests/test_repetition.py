@@ -207,7 +207,7 @@ class TestAnswers:
     def test_a_duration_close_to_the_cycle_is_reported(self):
         scene = scene_from_text(edited(FOUR_BAR, ("[run]", '[run]\nduration = "62.83 ms"')))
         finding = findings_of(computed(scene, Request(theory="quasi-static")))[0]
-        assert "leave duration out" in finding.text
+        assert "omit the duration" in finding.text
 
     @pytest.mark.slow
     def test_against_the_nonlinear_check(self):

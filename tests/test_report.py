@@ -534,7 +534,7 @@ def test_advice_for_slender_links():
     assert "due to local effects at its ends." in text
     assert "shear" not in text
     (said,) = [one.text for one in findings(softer) if one.heading == "Shear"]
-    assert said == "Poisson's ratio of steel is not given: that of metals, 0.3, is taken for shear."
+    assert said == "Poisson's ratio of steel is not given: 0.3, as for metals, is used for shear."
 
 
 def test_charts_and_maps_have_gaps_where_positions_were_left_out():
@@ -626,9 +626,15 @@ def test_far_is_told_in_kilometres():
 @pytest.mark.parametrize(
     ("steel", "reported"),
     [
-        ({"E": 210, "density": 7850}, "The E of steel is 210 Pa, which hardly a solid has: a bare number is in Pa, "),
-        ({"E": 210e9, "density": 7850e3}, "The density of steel is 7.85e+06 kg/m^3, which hardly a solid has"),
-        ({"E": 210e9, "density": 7850, "yield": 235}, "The yield stress of steel is 235 Pa, which hardly a solid has"),
+        (
+            {"E": 210, "density": 7850},
+            "The E of steel is 210 Pa, which is unusual for a solid: a bare number is in Pa, ",
+        ),
+        ({"E": 210e9, "density": 7850e3}, "The density of steel is 7.85e+06 kg/m^3, which is unusual for a solid"),
+        (
+            {"E": 210e9, "density": 7850, "yield": 235},
+            "The yield stress of steel is 235 Pa, which is unusual for a solid",
+        ),
     ],
 )
 def test_numbers_that_miss_their_unit_are_noticed(steel, reported):
@@ -654,9 +660,9 @@ positions = 9
 @pytest.mark.parametrize(
     ("changes", "reported"),
     [
-        ([('"1 l/min"', "6")], 'flow of the cylinder of "guide" is 6 m^3/s, which hardly a cylinder has: a bare number '
-         'is in m^3/s, write other units as in "6 l/min"'),
-        ([('"1 bar"', "160")], 'pressure of the cylinder of "guide" is 160 Pa, which hardly a cylinder has'),
+        ([('"1 l/min"', "6")], 'flow of the cylinder of "guide" is 6 m^3/s, which is unusual for a cylinder: a bare '
+         'number is in m^3/s, write other units as in "6 l/min"'),
+        ([('"1 bar"', "160")], 'pressure of the cylinder of "guide" is 160 Pa, which is unusual for a cylinder'),
         ([('"40 mm"', "40")], 'bore of the cylinder of "guide" is 40 m, which hardly'),
         ([("positions = 9", "positions = 9\ngravity = [0, -9810]")], "Gravity is 9810 m/s^2, is that meant?"),
         ([], ""),

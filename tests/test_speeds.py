@@ -22,7 +22,7 @@ from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
 from kinelast.figures.speed_limits import SpeedLimit
-from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _Looking, speeds
+from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _SearchProgress, speeds
 from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
@@ -425,7 +425,7 @@ def test_a_search_of_minutes_is_announced(monkeypatch):
 
     clock = iter([0.0, 0.0, 5.0, 10.0])
     monkeypatch.setattr("kinelast.figures.speeds.time.monotonic", lambda: next(clock))
-    looking = _Looking("arm", Recorder())
+    looking = _SearchProgress("arm", Recorder())
     for done in (0, 10, 20):
         looking(done, 2010)
     [sentence] = sentences

@@ -21,7 +21,7 @@ def test_the_bound_of_vibration_covers_all_figures(number, monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
     scene = next(islice(importlib.import_module("random_scenes").scenes(5511), number, None))
     results = computed(scene, Request(theory=ELASTODYNAMIC))
-    still = results.answer.cycle.still
+    still = results.answer.cycle.quasi_static
     bound = bound_of_vibration(still, results.period)
     assert 0.0 < bound < 0.1
     figures = [each for each in results.answer.figures if each.power and each.follows is None and each.over == LARGEST]

@@ -1,4 +1,4 @@
-"""Answer of a theory of motion to a scene, with the errors of its figures."""
+"""The results that a theory of motion gives for a scene, with the errors of their figures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,37 +16,37 @@ from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
 from rigid.arrays import Reals
 
-SURELY = 0.8  # stated error / accuracy up to which a time history surely reaches it: errors are right to about 20 %
-BESIDES = 0.1  # no better theory is needed for a gain below this share of the accuracy or of the remaining error
+SAFE_SHARE = 0.8  # a time history is accurate up to this stated error / accuracy: errors are right to about 20 %
+NEGLIGIBLE_GAIN = 0.1  # a better theory is not worth a gain below this share of the accuracy or remaining error
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Deflection according to the chosen theory, with errors.
+    """The deflection according to the chosen theory, with errors.
 
     Attributes
     ----------
     theory
         "quasi-static", "elastodynamic" or "geometrically-exact".
     cycle
-        Cycle of the answer.
+        Cycle with the deflection of this answer.
     quasi_static
         Deflection without vibration.
     vibrating
-        Solution with vibration; None if not computed.
+        Solution with vibration; None if it was not computed.
     stages
-        Corrected answers by cause, as in `off`, with their vibration; empty in finished results.
+        Corrected answers by cause, like those of `off`, but with their vibration. Finished results do not keep them.
     figures, off
-        Figures with errors, and the data for these errors.
+        The figures, and the data from which their errors are computed.
     graded
-        Main figures; their errors grade the answer.
+        Main figures, which determine the error of the answer.
     accuracy
-        Requested accuracy, if any.
+        Requested accuracy; None if none was requested.
     missed
-        Relative change that vibration and large displacement cause in the most affected displacement, stress or force
-        among the graded figures, or a bound on it if vibration was not solved; nan if unknown.
+        Relative change in the most affected graded figure due to vibration and large displacement. If vibration was
+        not solved, this is a bound on the change; nan if it is unknown.
     finer
-        True if a more accurate theory is available.
+        Whether a more accurate theory is available.
     """
 
     theory: str
@@ -74,33 +74,33 @@ class Answer:
 
     @property
     def unknown(self) -> str:
-        """Reason for an unknown error; empty if the error is known."""
+        """The reason why the error is unknown, or an empty string if it is known."""
         return self.off.unknown
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """Errors of all items of the figures, by key."""
+        """The errors of the figures by key, for all items."""
         return figure_errors(self.cycle, self.figures, self.off)
 
     @cached_property
     def by_motion(self) -> float:
-        """See `history_error`; nan if unknown."""
+        """The result of `history_error`; nan if it is unknown."""
         known = self.cycle.scene.labels and not self.unknown
         return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
 
     @cached_property
     def courses(self) -> Mapping[str, float]:
-        """See `course_errors`; empty if unknown."""
+        """The result of `course_errors`; empty if it is unknown."""
         return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
 
     @property
     def worst_course(self) -> tuple[str, float]:
-        """Name and relative error of the worst time history; empty and nan if unknown."""
+        """The name and relative error of the least accurate time history; an empty name and nan if it is unknown."""
         return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
 
     @property
     def error(self) -> float:
-        """Relative error of the worst graded figure; nan if one is unknown, 0 without graded figures."""
+        """The largest relative error of the graded figures; nan if one is unknown, 0 if there are no graded figures."""
         if self.unknown:
             return math.nan
         worst = worst_of(self.graded)
@@ -108,39 +108,39 @@ class Answer:
 
     @property
     def enough(self) -> bool:
-        """True if a better theory would not help, because the accuracy is reached or it could remove little error.
+        """Whether a better theory would not help, because the accuracy is reached or the error would hardly decrease.
 
-        The time histories of all fields and joint forces must also reach a requested accuracy.
+        If an accuracy is requested, the time histories of all fields and joint forces must also reach it.
         """
         if self.unknown:
             return False
         for each in self.graded:
             by_motion = _share_by_motion(each)
             left = each.share - by_motion
-            if not by_motion <= max(self.wanted - left, BESIDES * self.wanted):
+            if not by_motion <= max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted):
                 return False
-        return self.accuracy is None or max(self.courses.values(), default=0.0) <= SURELY * self.wanted
+        return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
     @property
     def off_by_motion(self) -> float:
-        """Largest relative error due to the theory of motion; infinite if unknown."""
+        """The largest relative error due to the theory of motion; infinite if it is unknown."""
         if self.unknown:
             return math.inf
         return max((*map(_share_by_motion, self.graded), *self.courses.values()), default=0.0)
 
     @property
     def accurate(self) -> bool | None:
-        """True if the requested accuracy is reached; None without one."""
+        """Whether the requested accuracy is reached; None if no accuracy is requested."""
         return self.reaches(self.error)
 
     @property
     def wanted(self) -> float:
-        """Accuracy to reach: the requested one, or `ACCURACY`."""
+        """The accuracy to reach, which is `ACCURACY` by default."""
         return ACCURACY if self.accuracy is None else self.accuracy
 
     @property
     def missed_peaks(self) -> Reals:
-        """Instants [s] around the peaks of graded figures if their error `BETWEEN` positions exceeds the accuracy."""
+        """The instants [s] around the peaks of graded figures for which the error `BETWEEN` exceeds the accuracy."""
         keys = {each.key for each in self.graded if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
         figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
         instants = [np.zeros(0)]
@@ -152,7 +152,7 @@ class Answer:
         return np.unique(np.concatenate(instants))
 
     def reaches(self, error: float) -> bool | None:
-        """Return True if an error and the time histories are within the requested accuracy; None without one."""
+        """Return whether an error and the time histories are within the requested accuracy, or None without one."""
         if self.accuracy is None:
             return None
         return error <= self.accuracy and not self.worst_course[1] > self.accuracy

@@ -17,51 +17,52 @@ from machine.drives import Balance, balanced
 from rigid import Motion, position_of
 from rigid.plane import cross
 
-NOTHING = 1e-9  # amounts below this share of the largest are round-off
+MIN_AMOUNT = 1e-9  # amounts below this share of the largest one are round-off
 
 
 def balance_figures(results: Results) -> dict[str, Any]:
-    """Return proposals for a motion as plain data, with `words`; see `machine.drives.balanced`.
+    """Return proposals for balancing a motion as plain data, computed by `machine.drives.balanced`.
 
     `shaking_force` and `weight` propose counterweights on the links, as first moments of mass. `shaking_moment` adds
     discs to the counterweights for the shaking force; negative discs counter-rotate. `drive_effort` proposes a torsion
-    spring at the pin of one link. Each proposal gives the peaks before and after, and the remaining share of the root
-    mean square.
+    spring at the pin of one link. Each proposal contains the peaks before and after balancing, and the remaining
+    fraction of the root mean square. `words` describes the proposals in text.
     """
     motion, pins = results.motion, drives.pivoted_links(results.motion)
     if not pins or not results.cycle.counted.all():
-        why = "no link turns about a pin of the ground" if not pins else "some positions do not count"
-        return {"words": [f"nothing to balance it with: {why}"]}
+        why = "no link rotates about a ground pin" if not pins else "some positions are excluded"
+        return {"words": [f"balancing is not possible: {why}"]}
     weight = results.cycle.weights
     force = balanced(
         drives.inertia_force(motion), [each for at in pins for each in drives.shaking_influences(motion, at)], weight
     )
-    proposals: dict[str, Any] = {"shaking_force": _told(force, "N", _counterweights(results, pins, force))}
+    proposals: dict[str, Any] = {"shaking_force": _proposal(force, "N", _counterweights(results, pins, force))}
     moment = _moment(motion, pins, force, weight)
-    proposals["shaking_moment"] = _told(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
+    proposals["shaking_moment"] = _proposal(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
     units = [unit for *_, unit in results.drive_words]
     if abs(results.mechanism.gravity) and len(set(units)) == 1:
         held = balanced(
             drives.weight_effort(motion), [each for at in pins for each in drives.weight_influences(motion, at)], weight
         )
-        proposals["weight"] = _told(held, units[0], _counterweights(results, pins, held))
+        proposals["weight"] = _proposal(held, units[0], _counterweights(results, pins, held))
     if len(set(units)) == 1:
         rows = zip(results.cycle.efforts, results.drive_words, strict=True)
         efforts = np.array([results.figures.rounded(effort, unit) for effort, (*_, unit) in rows])
-        swings = [at for at in pins if not _goes_round(motion, at)]
+        swings = [at for at in pins if not _makes_full_turns(motion, at)]
         springs = {at: balanced(efforts, drives.spring_influences(motion, at), weight) for at in swings}
         soft = {at: each for at, each in springs.items() if each.amounts[0] > 0}
         if soft:
             at, best = min(soft.items(), key=lambda each: each[1].share)
-            proposals["drive_effort"] = _told(best, units[0], _spring(results, at, pins[at], best))
+            proposals["drive_effort"] = _proposal(best, units[0], _spring(results, at, pins[at], best))
     return {**proposals, "words": [*_words(proposals, results.scene.shown_in)]}
 
 
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
-    """Return the text of a scene with counterweights that reduce its shaking force; empty if none can be added.
+    """Return the text of a scene with counterweights that reduce its shaking force.
 
-    Each counterweight is a rigid link, welded to its link at the pin. The masses are variables of `[optimize]`, which
-    minimizes the shaking force unless the scene has another goal.
+    Each counterweight is a rigid link that is welded to its link at the pin. The masses are variables of `[optimize]`,
+    which minimizes the shaking force unless the scene has another goal. The text is empty if no counterweight can be
+    added.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def _put(file: Any, table: str, key: str, value: Any) -> None:
 
 
 def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
-    """Return a counterweight's position in the drawing; None if the drawing does not define its link's angle."""
+    """Return a counterweight's position in the drawing, or None if the drawing does not define its link's angle."""
     mechanism, places = document.scene.mechanism, drawn_places(document.table)
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
@@ -111,7 +112,7 @@ def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
-    """Return discs on rotating links that balance the remaining shaking moment."""
+    """Return the discs on rotating links that balance the remaining shaking moment."""
     left = drives.inertia_moment(motion)
     for (at, pin), pair in zip(pins.items(), force.amounts.reshape(-1, 2), strict=True):
         pushes = (amount * each for amount, each in zip(pair, drives.shaking_influences(motion, at), strict=True))
@@ -119,24 +120,24 @@ def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any
     return balanced(left, [-motion.angular_acceleration[at] for at in pins], weight)
 
 
-def _goes_round(motion: Motion, at: int) -> bool:
-    """Return True if a link makes full turns, which excludes a spring."""
+def _makes_full_turns(motion: Motion, at: int) -> bool:
+    """Return whether a link makes full turns, so that it cannot have a torsion spring."""
     angle = np.unwrap(np.angle(motion.direction[at]))
     return bool(abs(angle[-1] - angle[0]) > np.pi)
 
 
-def _told(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[str, Any]:
+def _proposal(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[str, Any]:
     before, after = (float(np.abs(values).max()) for values in (balance.before, balance.after))
     return {"before": reading(before, unit), "after": reading(after, unit), "left": balance.share, "parts": parts}
 
 
 def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
-    """Return first moments of mass to add to the links, and the equivalent masses beyond the pin."""
+    """Return the first moments of mass to add to the links, and the equivalent masses beyond the pin."""
     rows = []
     largest = float(np.abs(balance.amounts).max(initial=0.0))
     for (at, pin), pair in zip(pins.items(), balance.amounts.reshape(-1, 2), strict=True):
         link, moment = results.mechanism.links[at], complex(*pair)
-        if abs(moment) <= NOTHING * largest:
+        if abs(moment) <= MIN_AMOUNT * largest:
             continue
         radius = max(abs(complex(place) - complex(link.points[pin])) for place in link.points.values()) / 2 or 1.0
         rows.append(
@@ -159,7 +160,7 @@ def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: 
 
 
 def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
-    """Return the torsion spring that reduces the effort most: its stiffness and its unloaded link angle."""
+    """Return the stiffness and the unloaded link angle of the torsion spring that reduces the effort most."""
     stiffness, moment = balance.amounts.tolist()
     slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
     link = results.mechanism.links[at].name
@@ -177,17 +178,17 @@ def _words(proposals: Mapping[str, Any], shown_in: DisplayUnits) -> Iterator[str
                 f"{each['link']}, {coordinate(each['direction'].value, 'rad')} from its axis"
                 for each in proposals[key]["parts"]
             )
-            yield f"balance of the {name}: {'; '.join(parts)} {_leaves(proposals[key], shown_in)}"
+            yield f"balance of the {name}: {'; '.join(parts)} {_remainder_words(proposals[key], shown_in)}"
     if "drive_effort" in proposals:
         (each,) = proposals["drive_effort"]["parts"]
         spring = f"{quantity(each['stiffness'].value, 'N m', 3, shown_in)}/rad at {each['pin']} on {each['link']}"
         slack = coordinate(each["angle"].value, "rad")
-        left = _leaves(proposals["drive_effort"], shown_in)
+        left = _remainder_words(proposals["drive_effort"], shown_in)
         yield f"balance of the drive: a spring of {spring}, slack at {slack}, {left}"
 
 
-def _leaves(row: Mapping[str, Any], shown_in: DisplayUnits) -> str:
-    if row["left"] < NOTHING:
+def _remainder_words(row: Mapping[str, Any], shown_in: DisplayUnits) -> str:
+    if row["left"] < MIN_AMOUNT:
         return "leaves nothing"
     before, after = (quantity(row[key].value, row[key].unit, 3, shown_in) for key in ("before", "after"))
     return f"leaves {percent(row['left'])} as root mean square, at most {after} of {before}"

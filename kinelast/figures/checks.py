@@ -1,4 +1,4 @@
-"""Checks of the answer by other theories: large displacements in the time domain, and links as plane bodies."""
+"""Checks by other methods: nonlinear finite elements in the time domain, and links modelled as plane bodies."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
-DIVISORS = 1.5, 6.0  # allowed difference / tolerance of the check: first run, and second run if undecided
-MEASURING = 0.2  # largest error of a check that replaces an estimate, relative to the estimate
+DIVISORS = 1.5, 6.0  # allowed difference / tolerance, in the first run and in the second, if the first is undecided
+MEASURING = 0.2  # error of a check / estimated error, up to which the check replaces the estimate
 DEFAULT_TOLERANCE = 0.005  # tolerance of a check without an allowed difference
 MIN_ACCURACY = 1e-4  # finest accuracy that a message suggests
 MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # bounds of the allowed momentum difference of vibrating links
@@ -43,7 +43,7 @@ POSITIONS = 360  # default positions of a run; with more, a finer time grid wide
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
-    """Solve the mechanism by nonlinear finite elements, taking only the scene and the damping from the answer.
+    """Solve the mechanism by nonlinear finite elements, using only the scene and the damping from the results.
 
     The elements are also beams, so the allowed difference does not include errors of beam theory.
     """
@@ -51,9 +51,9 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
 
     course = results.scene.course
     if results.buckles:
-        return NotMade(f"there is no answer to compare: {results.buckles}")
+        return NotMade(f"there are no results to compare: {results.buckles}")
     if not isinstance(course, CourseByLaws) or results.left_out:
-        return NotMade("it needs drives that follow laws and reach all positions")
+        return NotMade("it requires drives that follow laws and reach all positions")
     estimate = math.nan
     if results.answer:
         estimate = results.answer.by_motion
@@ -77,7 +77,7 @@ def _nonlinear(
     estimate: float,
     progress: Callable[[float, str], None] | None,
 ) -> NonlinearCheck:
-    """Run the check at a tolerance."""
+    """Run the check with a given tolerance."""
     from fem_check.nonlinear import refined_deflection
 
     scene, times, period = results.scene, results.motion.time, results.period
@@ -120,9 +120,10 @@ def _nonlinear(
 
 
 def _measured(results: Results, refined: RefinedDeflection) -> Measured:
-    """Return the errors of the largest displacements of beams, points and output, measured at nodes and instants.
+    """Return the errors of the largest displacements of the beams, points and output, measured by the check.
 
-    The check's own error is relative to the chord deflection, and is applied to all displacements.
+    Displacements are compared at the nodes and instants of the check. The check's own error is known relative to the
+    chord deflection, and is applied to all displacements.
     """
     theirs = dict(zip(("u", "w", "phi"), refined.moved, strict=True)) | {"chord": refined.chord}
     ours = {name: sample(results.deflection, name, refined.xi) for name in theirs}
@@ -132,7 +133,7 @@ def _measured(results: Results, refined: RefinedDeflection) -> Measured:
     if (output := results.figures.output) and output.point in names:
         sizes[OUTPUT_ERROR] = tuple(each[[names.index(output.point)]] for each in sizes["displacement"])
     differences = {key: np.abs(mine - true).tolist() for key, (mine, true) in sizes.items()}
-    least = {key: errors.LITTLE * np.nanmax(true, initial=0.0) for key, (_, true) in sizes.items()}
+    least = {key: errors.MIN_SHARE_OF_UNIT * np.nanmax(true, initial=0.0) for key, (_, true) in sizes.items()}
     uncertain = {key: (refined.error * np.maximum(true, least[key])).tolist() for key, (_, true) in sizes.items()}
     return Measured(differences, uncertain)
 
@@ -143,7 +144,7 @@ def _greatest(values: Reals) -> Reals:
 
 
 def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, Reals]) -> Reals:
-    """Return the greatest displacement of points at beam ends [m], nan for other points, shape (points,)."""
+    """Return the greatest displacement of each point [m], shape (points,); nan for points that are not beam ends."""
     greatest = np.full(len(names), np.nan)
     size = np.hypot(moved["u"], moved["w"])
     for number, (_, beam) in enumerate(mechanism.beams):
@@ -154,19 +155,19 @@ def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, R
 
 
 def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
-    """Return additional discretization errors of the beams, relative to their own deflections.
+    """Return the additional discretization error of each beam, relative to the beam's own deflection.
 
     Parameters
     ----------
     smaller
-        Largest deflection of all beams over that of each beam.
+        Largest deflection of all beams / largest deflection of each beam.
     """
     share = results.answer.off.shares.get(errors.TIME, 0.0) if results.answer else 0.0
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
 def _damping(results: Results) -> Reals:
-    """Return the damping beta of each beam [s], from the answer or from the lowest natural frequency."""
+    """Return the damping beta of each beam [s], from the vibration if solved, or from the lowest natural frequency."""
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
     from kinelast.figures.bounds import damping_of
@@ -183,9 +184,9 @@ def _poisson(scene: Scene) -> list[float]:
 
 
 def nearer(results: Results, error: FigureError, share: float) -> str:
-    """Return advice on how to reduce a figure's error to a share of the figure; empty if there is none.
+    """Return advice on how to reduce the relative error of a figure to `share`, or an empty string.
 
-    The advice names the largest part of the error and an option that works for this scene.
+    The advice names the largest part of the error and an option that is applicable to this scene.
     """
     answer, largest = results.answer, error.largest
     if largest == errors.BEAM_THEORY:
@@ -196,22 +197,22 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
         more = max(POSITIONS, 4 * len(results.motion.time))
         return f"mostly {largest}: --positions {more} would reduce it"
     if results.scene.theory.plain:
-        return f'mostly {largest}: without theory = "quasi-static" it would be settled'
+        return f'mostly {largest}: without theory = "quasi-static" the error would be small'
     return f"mostly {largest}{_by_a_finer_theory(results, answer, max(share / 2, MIN_ACCURACY))}"
 
 
 def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
     """Return advice on an error due to the theory of motion.
 
-    A finer accuracy is suggested only if the answer has reached its present accuracy.
+    A finer accuracy is suggested only if the present accuracy has been reached.
     """
     wanted = answer.accuracy or ACCURACY
     reached = max((each.error.without(errors.NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
     if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= wanted:
-        return f': accuracy = "{percent(aim)}" would settle it'
+        return f': accuracy = "{percent(aim)}" would suffice'
     if isinstance(results.scene.course, CourseByLaws) and not results.left_out and not results.nonlinear:
         return ": --check nonlinear would measure it"
-    return ", which no finer answer reduces: stiffer links or more damping would"
+    return ", which a finer computation cannot reduce; stiffer links or more damping would"
 
 
 def _hollow(results: Results) -> bool:
@@ -221,11 +222,11 @@ def _hollow(results: Results) -> bool:
 
 
 def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
-    """Return the momentum balances of the whole machine, quasi-static and with vibration, by theory.
+    """Return the momentum balances of the whole machine by theory: quasi-static and, if solved, with vibration.
 
-    The allowed difference for vibrating links is the error of the answer in time, coordinates and large displacement.
-    It is at least `MIN_ALLOWED`, which grows with the square of the number of positions, and at least a share of the
-    accuracy.
+    The allowed difference for vibrating links is the error due to time steps, coordinates and large displacement. It is
+    at least `MIN_ALLOWED`, which is increased with the square of the number of positions, and at least a fraction of
+    the accuracy.
     """
     from elastic.elastodynamics import deflection_at
     from fem_check import balance
@@ -246,7 +247,7 @@ def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
 
 
 def check_passed(results: Results) -> bool | None:
-    """Return whether the finite element check is within its bounds, or None if it compared nothing."""
+    """Return whether the finite element check is within its bounds, or None if no position was compared."""
     comparison, verdicts = results.comparison, []
     assert comparison is not None
     if not comparison.passed or (results.scene.labels and comparison.compared):
@@ -256,7 +257,7 @@ def check_passed(results: Results) -> bool | None:
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
-    """Return the error of beam theory in the quasi-static answer, measured by plane-stress bodies."""
+    """Measure the error of beam theory in the quasi-static deflection with plane-stress bodies."""
     from fem_check.solid import compare_solid
 
     try:
@@ -268,13 +269,13 @@ def solid_check(results: Results) -> SolidComparison | NotMade:
     return NotMade("; ".join(f"{link}: {reason}" for link, reason in compared.left_out.items()))
 
 
-MAX_RATIO = 2.0  # largest difference that a check may find, relative to the estimated error
+MAX_RATIO = 2.0  # allowed difference of a check / estimated error
 MIN_DIFFERENCE = 0.01  # smallest difference that a check resolves, relative to the largest deflection
 
 
 @dataclass(frozen=True)
 class NotMade:
-    """Requested check that is not possible, for the reason in `problem`."""
+    """A requested check that could not be made; `problem` is the reason."""
 
     problem: str
 
@@ -286,21 +287,21 @@ class NonlinearCheck:
     Attributes
     ----------
     elements, steps, positions
-        Numbers of elements per beam, time steps, and compared positions.
+        Number of elements per beam, of time steps, and of compared positions.
     difference, without_vibration
-        By beam label: largest difference of the answer, and of the quasi-static answer, relative to the largest
-        deflection of the beam.
+        Largest difference of the answer and of the quasi-static answer from the check, relative to the largest
+        deflection of the beam, by beam label.
     peak
-        By beam label: largest deflection in the check [m].
+        Largest deflection according to the check [m], by beam label.
     estimate
-        Estimated error of the answer, without the errors that the check shares; nan if unknown.
+        Estimated error of the answer, without the errors that the check has too; nan if it is unknown.
     mesh, step
-        Estimated relative errors of the check.
+        Estimated relative errors of the check due to its elements and time steps.
     allowance
-        By beam label: additional allowance, relative to the beam's deflection. The convergence tolerance is relative to
-        the largest displacement, so it is larger in relation to a link that barely bends.
+        Additional allowance relative to the beam's deflection, by beam label. It is needed because the convergence
+        tolerance is relative to the largest displacement, and therefore large for a link that hardly bends.
     measured
-        Errors of the figures that the check also computes.
+        Errors of the figures that the check computes as well.
     """
 
     elements: int
@@ -317,45 +318,45 @@ class NonlinearCheck:
 
     @property
     def largest(self) -> float:
-        """Difference for the worst beam."""
+        """The largest difference of any beam."""
         return max(self.difference.values(), default=0.0)
 
     @property
     def error(self) -> float:
-        """Error of the check."""
+        """The relative error of the check itself."""
         return self.mesh + self.step
 
     @property
     def near(self) -> bool:
-        """Whether the difference is too close to its bound for the error of the check, or this error is unreliable."""
+        """Whether the check is undecided because its error is unreliable or exceeds the distance to the bound."""
         return abs(self._beyond) < self.error or self.error > UNRELIABLE
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the stated error exceeds the answer, so that any difference would be within it."""
+        """Whether the estimated error exceeds the deflection itself, so that any difference would be within it."""
         return self.estimate > 1.0
 
     @property
     def _beyond(self) -> float:
-        """Difference for the worst beam minus its bound."""
+        """The difference minus its bound, for the worst beam."""
         off = ((each, self.estimate + self.allowance.get(label, 0.0)) for label, each in self.difference.items())
         return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
 
     @property
     def passed(self) -> bool | None:
-        """Whether the difference is within its bound; None without an estimate or if the check is undecided."""
+        """Whether the difference is within its bound; None if there is no estimate or the check is undecided."""
         if math.isnan(self.estimate) or self.near or self.cannot_tell:
             return None
         return self._beyond <= 0.0
 
 
 def allowed_difference(estimate: float) -> float:
-    """Return the largest difference that a check may find; nan if there is no estimated error."""
+    """Return the largest difference that is allowed in a check; nan if the error could not be estimated."""
     return math.nan if math.isnan(estimate) else max(MAX_RATIO * estimate, MIN_DIFFERENCE)
 
 
 def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | None:
-    """Return the nonlinear check as data, relative to the largest deflection from the chord."""
+    """Return the nonlinear check for the report. Differences are relative to the largest deflection from the chord."""
     if check is None:
         return None
     if isinstance(check, NotMade):
@@ -382,7 +383,7 @@ def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | N
 
 
 def solid_report(check: SolidComparison | NotMade | None) -> FurtherCheck | None:
-    """Return the check with plane bodies as data, relative to the largest deflection from the chord."""
+    """Return the check with plane bodies for the report, relative to the largest deflection from the chord."""
     if check is None:
         return None
     if isinstance(check, NotMade):

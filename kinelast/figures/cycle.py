@@ -1,4 +1,4 @@
-"""A scene in motion, from which all figures are computed: one run, or many designs or speeds at once."""
+"""A scene in motion, from which all figures are computed, for one run or for many designs or speeds at once."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
-WELL = 1e6  # largest condition number of a position that is included in largest values
-STATIONS = 15  # number of stations along a beam for differences between answers
+WELL = 1e6  # largest condition number of the positions that are included in largest values
+STATIONS = 15  # number of stations along a beam at which answers are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-INSTANTS = 12  # number of positions with natural frequencies, in addition to those around the minimum
-SETTLED = 1e-5  # tolerance of natural frequencies, fine enough for their derivatives
+INSTANTS = 12  # number of positions at which natural frequencies are computed; they change slowly over the cycle
+SETTLED = 1e-5  # tolerance of natural frequencies, which is fine enough for their derivatives
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class AlongBeams(RowSearch):
     key: str
 
     def rows(self, cycle: Cycle) -> Reals | None:
-        """Return the values for a cycle that is sampled along the beams."""
+        """Return the values at all positions, or None if the cycle is not sampled along the beams."""
         return cycle.once(_rows_along, self.key) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
@@ -58,30 +58,31 @@ class AlongBeams(RowSearch):
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """A scene and its motion, columns (positions,), (designs, positions) or (speeds, positions).
+    """A scene and its motion, with columns (positions,), (designs, positions) or (speeds, positions).
 
     Attributes
     ----------
     given
-        Its deflection if known; otherwise it is computed when a figure needs it.
+        Deflection, if it is known; otherwise it is computed when a figure needs it.
     tabled
         Whether fields are needed at every position, instead of only their largest values.
     wanted
-        Fields that the figures need; they are searched together.
+        Fields that the figures need, so that they can be searched together.
     used
-        Number of actual designs; any others only fill the arrays.
+        Number of actual designs; the others only pad the arrays.
     period
-        Duration of the cycle [s], shape (...), if fields are also evaluated between the positions.
+        Duration of the cycle [s], shape (...), if fields are evaluated between the positions too.
     sampled
         Whether fields are evaluated only at `STATIONS` points along the beams, which is enough for the difference
         between two answers.
     between
         Whether peaks include their gain between the positions.
-    still
-        The quasi-static answer for the same motion, which provides the critical loads; None if this is the quasi-static
-        answer.
+    quasi_static
+        Quasi-static answer for the same motion, which provides the natural frequencies. None if this cycle is itself
+        the
+        quasi-static answer.
     samples
-        Values at `STATIONS`, by field key, while several fields are searched.
+        Values at the stations by field key, cached while several fields are searched.
     """
 
     scene: Scene
@@ -93,7 +94,7 @@ class Cycle:
     period: Any = None
     sampled: bool = False
     between: bool = False
-    still: Cycle | None = None
+    quasi_static: Cycle | None = None
     samples: dict[str, Reals] = field(default_factory=dict, init=False, repr=False)
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
@@ -105,7 +106,7 @@ class Cycle:
         return self._known[key]
 
     def of(self, figure: Figure) -> Largest:
-        """Return the largest values of the items of a figure."""
+        """Return the largest value of every item of a figure."""
         return self._found(figure.find, bool(figure.fields))
 
     def _found(self, find: Callable[[Cycle], Largest], of_fields: bool) -> Largest:
@@ -116,7 +117,7 @@ class Cycle:
         return self._known[key]
 
     def search(self, figures: Iterable[Figure]) -> None:
-        """Search several figures at once and cache them for `of`."""
+        """Search several figures at once, and cache the results for `of`."""
         searched: dict[Any, Numbers] = {}
         for figure in figures:
             key = figure.find, self.sampled and bool(figure.fields)
@@ -135,35 +136,36 @@ class Cycle:
 
     @cached_property
     def deflection(self) -> Deflection:
-        """Deflection of the links."""
+        """The deflection of the links."""
         return self.given or scene_deflection(self.scene, self.motion)
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
-        """Shape of the columns, including designs with equal motion."""
+        """The shape of the columns, including designs that have the same motion."""
         of_cams = (cam.designs for cam in self.scene.cams.values())
         return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams)
 
     @cached_property
     def reached(self) -> Flags:
-        """True if the mechanism closes, shape (..., positions)."""
+        """Whether the mechanism can be assembled at each position, shape (..., positions)."""
         return np.broadcast_to(reachable(self.motion), self.columns)
 
     @cached_property
     def condition(self) -> Reals:
-        """Condition number of the motion, shape (..., positions)."""
+        """The condition number of the motion, shape (..., positions)."""
         return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
     def singular(self) -> Flags:
-        """True at positions without figures: nearly singular, or friction may lock, shape (..., positions)."""
+        """Whether a position has no figures: it is nearly singular, or friction may lock, shape (..., positions)."""
         return np.broadcast_to(self.deflection.lost, self.columns)
 
     @cached_property
     def counted(self) -> Flags:
-        """True at positions that are included in largest values (condition up to `WELL`), shape (..., positions).
+        """Whether a position is included in largest values, shape (..., positions).
 
-        If no position is that well conditioned, all computed positions are included.
+        Positions are included if their condition number is at most `WELL`. If there are none, all computed positions
+        are.
         """
         well = self.condition <= WELL
         if self.scene.mechanism.friction:
@@ -172,12 +174,12 @@ class Cycle:
 
     @cached_property
     def counted_if_any(self) -> Flags | None:
-        """Included positions; None if all are."""
+        """Whether a position is included in largest values, like `counted`; None if all positions are included."""
         return None if self.counted.all() else self.counted
 
     @cached_property
     def weights(self) -> Reals:
-        """Weights of positions in time averages [s], shape (..., positions); 0 if a position is excluded."""
+        """The weights of positions in time averages [s], shape (..., positions); 0 if a position is excluded."""
         run = self.scene.run
         cycle: Any = run.duration if run.turn else np.nan
         period = cycle if self.period is None else np.asarray(self.period)[..., None]
@@ -185,19 +187,19 @@ class Cycle:
 
     @cached_property
     def well_conditioned(self) -> Deflection:
-        """Deflection with nan at excluded positions."""
+        """The deflection with nan at excluded positions."""
         left_out = ~self.singular & ~self.counted
         return elastic.marked(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
-        """Return the largest magnitude of values, shape (..., positions), over the included positions."""
+        """Return the largest magnitude of the values, shape (..., positions), over the included positions."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
         found = largest(values, self.counted_if_any)
         return replace(found, gain=self._gain(np.abs(values), found.position)) if self.between else found
 
     def least(self, values: Any) -> Largest:
-        """Return the smallest value over the positions, the last axis; nan if none is known."""
+        """Return the smallest value over the positions (last axis); nan if no value is known."""
         known = np.where(np.isnan(values), np.inf, values)
         at = known.argmin(axis=-1)
         value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
@@ -205,7 +207,7 @@ class Cycle:
         return replace(found, gain=self._gain(-known, found.position)) if self.between else found
 
     def _gain(self, size: Reals, position: Any) -> Reals:
-        """Return the gain of peaks between the positions, see `peak_gain`."""
+        """Return the amount by which peaks between the positions are larger, computed by `peak_gain`."""
         run, time = self.scene.run, self.motion.time
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
@@ -213,11 +215,11 @@ class Cycle:
 
     @cached_property
     def coarser(self) -> Cycle:
-        """Rigid motion and quasi-static answer at every second position."""
+        """The rigid motion and quasi-static answer at every second position."""
         return Cycle(self.scene, self.scene.course.at(self.motion.time[::2]), sampled=True)
 
     def rows(self, values: Any) -> Numbers:
-        """Return the values of several items with all columns, shape (items, ..., positions)."""
+        """Return the values of several items, broadcast to all columns, shape (items, ..., positions)."""
         columns = self.columns
         wide = [each if np.shape(each) == columns else np.broadcast_to(each, columns) for each in values]
         return np.array(wide) if wide else np.zeros((0, *self.columns))
@@ -228,12 +230,12 @@ class Cycle:
 
     @cached_property
     def maxima(self) -> dict[str, Largest]:
-        """Largest magnitudes of the needed fields."""
+        """The largest magnitudes of the `wanted` fields."""
         return elastic.cycle_maxima(self.deflection, sorted(self.wanted), self.counted_if_any, self.period)
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
-        """Value of largest magnitude along every beam, per field and stress, shape (beams, ..., positions)."""
+        """The value of largest magnitude along every beam by field, shape (beams, ..., positions)."""
         if not self.deflection.sections:
             none = np.zeros((0, *self.columns))
             return {key: Extreme(none, none) for key in EXTREME_FIELDS}
@@ -241,43 +243,43 @@ class Cycle:
 
     @cached_property
     def euler_ratio(self) -> Reals:
-        """Compression / Euler load, shape (beams, ..., positions)."""
+        """The compression / Euler load, shape (beams, ..., positions)."""
         return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
 
     @property
     def pressed(self) -> Largest:
-        """Largest load / critical load over the positions, for the link of every beam, shape (beams, ...).
+        """The largest load / critical load over the positions, for the link of every beam, shape (beams, ...).
 
-        The forces are those of the answer, including vibration. For many designs or speeds, the ratios are safe upper
-        bounds; nan if unknown.
+        The forces are those of this cycle, including any vibration. For several designs or speeds, the ratios are upper
+        bounds. They are nan if unknown.
         """
         return self.once(_pressed)[0]
 
     @property
-    def pressed_beside(self) -> Reals:
-        """Possible increase of the load ratios between the positions, shape (beams, ...); 0 for safe bounds."""
+    def buckling_gain(self) -> Reals:
+        """The possible increase of the load ratios between the positions, shape (beams, ...); 0 for upper bounds."""
         return self.once(_pressed)[1]
 
     @cached_property
     def bending(self) -> Reals:
-        """Largest deflection from the chord, relative to its maximum, for the worst beam, shape (..., positions)."""
+        """The deflection from the chord / its maximum over the cycle, for the worst beam, shape (..., positions)."""
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         return share.max(axis=0, initial=0.0)
 
     def joint(self, number: int) -> JointHistory:
-        """Return the force and motion of a joint over the included positions."""
+        """Return the time history of the force and motion of a joint, with weights for the included positions."""
         return self.once(_joint, number)
 
     @cached_property
     def efforts(self) -> Reals:
-        """Moment [N m] or force [N] of every drive, shape (drives, ..., positions)."""
+        """The moment [N m] or force [N] of every drive, shape (drives, ..., positions)."""
         return drive_efforts(self.deflection.motion, self.deflection.forces)
 
     @cached_property
     def deviations(self) -> dict[str, PathDeviation]:
-        """Displacement of every moving named point, shape (..., positions)."""
+        """The displacement of every named moving point, shape (..., positions)."""
         links = self.scene.mechanism.links
         return {name: self._deviation(links[link].name, name) for name, link in points_of(self.scene.mechanism)}
 
@@ -288,13 +290,13 @@ class Cycle:
 
     @property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some positions, nan if unknown; None if no link has beams."""
-        return self.still.frequencies if self.still else self.once(_frequencies)
+        """The natural frequencies at some positions, nan if unknown; None if no link has beams."""
+        return self.quasi_static.frequencies if self.quasi_static else self.once(_frequencies)
 
     @cached_property
     @one_thread()
     def lowest_frequency(self) -> Reals:
-        """Lowest natural frequency at some positions [rad/s], shape (..., positions)."""
+        """The lowest natural frequency at some positions [rad/s], shape (..., positions)."""
         from elastic.vibration import natural_frequencies
 
         solved = natural_frequencies(
@@ -322,8 +324,8 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
     if too_many_beams(scene.mechanism):
         return unknown
     try:
-        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints, searched=True)
-    except np.linalg.LinAlgError:  # unrealistic sizes; the deflection is still known
+        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints)
+    except np.linalg.LinAlgError:  # unrealistic dimensions, for which the deflection may quasi_static be known
         return unknown
 
 
@@ -364,24 +366,24 @@ def greatest_along(values: Any) -> Reals:
     return np.where(most >= -least, most, least)
 
 
-FEW = 64  # most beams with all coordinates (1.5 GB, 15 s)
-MOST_COORDINATES = 18 * FEW
-MOST_BEAMS = 150  # beams that are short pieces of links; these need a third of the coordinates
+MAX_FULL_BEAMS = 64  # maximum number of beams with all coordinates (1.5 GB, 15 s)
+MAX_COORDINATES = 18 * MAX_FULL_BEAMS
+MAX_BEAMS = 150  # maximum number of beams if they are short pieces of links, which have fewer coordinates
 INNER = 4  # initial number of polynomials along a vibrating beam
 
 
 def too_many_beams(mechanism: Mechanism) -> str:
     """Return the reason why vibration and buckling are not computed; empty if they are computed."""
     count = len(mechanism.beams)
-    if count <= FEW:
+    if count <= MAX_FULL_BEAMS:
         return ""
     from elastic.vibration import elastic_coordinates
 
     coordinates = {link.name: elastic_coordinates(link, INNER) for link in mechanism.links}
     size = sum(coordinates.values())
-    if count <= MOST_BEAMS and size <= MOST_COORDINATES:
+    if count <= MAX_BEAMS and size <= MAX_COORDINATES:
         return ""
     link = max(coordinates, key=lambda name: coordinates[name])
     where = f'of which {len(mechanism.links[mechanism.index[link]].beams)} are in the link "{link}"'
-    most = f"expected {MOST_BEAMS} beams and {MOST_COORDINATES} coordinates at most"
-    return f"vibration and buckling are not looked at in {count} beams of {size} coordinates, {where}: {most}"
+    most = f"expected at most {MAX_BEAMS} beams and {MAX_COORDINATES} coordinates"
+    return f"vibration and buckling are not computed for {count} beams with {size} coordinates, {where}: {most}"

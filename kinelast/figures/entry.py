@@ -1,4 +1,4 @@
-"""Measures: figures for all items or for single items, by name."""
+"""Measures, i.e. figures of all items together or of single items, by name."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from rigid.arrays import Integers, Reals
 
 @dataclass(frozen=True)
 class Measure:
-    """A figure for one, several or all items, reduced to a single number per design or speed."""
+    """A figure of one, several or all items, reduced to a single number per design or speed."""
 
     name: str
     unit: str
@@ -25,12 +25,12 @@ class Measure:
     items: tuple[int, ...] | None = None
 
     def among(self, values: Any) -> Reals:
-        """Reduce the magnitudes of all items, shape (items, ...), to its values."""
+        """Reduce the magnitudes of all items, shape (items, ...), to the values of this measure."""
         rows = values if self.items is None else values[[*self.items]]
         return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
 
     def of(self, cycle: Cycle) -> tuple[Reals, Integers]:
-        """Return the values, and numbers that identify item and position (-1 if none), shape (...)."""
+        """Return the values, and numbers that identify the item and position of each (-1 if none), shape (...)."""
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))
         rows = known if len(items) == count else _picked(known, items)
@@ -49,7 +49,7 @@ def _picked(known: Largest, items: Sequence[int]) -> Largest:
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """Return the magnitudes of all items of figures by key, including the gain of peaks between positions."""
+    """Return the magnitudes of figures by key for all items, including the gain of peaks between positions."""
     figures = [*figures]
     cycle.search(figures)
     return {figure.key: cycle.once(_magnitude, figure, cycle.sampled) for figure in figures}
@@ -70,7 +70,7 @@ def bounded_items(scene: Scene, limit: Limit) -> list[int]:
 
 
 def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
-    """Return measures by name: for all items together (if they share a unit) and for every single item."""
+    """Return the measures of figures by name, for every single item and, if their units agree, for all items."""
     return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
 
 
@@ -86,7 +86,7 @@ def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
 
 
 def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
-    """Look up measures by name; keep other objects.
+    """Look up measures by name, and create measures of figures that are not in the registry.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Errors of figures, in the figures' units, from differences between answers."""
+"""Errors of figures, in the units of the figures, computed from differences between answers."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ BETWEEN = "between the positions"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
 NOT_OF_MOTION = (BEAM_THEORY, ROUND_OFF, BETWEEN)  # parts that are the same in all theories of motion
 BY_MOTION = (VIBRATION, LARGE)  # successive corrections, added with their signs
-SEARCHED = LARGEST, LEAST, MOST  # reductions that have a position in the cycle
-QUARTER = 4.0  # error of an average with doubled steps / error with the given steps
-ONE_POSITION = "there is no instant beside it to compare with"
+SEARCHED = LARGEST, LEAST, MOST  # reductions whose result belongs to a position of the cycle
+STEP_RATIO = 4.0  # error of an average with doubled steps / error with the given steps
+ONE_POSITION = "there is no neighbouring instant to compare with"
 RIGID_HEADLINE = "drive_effort", "joint_force"  # main figures of a mechanism of rigid links
-RECIPROCAL = "safety", "endurance"  # figures that are a strength over a stress: their errors are those of the stress
+RECIPROCAL = "safety", "endurance"  # figures strength / stress, which have the relative errors of the stress
 HEADLINE = NAMES["w"], NAMES["mises"]  # main figures of every report
-LITTLE = 0.01  # relative errors refer to at least this fraction of the largest figure with the unit
-WATCHED = LIMITS["axial force"].watch  # load / critical load above this is computed for every correction, else scaled
-LITTLE_PRESSED = 0.2  # load ratios below this fraction of the largest one have the error `KNOWN_TO`
-KNOWN_TO = 0.02  # error of small load ratios, relative to the largest one
+MIN_SHARE_OF_UNIT = 0.01  # relative errors refer to at least this fraction of the largest figure with the unit
+MIN_COMPUTED_RATIO = LIMITS["axial force"].watch  # above this, load ratios of corrections are not scaled
+SMALL_RATIO = 0.2  # load ratios below this fraction of the largest one have the error `SMALL_RATIO_ERROR`
+SMALL_RATIO_ERROR = 0.02  # error of small load ratios, relative to the largest one
 MAX_CHANGE_RATIO = 3.0  # assumed relative change of a load ratio / relative change of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure with the unit
@@ -44,7 +44,7 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class FigureError:
-    """Error of a figure, in its unit.
+    """The error of a figure, in the figure's unit.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class FigureError:
 
     @cached_property
     def size(self) -> float:
-        """Total: signed parts added with their signs, others by magnitude; nan if unknown."""
+        """The total error: the sum of the signed parts, plus the magnitudes of the others; nan if it is unknown."""
         if self.unknown:
             return math.nan
         lacks = math.fsum(self.parts.get(name, 0.0) for name in BY_MOTION)
@@ -67,12 +67,12 @@ class FigureError:
 
     @cached_property
     def largest(self) -> str:
-        """Name of the largest part."""
+        """The name of the largest part."""
         return max(self.parts, key=lambda name: abs(self.parts[name]), default="")
 
     @property
     def measured(self) -> bool:
-        """True if a check measured the largest part."""
+        """Whether the largest part was measured by a check."""
         return self.largest in (MEASURED, BODIES)
 
     def without(self, names: Sequence[str]) -> FigureError:
@@ -82,15 +82,15 @@ class FigureError:
 
 @dataclass(frozen=True)
 class GradedFigure:
-    """A main figure that grades an answer.
+    """A main figure, whose relative error is used to judge the accuracy of an answer.
 
     Attributes
     ----------
     key, item
         Key of the figure, and number of its item.
     value, base
-        Magnitude, and reference value of the relative error, which is at least `LITTLE` times the largest figure with
-        the unit.
+        Magnitude, and reference value of the relative error. The reference value is at least `MIN_SHARE_OF_UNIT` times
+        the largest figure with the same unit.
     error
         Error of the figure.
     """
@@ -103,31 +103,34 @@ class GradedFigure:
 
     @property
     def share(self) -> float:
-        """Relative error; nan if unknown."""
+        """The relative error; nan if it is unknown."""
         return self.error.size / self.base
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Data for the errors of all figures of an answer.
+    """The data from which the errors of all figures of an answer are computed.
 
     Attributes
     ----------
     stages
-        Corrected answers by cause, in order; each also includes all corrections before it.
+        Corrected answers by cause. Each includes all previous corrections.
     beam_theory
-        Answer with an estimate of the effects that beam theory neglects.
+        Answer that includes an estimate of the effects that beam theory neglects.
     shares
         Other errors by cause, relative to the largest displacement.
     settled
         Convergence error in time and coordinates, relative to the largest displacement.
     forces
-        Discretization error of forces, relative to the largest force, if no finer answer measures it. It differs from
-        the error of displacements because forces depend on accelerations.
+        Discretization error of forces, relative to the largest force, if it is not measured by a finer answer. It
+        differs from the error of displacements because forces depend on accelerations.
     closer
-        Answer with instants between the positions, which show how much peaks are missed. None for a single position.
+        Answer with instants between the positions, which shows by how much the peaks are larger there. None for a
+        single
+        position.
     moving
-        Vibrating answer at the instants of `closer`, if that is quasi-static and free vibration may peak between them.
+        Answer with vibration at the instants of `closer`, if `closer` is quasi-static and free vibration may have peaks
+        between the positions.
     unknown
         Reason why the total is unknown; empty if it is known.
     """
@@ -145,12 +148,12 @@ class Estimate:
 def figure_errors(
     answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
 ) -> dict[str, list[FigureError]]:
-    """Return the error of every item of an answer's figures, by key; `keys` selects some figures.
+    """Return the errors of all items of an answer's figures by key. `keys` selects some of the figures.
 
     A part of the error is the difference between the figures of the answer and of a corrected answer. A part that is
     given as a relative error refers to the largest item of the figure or, for displacements, the largest displacement.
-    The residual vibration after a stop has an error relative to the largest displacement, because time elements may
-    damp it.
+    The error of the residual vibration after a stop is relative to the largest displacement, because time elements may
+    damp this vibration.
     """
     none: dict[str, list[FigureError]] = {figure.key: [] for figure in figures if not items_of(answer.scene, figure.of)}
     figures = [figure for figure in figures if figure.key not in none]
@@ -163,7 +166,11 @@ def figure_errors(
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     limited = limited_figures(answer.scene, others)
-    small = [each for each in others if each not in limited and not np.max(values[each.key], initial=0.0) > WATCHED]
+    small = [
+        each
+        for each in others
+        if each not in limited and not np.max(values[each.key], initial=0.0) > MIN_COMPUTED_RATIO
+    ]
     corrected = [each if each in small else replace(each, follows=None) for each in others]
     stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in off.stages.items()}
     bent = (
@@ -176,12 +183,14 @@ def figure_errors(
     )
     if off.moving is not None:
         before = stages[VIBRATION]
-        closer = {key: _farther(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before}
+        closer = {
+            key: _more_extreme(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before
+        }
     return none | errors | _of_items(answer, others, values, stages, bodies, closer, off, scales)
 
 
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:
-    """Return True if two answers differ in their joint or section forces."""
+    """Return whether two answers differ in their joint or section forces."""
     here, there = answer.deflection, other.deflection
     pairs = [*zip(here.forces.force, there.forces.force, strict=True)]
     pairs += [(getattr(here.amplitudes, name), getattr(there.amplitudes, name)) for name in ("N", "V", "M")]
@@ -189,26 +198,26 @@ def _forces_differ(answer: Cycle, other: Cycle) -> bool:
 
 
 def _of_forces(answer: Cycle, figure: Figure) -> bool:
-    """Return True if a figure follows from forces alone."""
+    """Return whether a figure depends on forces only."""
     if figure.fields:
         return all(FIELDS[key].kind in (FieldKind.FORCE, FieldKind.STRESS) for key in figure.fields)
     return all(unit in FORCE_UNITS for unit in figure.units(answer.scene))
 
 
-def _farther(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
-    """Return the values between the positions, or `here` plus the change from `before` to `after` if that is larger."""
+def _more_extreme(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
+    """Return `closer`, or `here` plus the change from `before` to `after` where that is the larger change."""
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
-            return 1.0 / _farther("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
+            return 1.0 / _more_extreme("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
     change = _difference(after, before)
     return np.where(np.abs(change) > np.abs(_difference(closer, here)), here + change, closer)
 
 
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return magnitudes of figures by key for a changed cycle.
+    """Return the magnitudes of figures by key for a corrected cycle.
 
-    A figure that follows another one is not recomputed; its relative change is assumed to be `MAX_CHANGE_RATIO` times
-    that of the other.
+    A figure that follows another figure is not recomputed. Its relative change is assumed to be `MAX_CHANGE_RATIO`
+    times that of the other figure.
     """
     sizes = magnitudes(cycle, [figure for figure in figures if figure.follows is None])
     for figure in figures:
@@ -217,7 +226,7 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
             change = np.divide(there, here, out=np.ones_like(here), where=here > 0.0) - 1.0
             size = values[figure.key]
             greatest = np.max(size, initial=0.0)
-            rough = np.where(size < LITTLE_PRESSED * greatest, KNOWN_TO * greatest, 0.0)
+            rough = np.where(size < SMALL_RATIO * greatest, SMALL_RATIO_ERROR * greatest, 0.0)
             sizes[figure.key] = size * (1.0 + MAX_CHANGE_RATIO * change) + rough
     return sizes
 
@@ -226,8 +235,8 @@ def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[F
     """Return the errors of all items of a rigid figure due to the spacing of the positions and to round-off.
 
     For a largest or smallest value, the error is the gain of a parabola at the peak. For an average, it is the change
-    if only every second instant is used, plus a quarter of the further change if only every fourth is used, because the
-    first change may be small by chance.
+    if only every second instant is used, plus a quarter of the additional change if only every fourth instant is used,
+    because the first change may be small by chance.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
@@ -239,7 +248,7 @@ def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[F
     off = peak.gain
     if not searched:
         coarser, coarsest = (each.of(figure).value for each in (cycle.coarser, cycle.coarser.coarser))
-        before = np.abs(_difference(coarser, coarsest)) / QUARTER
+        before = np.abs(_difference(coarser, coarsest)) / STEP_RATIO
         off = np.abs(_difference(peak.value, coarser)) + before
     off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(peak.value))
     at = np.broadcast_to(peak.position, np.shape(peak.value))
@@ -316,7 +325,7 @@ def _of_items(
     parts[BEAM_THEORY] = np.abs(change(joined(bodies), here))
     parts[BETWEEN] = np.abs(change(joined(closer), here))
     if any(figure.follows for figure in figures):
-        beside = [answer.pressed_beside if figure.follows else np.zeros(count)
+        beside = [answer.buckling_gain if figure.follows else np.zeros(count)
                   for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
         parts[BETWEEN] = np.maximum(parts[BETWEEN], np.concatenate(beside))
     positions = [np.broadcast_to(answer.of(figure).position, len(values[figure.key])) for figure in figures]
@@ -327,7 +336,7 @@ def _of_items(
 
 
 def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:
-    """Return the relative error of natural frequencies due to the deflection that beam theory neglects.
+    """Return the relative error of natural frequencies due to deflections that beam theory neglects.
 
     By Rayleigh's quotient it is half the relative error of the stiffness.
 
@@ -343,14 +352,14 @@ def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> fl
 
 
 def _difference(after: Any, before: Any) -> Reals:
-    """Return differences of values; 0 if both are infinite."""
+    """Return the differences of two arrays; 0 where both values are equal and infinite."""
     with np.errstate(invalid="ignore"):
         difference: Reals = np.where(after == before, 0.0, after - before)
     return difference
 
 
 def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
-    """Return the relative decrease of stress between two safety factors, based on `here`, times `here`."""
+    """Return the decrease of stress from `before` to `after`, given as safety factors, relative to that of `here`."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         change: Reals = here * (here / before - here / after)
     return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
@@ -365,7 +374,7 @@ def _round_off(answer: Cycle, positions: Any, rigid: bool) -> Reals:
 
 
 def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
-    """Return the relative round-off at every position, for `rigid` motion or for deflections."""
+    """Return the relative round-off error at every position, for the rigid motion or for deflections."""
     if rigid:
         return np.where(np.isfinite(answer.condition), EPS * answer.condition, EPS)
     with np.errstate(invalid="ignore"):
@@ -392,7 +401,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
     graded = []
     for key, item in chosen:
         value = float(values[key][item])
-        base = max(value, LITTLE * scales.get(by_key[key].units(scene)[item], 0.0))
+        base = max(value, MIN_SHARE_OF_UNIT * scales.get(by_key[key].units(scene)[item], 0.0))
         graded.append(GradedFigure(key, item, value, base, errors[key][item]))
     return graded
 
@@ -404,7 +413,7 @@ def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:
 
 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
-    """Return the keys of the main figures, each with the item of its largest (or governing smallest) value.
+    """Yield the keys of the main figures, each with the number of the item that has the extreme value.
 
     A load ratio far below its limit is not a main figure.
     """
@@ -424,11 +433,11 @@ def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]
 
 
 def _far_below(limit: Limit, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> bool:
-    """Return True if a load ratio is far below its limit."""
+    """Return whether a load ratio is far below its limit."""
     figure = figures.get(limit.figure)
     if figure is None or figure.follows is None:
         return False
-    return bool(np.max(limit.used(values[limit.figure]), initial=0.0) < WATCHED)
+    return bool(np.max(limit.used(values[limit.figure]), initial=0.0) < MIN_COMPUTED_RATIO)
 
 
 def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
@@ -439,7 +448,7 @@ def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
 def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
     """Return the largest known magnitude by unit, among figures that grow with displacements or forces.
 
-    Dimensionless figures are omitted, because they have no common magnitude.
+    Dimensionless figures are omitted, because their magnitudes are not comparable.
     """
     scales: dict[str, float] = {}
     for key, sizes in values.items():

@@ -16,20 +16,20 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Finding
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"
-LONG, SHORT = 90.0, 1e-5  # [m] range of the longest link in usual machines
-FAST = 1e5  # [rad/s] a dental drill reaches half of it
+LONG, SHORT = 90.0, 1e-5  # [m] usual range of the length of the longest link
+FAST = 1e5  # [rad/s] twice the speed of a dental drill
 USUAL = {  # by kind and key: name in words, usual range, unit, example
-    "solid": {  # soft rubber to diamond, foam to osmium
+    "solid": {  # from soft rubber to diamond, and from foam to osmium
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
     }
 }
-GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, and less than that of the Earth in mm/s^2
-ALIKE = 1e-6  # relative difference of equal loads and equal ratios
-LOOKED_AT = 9  # instants at which a load over time is examined
-MOST_TURNS = 1000  # maximum number of full turns that is recognized
-NEARLY = 1e-3  # relative difference of a duration from an intended cycle
+GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, but less than that of the Earth given in mm/s^2
+RATIO_TOLERANCE = 1e-6  # relative tolerance for equal loads and integer ratios
+LOAD_INSTANTS = 9  # number of instants at which a load is evaluated
+MAX_CYCLES = 1000  # largest number of cycles that is recognized in a duration
+CYCLE_TOLERANCE = 1e-3  # relative difference of a duration from the cycle that was probably intended
 
 
 def input_findings(results: Results) -> Iterator[Finding]:
@@ -39,14 +39,16 @@ def input_findings(results: Results) -> Iterator[Finding]:
 
 
 def _numbers(results: Results) -> Iterator[Finding]:
-    """Yield findings on impossible numbers, which are probably in a wrong unit."""
+    """Yield findings on unrealistic numbers, which were probably given in a wrong unit."""
     yield from _sizes(results)
     usual = {**USUAL, **{part.key: part.usual for part in PARTS}}
     for kind, whose, owner in _owners(results.scene):
         for name, (what, least, most, unit, example) in usual[kind].items():
             value = getattr(owner, name, None)
             if value is not None and math.isfinite(value) and value and not least <= value <= most:
-                shown = f"{what} of {whose} is {float(value):.4g} {unit}, which hardly a {kind.removesuffix('s')} has"
+                shown = (
+                    f"{what} of {whose} is {float(value):.4g} {unit}, which is unusual for a {kind.removesuffix('s')}"
+                )
                 hint = f'a bare number is in {unit}, write other units as in "{example}"'
                 yield Finding(POOR, INPUTS, f"The {shown}: {hint}.")
     if (gravity := abs(complex(results.mechanism.gravity))) > GRAVITY:
@@ -55,7 +57,7 @@ def _numbers(results: Results) -> Iterator[Finding]:
 
 
 def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
-    """Yield parts with their kind in `USUAL` and their name in words."""
+    """Yield the objects with usual ranges, each with its kind in `USUAL` and its name in words."""
     yield from (("solid", name, each) for name, each in scene.materials.items())
     for part in PARTS:
         if part.drive_row:
@@ -67,7 +69,7 @@ def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
 
 
 def _sizes(results: Results) -> Iterator[Finding]:
-    """Yield findings on unusual links and speeds."""
+    """Yield findings on unusual lengths of links and unusual speeds."""
     sizes = {
         link.name: max(
             abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
@@ -95,9 +97,7 @@ def _poisson(results: Results) -> Iterator[Finding]:
     }
     assumed = [name for name, stuff in scene.materials.items() if name in sheared and stuff.poisson is None]
     if assumed:
-        text = (
-            f"Poisson's ratio of {' and '.join(assumed)} is not given: that of metals, {POISSON}, is taken for shear."
-        )
+        text = f"Poisson's ratio of {' and '.join(assumed)} is not given: {POISSON}, as for metals, is used for shear."
         yield Finding(GOOD, "Shear", text)
 
 
@@ -106,53 +106,51 @@ def cycle_findings(results: Results) -> Iterator[Finding]:
     run, heading = results.scene.run, "Cycle"
     lasts = quantity(run.duration, "s")
     if run.no_cycle:
-        text = f"There is no cycle: {run.no_cycle}. The figures are of the first {lasts}, in which vibration begins at"
-        text += " the start; how large they become later is not known."
+        text = f"There is no cycle: {run.no_cycle}. The figures are those of the first {lasts}, in which vibration"
+        text += " begins at the start; how large they become later is not known."
         yield Finding(OPEN if run.duration_given else CAUTION, heading, text)
     elif run.turn and run.duration_given:
-        text = (
-            f"The duration is one cycle of the mechanism, {lasts}: it is answered as a cycle that has always gone on,"
-        )
-        yield Finding(GOOD, heading, f"{text} and its end, which is its start, is not a position.")
+        text = f"The duration is one cycle of the mechanism, {lasts}: the figures are those of a periodic steady state,"
+        yield Finding(GOOD, heading, f"{text} and the end of the cycle, which equals its start, is not a position.")
     elif run.turn:
         yield Finding(
-            GOOD, heading, f"After {lasts} the whole mechanism is where it was: the figures are of this cycle."
+            GOOD, heading, f"After {lasts} the mechanism is in its initial position: the figures are of this cycle."
         )
-    elif abs(run.duration - run.cycle) <= NEARLY * run.cycle:
+    elif abs(run.duration - run.cycle) <= CYCLE_TOLERANCE * run.cycle:
         text = f"The duration misses a cycle, {run.cycle:.9g} s, by {percent(abs(run.duration / run.cycle - 1))}: it is"
-        text += " answered as a run from the start. For the cycle leave duration out."
+        text += " computed as a run from the start. For the cycle, omit the duration."
         yield Finding(OPEN, heading, text)
     elif turns := _whole(run.cycle / run.duration):
-        text = f"The duration is not a cycle but one of {turns} parts of it, {quantity(run.cycle, 's')}: it is answered"
-        text += " as a run from the start, in which vibration begins. For the cycle leave duration out."
+        text = f"The duration is 1/{turns} of a cycle of {quantity(run.cycle, 's')}: it is computed as a run from the"
+        text += " start, in which vibration begins. For the cycle, omit the duration."
         yield Finding(CAUTION, heading, text)
     elif turns := _whole(run.duration / run.cycle):
-        text = f"The duration is {turns} cycles of {quantity(run.cycle, 's')}: it is answered as a run from the start,"
-        text += " in which vibration begins. For the cycle leave duration out."
+        text = f"The duration is {turns} cycles of {quantity(run.cycle, 's')}: it is computed as a run from the start,"
+        text += " in which vibration begins. For the cycle, omit the duration."
         yield Finding(OPEN, heading, text)
     if run.turn:
         yield from _jumping_loads(results.scene)
 
 
 def _whole(ratio: float) -> int:
-    """Return a ratio if it is an integer above 1, otherwise 0."""
-    number = round(ratio) if ratio < MOST_TURNS else 0
-    return number if number > 1 and abs(ratio - number) <= ALIKE * number else 0
+    """Return the integer to which a ratio is equal if it is above 1, otherwise 0."""
+    number = round(ratio) if ratio < MAX_CYCLES else 0
+    return number if number > 1 and abs(ratio - number) <= RATIO_TOLERANCE * number else 0
 
 
 def _jumping_loads(scene: Scene) -> Iterator[Finding]:
-    """Yield findings on loads that do not close although the run is a cycle."""
+    """Yield findings on loads that differ between the end and the start of a cycle."""
     given = (load.load if isinstance(load, Resistance) else load for load in scene.mechanism.loads)
     by_law = [(load.link, law) for load in given if isinstance(load, PointLoad | LineLoad) and (law := load.law)]
     if not by_law:
         return
-    times = np.linspace(0.0, scene.run.duration, LOOKED_AT)
+    times = np.linspace(0.0, scene.run.duration, LOAD_INSTANTS)
     seen = scene.course.at(times)
     for link, law in by_law:
         factor = np.broadcast_to(law(seen), times.shape)
         first, last, most = float(factor[0]), float(factor[-1]), float(np.abs(factor).max())
-        if abs(last - first) > ALIKE * most:
-            text = f'The load on "{link}" does not close: it ends the cycle at {number(last, 3)} times its size'
-            text += f" and begins the next at {number(first, 3)}. That is taken as a jump in every cycle; for a load"
-            text += " that acts once give the run a duration, else let the table end as it begins."
+        if abs(last - first) > RATIO_TOLERANCE * most:
+            text = f'The load on "{link}" is not periodic: it ends the cycle at {number(last, 3)} times its size'
+            text += f" and begins the next at {number(first, 3)}. This is treated as a jump in every cycle. For a load"
+            text += " that acts once, give the run a duration; otherwise let the table end with its first value."
             yield Finding(CAUTION, "Load over the cycle", text)

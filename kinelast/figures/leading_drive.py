@@ -1,4 +1,4 @@
-"""Speed by which --speeds scales a scene: that of its first moving drive."""
+"""The leading drive of a scene, i.e. its first moving drive, to which the speeds of --speeds refer."""
 
 from dataclasses import replace
 from typing import Any
@@ -9,21 +9,21 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from rigid import ConstantSpeed
 
-CLOCK = 24  # positions at which loads are tested for a dependence on time
+CLOCK = 24  # number of positions at which loads are tested for a dependence on time
 
 
 def leading_drive(scene: Scene) -> int:
-    """Return the number of the first moving drive. Speeds are its speeds, and the other drives keep their ratio."""
+    """Return the number of the first moving drive. The other drives keep their speed ratio to this drive."""
     return next((number for number, law in enumerate(scene.laws) if getattr(law, "speed", 0.0)), 0)
 
 
 def speed_unit(scene: Scene) -> str:
-    """Return the unit of the speed of the leading drive."""
+    """Return the unit of the leading drive's speed."""
     return "rad/s" if scene.mechanism.drives[leading_drive(scene)].turns else "m/s"
 
 
 def nominal_speed(scene: Scene) -> float:
-    """Return the speed of the leading drive in the scene [rad/s or m/s].
+    """Return the speed that the scene prescribes for the leading drive [rad/s or m/s].
 
     Raises
     ------
@@ -46,7 +46,7 @@ def nominal_speed(scene: Scene) -> float:
 
 
 def _depends_on_time(scene: Scene, law: Any) -> bool:
-    """Whether a load factor changes with time at the same positions and rates."""
+    """Return whether a load factor depends on time even if positions and rates are the same."""
     motion = scene.course.at(float(scene.run.cycle) * np.arange(CLOCK) / CLOCK)
     now, later = (np.asarray(law(each)) for each in (motion, replace(motion, time=0.61 * motion.time)))
     return not np.allclose(now, later, rtol=1e-9, atol=1e-12 * np.abs(now).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Comparison of figures with their limits for a run, for designs and for speeds, and the verdict."""
+"""Comparison of figures with their limits, for a run, for designs and for speeds, and the resulting verdict."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -25,24 +25,24 @@ from kinelast.scene.numbers import UNRELIABLE
 from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
-NO_BEAMS = "every link is rigid: to let one bend, delete its rigid, mass, center and inertia"
+NO_BEAMS = "every link is rigid: to make one elastic, delete its rigid, mass, center and inertia"
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too close to decide", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
 VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
-ONE_POSITION = "only one position of the cycle is computed: give more --positions"
-WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are right within this factor
+ONE_POSITION = "only one position of the cycle is computed: increase --positions"
+WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are correct within this factor
 SPARE = 1e-4  # margin in addition to the error, relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""Field with the location of the extreme value, for each figure along beams."""
+"""For each figure along beams, the field that has the location of the extreme value."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
-    """Judge figures with errors by a limit; return indices into `SEVERITY`, shape (...).
+    """Compare figures with a limit, considering their errors; return indices into `SEVERITY`, shape (...).
 
-    A limit is too close to decide if its bound lies within the error of the figure, or within `WIDENED` times the error
-    of an unreliable figure.
+    A limit is too close to decide if the difference between the figure and the bound is less than the error, or less
+    than `WIDENED` times the error if the figure is unreliable.
     """
     below, above = (limit.kept(end) for end in ends(limit, value, error))
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
@@ -50,10 +50,10 @@ def severity(limit: Limit, value: Any, error: Any) -> Integers:
 
 
 def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
-    """Return the smallest and the largest value that figures can have within their errors.
+    """Return the smallest and largest values that figures can have within their errors.
 
-    The errors of unreliable figures are multiplied by `WIDENED`. The error of a safety factor is that of the stress in
-    its denominator.
+    The errors of unreliable figures are multiplied by `WIDENED`. The error of a safety factor is the error of the
+    stress in its denominator.
     """
     error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
     if limit.figure.partition(".")[0] not in RECIPROCAL:
@@ -85,9 +85,9 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
-    """Return the figure that is closest to a limit or farthest beyond it among all items, shape (...).
+    """Return the value of the item that is closest to a limit or farthest beyond it, shape (...).
 
-    It is nan if the figure of any item is unknown.
+    It is nan if the value of any item is unknown.
     """
     items = bounded_items(scene, limit) if limit.figure in figures else []
     if not items:
@@ -114,7 +114,7 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
         return reduce(np.minimum, [limit.margin(value) for limit, value in given])
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
-    words = "all limits are kept, errors not counted", "least margin of all limits, as a share, errors not counted"
+    words = "all limits are met, ignoring errors", "smallest relative margin of all limits, ignoring errors"
     return (
         Figure(LIMITS_KEPT, words[0], "1", SCENE, fixed(kept), FIXED, fields, listed=True),
         Figure(LIMITS_MARGIN, words[1], "1", SCENE, fixed(margin), FIXED, fields),
@@ -123,9 +123,9 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
 
 @dataclass(frozen=True)
 class Judgement:
-    """Outcome of a limit, with the figure that decides it, i.e. the one with the worst outcome.
+    """The outcome of a limit, and the value that decides it, i.e. the one with the worst outcome.
 
-    If outcomes are equal, it is the figure closest to the bound or farthest beyond it.
+    If several values have the worst outcome, the one closest to the bound or farthest beyond it decides.
 
     Attributes
     ----------
@@ -134,9 +134,9 @@ class Judgement:
     outcome
         One of `SEVERITY`.
     item
-        Number of the link, joint or other item to which the figure belongs.
+        Number of the link, joint or other item to which the value belongs.
     value, error
-        Magnitude and error of the figure in its SI unit, nan if unknown.
+        Magnitude and error of the figure in SI units; nan if unknown.
     problem
         Reason why the limit cannot be judged, or advice on how to decide it; otherwise empty.
     """
@@ -150,12 +150,12 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """The figure with its error added in the unfavourable direction."""
+        """The value with the error added in the unfavourable direction."""
         return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
 def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
-    """Judge a limit of a figure, for some of its items or for all."""
+    """Judge a limit on a figure, for the given items or for all."""
     peaks = results.figures.peaks.get(key, [])
     exact = any(each.exact for each in results.figures.figures if each.key == key)
     errors = [0.0 if exact else peak.error_size for peak in peaks]
@@ -184,7 +184,7 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Violated limits stay violated."""
+    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Violated limits remain violated."""
     if judged.outcome == BROKEN:
         return judged
     values = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
@@ -196,7 +196,7 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Return the judgements. If the figures are not reliable, all but violated limits become "cannot be judged"."""
+    """Return the judgements. If the figures are unreliable, all limits except violated ones "cannot be judged"."""
     doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
     why = "; ".join(doubts(results)) if any(doubtful) else ""
     if not why:
@@ -206,7 +206,7 @@ def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Jud
 
 
 def verdict_on(judgements: Sequence[Judgement]) -> Verdict:
-    """Return the verdict on several limits. Its `problem` is that of the first limit with the worst outcome."""
+    """Return the verdict on several limits, with the problem of the first limit that has the worst outcome."""
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
     return Verdict(verdict=VERDICTS.get(worst, ""), passed=PASSED.get(worst), problem=problem)
@@ -223,7 +223,7 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 
 def elastic_limits(scene: Scene) -> list[Limit]:
-    """Return a yield limit for each link with a known yield stress; empty if the scene limits the safety factor."""
+    """Return a yield limit for each link with a known yield stress, unless the scene limits the safety factor."""
     if not can_yield(scene) or any(limit.figure == STRENGTH.figure for limit in limits_of(scene)):
         return []
     known = [np.isfinite(section.yield_stress).any() for section in scene.sections]
@@ -233,16 +233,16 @@ def elastic_limits(scene: Scene) -> list[Limit]:
 
 @dataclass(frozen=True)
 class FullAnswer:
-    """Results for a design by its scene's theory, with errors.
+    """The results of a design according to the theory of its scene, with errors.
 
     Attributes
     ----------
     theory
-        Name of the theory; empty if there is no answer.
+        Name of the theory; empty if there are no results.
     judgements
         Judgements of the limits.
     figures
-        Magnitude and error of figures by name in SI units, nan if unknown.
+        Magnitude and error of figures by name in SI units; nan if unknown.
     """
 
     theory: str
@@ -251,7 +251,7 @@ class FullAnswer:
 
 
 def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Compute the results of a scene by its own theory, with errors, judged limits, and figures by name."""
+    """Compute the results of a scene by its own theory, with errors, judge limits, and look up figures by name."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
@@ -266,7 +266,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """Return a figure and its error, also for a figure that is computed only on request."""
+    """Return the value of a measure and its error, including figures that are computed only on request."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -289,7 +289,7 @@ def _value(measure: Measure, cycle: Cycle) -> float:
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """Judge a limit on any figure, also on one that is computed only on request."""
+    """Judge a limit on any figure, including figures that are computed only on request."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)

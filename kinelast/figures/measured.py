@@ -1,4 +1,4 @@
-"""Errors of figures, measured by checks with another theory or with plane bodies."""
+"""Errors of figures that are measured by the checks with another theory or with plane bodies."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,26 +6,26 @@ from dataclasses import dataclass, field, replace
 
 from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
 
-SMALL = 0.1  # beams with smaller estimated errors, relative to the largest, are left out of the ratio
+SMALL = 0.1  # the ratio ignores beams with smaller estimated errors, relative to the largest
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of figures from a check by another theory, in the units of the figures.
+    """Errors of figures measured by a check with another theory, in the units of the figures.
 
     Attributes
     ----------
     off, own
-        For each figure key, the measured error of every item, and the error of the check itself; nan if unknown.
+        Measured error of every item, and error of the check itself, by figure key; nan if unknown.
     """
 
     off: Mapping[str, Sequence[float]] = field(default_factory=dict)
     own: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
-        """Return an error with the measured part in place of the estimates for the theory of motion.
+        """Return an error in which the measured part replaces the estimates for the theory of motion.
 
-        A known estimate is kept if the check's own error is at least as large as the estimate and the measured error.
+        A known estimate is kept if the error of the check is at least as large as the estimate and the measured error.
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
@@ -38,7 +38,7 @@ class Measured:
 def with_bodies(
     errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float], check_error: float
 ) -> dict[str, list[FigureError]]:
-    """Errors of beam theory measured by plane bodies.
+    """Return the errors of figures in which the errors of beam theory are measured by plane bodies.
 
     The error of a chord deflection is the measured difference. For other figures, the estimate is multiplied by the
     largest ratio of measured to estimated error of any beam. A beam does not count in this ratio if the error of the
@@ -47,10 +47,8 @@ def with_bodies(
     Parameters
     ----------
     off, whole
-        For each beam, difference of the largest chord deflection, and largest difference at any point and position [m];
-        nan for beams without a body.
-    check_error
-        Error of the check [m], which is included in `off` and `whole`.
+        Difference of the largest chord deflection [m], and largest difference at any point and position [m], for each
+        beam; nan for beams without a body.
     """
     stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
     least = max(SMALL * max(stated, default=0.0), check_error)

@@ -33,7 +33,7 @@ def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool =
     Parameters
     ----------
     bent
-        Known quasi-static deflection of the scene, used if there is only one candidate.
+        Known quasi-static deflection of the scene. It is used if there is only one candidate.
     any_instants
         Whether `bent` is also used if there are several candidates.
     """
@@ -51,9 +51,9 @@ def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool =
     for names in points:
         moved = {name: _size(displacement_of(bent, owners[name], name)) for name in names}
         noise = _noise(bent) if noise is None and names else noise
-        if name := _farthest({name: size for name, size in moved.items() if size > (noise or 0.0)}):
+        if name := _name_of_largest({name: size for name, size in moved.items() if size > (noise or 0.0)}):
             return Output(scene.mechanism.links[owners[name]].name, name, guessed=True)
-    name = _farthest({link: _angle(scene, bent, link) for link in links})
+    name = _name_of_largest({link: _angle(scene, bent, link) for link in links})
     return Output(name, guessed=True) if name else None
 
 
@@ -72,7 +72,7 @@ def _deflection(scene: Scene) -> Deflection | None:
 
 
 def _size(values: Any) -> float:
-    """Return the largest magnitude over the positions, zero if unknown."""
+    """Return the largest magnitude over the positions, or zero if it is unknown."""
     return float(np.nan_to_num(largest(np.atleast_1d(np.abs(values))).value))
 
 
@@ -87,8 +87,8 @@ def _angle(scene: Scene, bent: Deflection, link: str) -> float:
     return max(_size(angle_error(bent, link, point)) for point in points)
 
 
-def _farthest(sizes: Mapping[str, float]) -> str:
-    """Return the name with the largest size (the first if several are equal), or an empty string if all are zero."""
+def _name_of_largest(sizes: Mapping[str, float]) -> str:
+    """Return the name with the largest size, or the first of several equal ones; empty if all sizes are zero."""
     most = max(sizes.values(), default=0.0)
     return next((name for name, size in sizes.items() if size and size >= (1 - SAME) * most), "")
 
@@ -132,7 +132,7 @@ def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
 
 
 def _velocity(motion: Motion, output: Output) -> Numbers:
-    """Return the velocity of an output: complex for a point [m/s], the rate of a link [rad/s]."""
+    """Return the velocity of an output: complex for a point [m/s], or the angular velocity of a link [rad/s]."""
     at = motion.mechanism.index[output.link]
     return velocity_of(motion, at, output.point) if output.point else motion.angular_velocity[at]
 
@@ -146,7 +146,7 @@ def path_direction(motion: Motion, output: Output) -> Complexes:
 
 
 def stroke_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the extent of a point's path along `path_direction` [m], with parabolas between positions."""
+    """Return the extent of a point's path along `path_direction` [m], interpolated by parabolas between positions."""
     motion = cycle.motion
     way = path_direction(motion, output)
     along = dot(way, position_of(motion, motion.mechanism.index[output.link], output.point))
@@ -155,14 +155,14 @@ def stroke_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
-    """Return the smallest and greatest values over a run, with parabolas between positions."""
+    """Return the smallest and greatest values over a run, interpolated by parabolas between positions."""
     known = np.where(np.isfinite(values), values, np.nanmean(values, axis=-1, keepdims=True))
     lowest = _top(-known, bool(cycle.scene.run.turn))
     return replace(lowest, value=-lowest.value), _top(known, bool(cycle.scene.run.turn))
 
 
 def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the ratio of the longer to the shorter stroke time in a cycle, nan without a cycle."""
+    """Return the ratio of the longer to the shorter stroke time in a cycle; nan if there is no cycle."""
     rate = _velocity(cycle.motion, output)
     if output.point:
         rate = dot(path_direction(cycle.motion, output), rate)
@@ -178,7 +178,7 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def advantage_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the mechanical advantage: rate of the only drive over the output speed, shape (..., positions).
+    """Return the mechanical advantage, i.e. the rate of the drive / the speed of the output, shape (..., positions).
 
     It is infinite if the output is at rest, and nan if there are several drives.
     """
@@ -214,7 +214,7 @@ def residual_of(cycle: Cycle, output: Output) -> Largest:
 
 
 def settling_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the settling time [s], from the moment the drives stop until the output stays within its tolerance."""
+    """Return the time [s] from the stop of the drives until the output remains within the settling tolerance."""
     apart, rests = cycle.once(ringing_of, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
     within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))
@@ -224,7 +224,7 @@ def settling_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def swing_of(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
-    """Return the smallest and greatest angle of a link over the run [rad], with parabolas between positions."""
+    """Return the smallest and greatest angle of a link [rad], interpolated by parabolas between positions."""
     way = np.broadcast_to(cycle.motion.direction[cycle.scene.mechanism.index[link]], cycle.columns)
     turned = np.unwrap(np.angle(np.where(np.isfinite(way), way, 1.0)), axis=-1)
     closed = cycle.scene.run.turn and abs(turned[..., -1:] - turned[..., :1]).max(initial=0.0) < np.pi
@@ -238,7 +238,7 @@ def travel_of(lowest: Largest, highest: Largest) -> Reals:
 
 
 def _top(values: Any, closed: bool) -> Largest:
-    """Return the peak, and its position, of the parabola through the greatest value and its neighbours."""
+    """Return the peak of the parabola through the greatest value and its neighbours, and the position of this value."""
     count = values.shape[-1]
     at = values.argmax(axis=-1)
     sides = [(at + step) % count if closed else np.clip(at + step, 0, count - 1) for step in (-1, 0, 1)]

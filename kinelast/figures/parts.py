@@ -1,4 +1,4 @@
-"""Sections of the report: inputs, strength, vibration, drives, joints, friction, reserves."""
+"""Sections of the report on inputs, strength, vibration, drives, joints, friction and reserves."""
 
 import math
 import re
@@ -26,13 +26,12 @@ from rigid.arrays import Flags
 from rigid.kinetostatics import friction_joints, sliding_directions
 
 SAME = 1e-9  # distance of coincident points, relative to the size of the link
-STEADY = 1e-9  # relative change of a constant speed due to round-off
-EXCITED = ("M", "N", "V")  # section forces that measure the excitation by their strain energy
-FEW = 16  # minimum number of positions for harmonics of the cycle
+STEADY = 1e-9  # largest relative change of a speed that is considered constant
+MIN_POSITIONS = 16  # harmonics of the cycle are computed only with more positions than this
 
 
 def inputs_of(results: Results) -> report.Inputs:
-    """Return the inputs of a scene other than its links."""
+    """Return the inputs of a scene, except for its links."""
     mechanism, sections = results.mechanism, results.deflection.sections
     gravity = complex(mechanism.gravity)
     return report.Inputs(
@@ -69,12 +68,12 @@ def inputs_of(results: Results) -> report.Inputs:
 
 
 def _first(value: Any) -> float:
-    """Return a number of a section for its first design."""
+    """Return the value for the first design."""
     return float(np.ravel(value)[0])
 
 
 def _centre(link: Link, lump: Lump) -> dict[str, Any]:
-    """Return the point at the centre of a mass, or a point of the link and the centre's `offset` in link axes."""
+    """Return the link's point at the centre of a mass, or any point with the `offset` of the centre in link axes."""
     origin, offset = complex(link.points[lump.point]), complex(lump.offset)
     near = SAME * max(map(abs, (offset, *(complex(place) - origin for place in link.points.values()))))
     names = [lump.point, *link.points]
@@ -85,13 +84,13 @@ def _centre(link: Link, lump: Lump) -> dict[str, Any]:
 
 
 def _speed(least: float, most: float, unit: str) -> report.DriveSpeed:
-    """Return the largest speed of a drive, with its sign, and whether it is constant."""
+    """Return the speed of largest magnitude of a drive, and whether the speed is constant."""
     fastest = least if abs(least) > abs(most) else most
     return report.DriveSpeed(speed=reading(fastest, f"{unit}/s"), steady=bool(most - least <= STEADY * abs(fastest)))
 
 
 def _load(given: Any) -> report.LoadReading:
-    """Return a load with its magnitudes but without its table."""
+    """Return the description of a load, without the table of its law."""
     resists = None
     load: Any = given
     force: Any = 0.0
@@ -110,7 +109,7 @@ def _load(given: Any) -> report.LoadReading:
         sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
     kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
     place = getattr(load, "link", ""), getattr(load, "point", getattr(load, "at", ""))
-    varies = getattr(load, "law", None) is not None  # the load depends on time, an angle or a slide coordinate
+    varies = getattr(load, "law", None) is not None  # true if the load depends on time, an angle or a slide coordinate
     rows = [reading(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
     return report.LoadReading(resists, kind, *place, varies, rows, reading(np.angle(force), "rad") if force else None)
 
@@ -131,7 +130,7 @@ def strength_of(reader: Reader) -> dict[str, report.BeamStrength]:
 
 
 def _swing(swings: Any, length: float) -> Reading:
-    """Return the larger of the stress ranges in both fibres, shape (2, stations), and its location."""
+    """Return the largest stress range in the fibres and its location; `swings` has the shape (2, stations)."""
     if np.isnan(swings).all():
         return reading(math.nan, "Pa")
     side, at = np.unravel_index(np.nanargmax(swings), swings.shape)
@@ -141,7 +140,7 @@ def _swing(swings: Any, length: float) -> Reading:
 
 
 def vibration_of(reader: Reader) -> dict[str, Any] | None:
-    """Return natural frequencies over the cycle and their excitation; None without beams."""
+    """Return the natural frequencies over the cycle and their excitation, or None if there are no beams."""
     results, frequencies = reader.results, reader.results.frequencies
     if frequencies is None:
         return None
@@ -172,8 +171,8 @@ def _over_cycle(reader: Reader, omega: Any, **lowest: dict[str, Any]) -> dict[st
 
 
 def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
-    """Return the highest strong harmonic of the load; None if there is no cycle."""
-    few = len(results.motion.time) <= FEW
+    """Return the highest strong harmonic of the load, or None if there is no cycle or it has few positions."""
+    few = len(results.motion.time) <= MIN_POSITIONS
     if few or math.isnan(results.period) or not math.isfinite(lowest) or not results.cycle.counted.all():
         return None
     spectrum = harmonics(results.deflection, results.period, EXCITED)
@@ -193,7 +192,7 @@ def fastest_drive(results: Results) -> float:
     return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))
 
 
-DRIVE_KEYS = {  # keys of the report and their figures
+DRIVE_KEYS = {  # keys of figures by their keys in the report
     "effort": "drive_effort",
     "rms": "drive_rms",
     "mean": "drive_mean",
@@ -211,9 +210,9 @@ POWERS = "", "^2", "^3"  # powers of the second in units of derivatives
 
 
 def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
-    """Return the peaks of a drive's law, for the drive's number from 0; None for a constant speed or an effort.
+    """Return the peaks of a drive's law, or None for a constant speed or an effort.
 
-    An infinite jerk becomes null, and the times at which the acceleration jumps are added.
+    `number` counts drives from 0. An infinite jerk becomes null; `jumps` are the times at which the acceleration jumps.
     """
     law = scene.laws[number]
     peaks = None if isinstance(law, DriveEffort | ConstantSpeed) else law_peaks(law)
@@ -226,7 +225,7 @@ def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
 
 
 def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return, for every drive by name, its figures, the peaks of its law, and the data and figures of its parts."""
+    """Return the figures of each drive by name, the peaks of its law, and the data and figures of its parts."""
     scene, rows = reader.scene, {}
     for number, name in enumerate(items_of(scene, DRIVE)):
         row: dict[str, Any] = {"coordinate": reader.results.drive_words[number][1]}
@@ -245,7 +244,7 @@ def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
 
 
 def joints_of(reader: Reader) -> list[dict[str, Any]]:
-    """Return, for every joint, its force and the entries of its parts."""
+    """Return the force in each joint, together with the entries of its parts."""
     rows = []
     pairs = zip(reader.results.joint_words, reader.results.figures.peaks["joint_force"], strict=True)
     for number, ((joint, link), peak) in enumerate(pairs):
@@ -258,7 +257,7 @@ def joints_of(reader: Reader) -> list[dict[str, Any]]:
 
 
 def friction_of(reader: Reader) -> report.FrictionReport | None:
-    """Return friction efforts and friction power of the joints; None without friction."""
+    """Return the friction efforts and the friction power of the joints, or None if there is no friction."""
     results = reader.results
     rubbing = friction_joints(results.mechanism)
     if not rubbing:
@@ -277,7 +276,7 @@ def friction_of(reader: Reader) -> report.FrictionReport | None:
 
 
 def resting(results: Results) -> Flags:
-    """Return True if no joint with friction slides, even if a drive holds it, shape (positions,)."""
+    """Return whether all joints with friction are at rest, even if a drive holds them there, shape (positions,)."""
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
     return still & ~results.cycle.singular
@@ -289,16 +288,17 @@ RESERVES = {  # figure of each failure mode, and its exponent in the reserve
     "buckling": ("buckling", -1.0),
 }
 LIMIT_MODES = {"safety": "safety limit", "endurance": "endurance limit", "buckling": "buckling limit"}
-"""Name of the limit on the figure of a failure mode; the limit on another figure has the key of the figure."""
+"""Names of limits on the figures of failure modes. A limit on another figure is named by the key of the figure."""
 OUTPUT_LIMIT = "output"  # name of the limit on the error of the output
 
 
 def breaks_first(results: Results) -> list[report.LinkReserves]:
-    """Return the reserves of each link and of the output, the smallest one first.
+    """Return the reserves of each link and of the output, sorted by increasing reserve.
 
-    A reserve is the load factor until a link fails or exceeds a limit. The modes are yield, endurance and buckling, if
-    known, and the limits on figures of beams and on the output. If a finite life is required, the stress factor from
-    the slope of the S-N line replaces endurance. `kinelast.runs` adds the limit speed on request.
+    A reserve is the factor by which loads can increase until a link fails or exceeds a limit. The modes are yield,
+    endurance and buckling, if known, and the limits on figures of beams and on the output. If a finite life is
+    required, endurance is replaced by the stress factor from the slope of the S-N line. `kinelast.runs` adds the limit
+    speed on request.
     """
     reader, limits = Reader(results), [(limit, bounded_items(results.scene, limit)) for limit in results.limits]
     rows = []
@@ -313,7 +313,7 @@ def breaks_first(results: Results) -> list[report.LinkReserves]:
 
 
 def reserves_of(link: str, reserves: Mapping[str, Reading]) -> report.LinkReserves:
-    """Return the reserves of a link, and the smallest one."""
+    """Return the entry of a link, with all its reserves and the smallest one."""
     mode = min(reserves, key=lambda each: _size(reserves[each]))
     return report.LinkReserves(link=link, governs=mode, reserve=reserves[mode], reserves=reserves)
 
@@ -339,7 +339,7 @@ def _smallest(reserves: Iterable[tuple[str, Reading]]) -> dict[str, Reading]:
 def _reserves(
     reader: Reader, limits: Sequence[tuple[Limit, list[int]]], beams: Sequence[int]
 ) -> Iterator[tuple[str, Reading]]:
-    """Yield the known failure modes and the limits of a link, with the smallest reserve of its beams."""
+    """Yield the smallest reserve among the beams of a link, for each known failure mode and each limit."""
     scene, peaks = reader.scene, reader.results.figures.peaks
     asked = max((float(limit.bound) for limit, items in limits if limit.figure == "life" and {*items} & {*beams}),
                 default=None)  # fmt: skip
@@ -364,7 +364,7 @@ def _output_reserves(reader: Reader) -> Iterator[tuple[str, Reading]]:
 
 
 def _limit_reserve(reader: Reader, mode: str, limit: Limit, items: Sequence[int]) -> Iterator[tuple[str, Reading]]:
-    """Yield the smallest reserve of some items against a limit that larger loads approach."""
+    """Yield the smallest reserve of the given items against a limit, unless larger loads move away from the limit."""
     if limit.bound > 0 and limit.least == (limit.figure in RECIPROCAL):
         yield from _reserve(reader, mode, limit.figure, 1.0 if limit.least else -1.0, items, float(limit.bound))
 
@@ -389,12 +389,12 @@ def _reserve(
 def with_limit_speed(
     rows: Sequence[report.LinkReserves], speeds: Mapping[str, Any], scene: Scene
 ) -> list[report.LinkReserves]:
-    """Return the rows of `breaks_first` with the reserve to the limit speed, for the link that sets it.
+    """Return the rows of `breaks_first`, adding the reserve to the limit speed to the link that determines it.
 
     Parameters
     ----------
     speeds
-        Plain data of the speeds, see `kinelast.outputs.speeds.speed_figures`.
+        Plain data of the speeds, as returned by `kinelast.outputs.speeds.speed_figures`.
     """
     limit, highest = speeds["limit"], speeds["highest_within_limits"]
     if not limit or not limit["of"] or not highest:

@@ -1,4 +1,4 @@
-"""Figures of a run and their locations, reduced over the positions chunk by chunk and refined between them."""
+"""Figures of a run and their locations, reduced over the positions chunk by chunk, and refined between positions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from elastic import FIELDS, FieldKind, Largest, extremes
 from elastic.assessment import stress_ends
 from elastic.vibration import TOLERANCE
 from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
-from kinelast.figures.errors import LITTLE, FigureError, stiffness_error
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError
 from kinelast.figures.registry import NAMES, figures_of, safety_factor
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
@@ -32,10 +32,11 @@ STATIONS = np.linspace(0.0, 1.0, 101)  # stations along a beam for the range of 
 
 @dataclass(frozen=True)
 class Peak:
-    """Extreme value of a figure of one item over the cycle, in the figure's unit, with its location.
+    """The extreme value of a figure over the cycle for one item, in the unit of the figure, with its location.
 
-    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined` if found between the positions; `row`
-    number among several values of the item; `error`, or None if not estimated.
+    `xi` is the location along the beam, `time` the instant [s], and `drive` the drive coordinates [rad or m]. `refined`
+    is true if the peak is between the positions. `row` is its number among several values of the item. `error` is None
+    if it was not estimated.
     """
 
     value: float
@@ -48,34 +49,35 @@ class Peak:
 
     @property
     def error_size(self) -> float:
-        """Magnitude of its error, nan if not estimated."""
+        """The magnitude of the error; nan if it was not estimated."""
         return math.nan if self.error is None else self.error.size
 
 
 @dataclass(frozen=True, eq=False)
 class RunFigures:
-    """Figures of a run.
+    """The figures of a run.
 
     Attributes
     ----------
     output
-        Output of the machine.
+        Output of the machine; None if it has none.
     figures, peaks
-        Figures, and by key the peak of each item.
+        The figures, and the peaks of all items by figure key.
     positions, singular, locked, ill
-        Numbers of positions: in total, without figures, locked by friction, and ill-conditioned.
+        Number of all positions, of positions without figures, of positions locked by friction, and of ill-conditioned
+        ones.
     well
-        Whether any position is well conditioned. If not, all computed positions are included.
+        Whether any position is well conditioned. If none is, the peaks include all computed positions.
     span
         Times of the first and the last position [s].
     rates
         Smallest and largest rate of each drive [rad/s or m/s], shape (2, drives).
     stress
-        Smallest and largest normal stress [Pa] at `STATIONS`, see `elastic.assessment.stress_ends`.
+        Smallest and largest normal stress [Pa] at `STATIONS`, computed by `elastic.assessment.stress_ends`.
     length
         Length of the longest beam [m].
     efforts
-        Units of the drives' efforts.
+        Units of the efforts of the drives.
     """
 
     output: Output | None
@@ -101,13 +103,13 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, with averages and whole-run figures from another `Cycle` of the same run."""
+        """Return the figures, taking averages and whole-run figures from another `Cycle` of the same run."""
         of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, with rigid-motion figures from a `Cycle` with more closely spaced instants."""
+        """Return the figures, taking those of the rigid motion from a `Cycle` with more closely spaced instants."""
         better = {}
         for each in (
             each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
@@ -116,13 +118,13 @@ class RunFigures:
             whole = each.over in (FIXED, AVERAGE) or each.whole
             pairs = zip(known, rows, strict=True)
             better[each.key] = rows if whole else [
-                here if (found := _further(here, there, each.over)) is here else replace(found, refined=True)
+                here if (found := _more_extreme(here, there, each.over)) is here else replace(found, refined=True)
                 for here, there in pairs
             ]  # fmt: skip
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """Return the figures merged with those of additional instants; the number of positions stays."""
+        """Return the figures merged with those of additional instants, which do not count as positions."""
         between = {key: [replace(peak, refined=True) for peak in peaks] for key, peaks in further.peaks.items()}
         both = joined(self, replace(further, peaks=between))
         keys = "positions", "singular", "locked", "ill", "span"
@@ -134,12 +136,12 @@ class RunFigures:
 
     @cached_property
     def by_key(self) -> dict[str, Figure]:
-        """Figures by key."""
+        """The figures by key."""
         return {figure.key: figure for figure in self.figures}
 
     @cached_property
     def swings(self) -> Reals:
-        """Range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
+        """The range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress
         return np.where(least <= most, most - least, np.nan)
 
@@ -151,7 +153,7 @@ class RunFigures:
 
     @cached_property
     def scales(self) -> dict[str, float]:
-        """Greatest force, moment, displacement, stress, power and energy of the run, by unit."""
+        """The greatest force, moment, displacement, stress, power and energy of the run, by unit."""
 
         def greatest(keys: Iterable[str]) -> float:
             sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
@@ -174,31 +176,31 @@ class RunFigures:
 
     @cached_property
     def noise(self) -> dict[str, float]:
-        """Largest round-off of values, by unit."""
+        """The largest round-off error of values, by unit."""
         scales = self.scales
-        # the power of a drive without effort is round-off of the forces times its rate
+        # the power of a drive without effort is the round-off error of the forces times the rate of the drive
         power = max(scales["N"], scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
         least = {"W": power, "J": power * (self.span[1] - self.span[0])}
         return {unit: NOISE * max(scale, least.get(unit, 0.0)) for unit, scale in scales.items()}
 
     def rounded(self, values: Any, unit: str) -> Any:
-        """Return the values, one or an array, with round-off set to zero."""
+        """Return a number or an array in which values below the round-off error are set to zero."""
         noise = self.noise.get(unit, 0.0)
         if isinstance(values, float):
             return 0.0 if abs(values) <= noise else values
         return np.where(np.abs(values) <= noise, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
-        """Return whether an error is large relative to the value, or to the scale if the value is nearly zero.
+        """Return whether an error is large relative to the value, or relative to the scale if the value is nearly zero.
 
         The scale of a ratio, such as load / critical load, is 1. A value of zero is not unreliable.
         """
         scale = 1.0 if unit == "1" else self.scales.get(unit, 0.0)
-        return value != 0.0 and error > UNRELIABLE * max(abs(value), LITTLE * scale)
+        return value != 0.0 and error > UNRELIABLE * max(abs(value), MIN_SHARE_OF_UNIT * scale)
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
-    """Return the figures of a run or of a chunk, without figures that are computed only on request."""
+    """Return the figures of a run or of a chunk of it, except for figures that are computed only on request."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
     present = tuple(figure for figure in chosen if items_of(scene, figure.of))
@@ -229,7 +231,7 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
     for figure in second.figures:
         pairs = zip(first.peaks[figure.key], second.peaks[figure.key], strict=True)
         both = first.well == second.well or figure.everywhere
-        peaks[figure.key] = [_further(before, after, figure.over) if both else before if first.well else after
+        peaks[figure.key] = [_more_extreme(before, after, figure.over) if both else before if first.well else after
                              for before, after in pairs]  # fmt: skip
     counted = [part for part in (first, second) if part.well == (first.well or second.well)]
     return RunFigures(
@@ -250,8 +252,8 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
     )  # fmt: skip
 
 
-def _further(first: Peak, second: Peak, over: str) -> Peak:
-    """Return the more extreme of two peaks: the first if they are equal, the known one if the other is nan."""
+def _more_extreme(first: Peak, second: Peak, over: str) -> Peak:
+    """Return the more extreme of two peaks: the first if they are equal, or the known one if the other is nan."""
     if over in (FIXED, AVERAGE) or math.isnan(second.value):
         return first
     if math.isnan(first.value):
@@ -283,23 +285,26 @@ def _rates(motion: Motion) -> Reals:
 
 
 def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
-    """Return the item number of the greatest known magnitude; for `LEAST`, of the smallest value if all are known."""
+    """Return the number of the item with the greatest known magnitude.
+
+    If `over` is `LEAST`, it is the item with the smallest value, or None if any value is unknown.
+    """
     known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
     return max(known, key=lambda number: abs(peaks[number].value), default=None)
 
 
-POINTS = 9  # instants per bracket and round
-ROUNDS = 9  # each shrinks the bracket to a quarter, so that smooth peaks are exact to round-off
+POINTS = 9  # number of instants per bracket and round
+ROUNDS = 9  # each round shrinks the bracket to a quarter, so that smooth peaks are found to round-off
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
-    """Return results with the peak of each field refined between the neighbours of its position.
+    """Return results in which the peak of each field is refined between the neighbours of its position.
 
-    A peak that moves between the positions is marked `refined`. The search misses a narrow peak elsewhere in the cycle
-    if no position is near it; this requires more positions. A peak is not refined if the condition at its neighbours,
-    or at an instant between them, exceeds `WELL`.
+    A peak that is found between the positions is marked `refined`. A narrow peak elsewhere in the cycle is missed if no
+    position is near it, so that more positions are required. A peak is not refined if the condition number exceeds
+    `WELL` at its neighbours or at an instant between them.
     """
     run = results.figures
     names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
@@ -322,27 +327,27 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
 def _searched(
     results: Results, names: list[tuple[str, int]], progress: Progress
 ) -> dict[int, tuple[float, float, float]]:
-    """Return the value, location and time of larger values between the positions, by index in `names`."""
+    """Return the values between the positions that exceed the peaks, with location and time, by index in `names`."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
-    spoiled: set[int] = set()
+    ill_conditioned: set[int] = set()
     for number in range(ROUNDS):
         progress(f"{results.scene.name}: between the positions", number, ROUNDS)
         grid = np.linspace(low, high, POINTS, axis=-1)
         values, xi, well = _values(results, names, grid)
-        spoiled |= set(np.flatnonzero(~well.all(axis=-1)).tolist())
+        ill_conditioned |= set(np.flatnonzero(~well.all(axis=-1)).tolist())
         at = np.where(np.isfinite(values), np.abs(values), -1.0).argmax(axis=-1)
         for row, (peak, choice) in enumerate(zip(best, at, strict=True)):
             if abs(values[row, choice]) > abs(better[row][0] if row in better else peak.value):
                 better[row] = (values[row, choice], xi[row, choice], grid[row, choice])
         rows = np.arange(len(names))
         low, high = grid[rows, np.maximum(at - 1, 0)], grid[rows, np.minimum(at + 1, POINTS - 1)]
-    return {row: each for row, each in better.items() if row not in spoiled}
+    return {row: each for row, each in better.items() if row not in ill_conditioned}
 
 
 def _bracket(results: Results, time: float) -> tuple[float, float]:
-    """Return the instants of the neighbours of a position; a cycle continues beyond its ends."""
+    """Return the instants of the positions before and after a position, which may be in the adjacent cycle."""
     instants, run = results.motion.time, results.scene.run
     at = int(np.argmin(np.abs(instants - time)))
     step = float(instants[1] - instants[0])
@@ -352,9 +357,9 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Return the extreme for each (field, beam), its location, and whether it is well conditioned.
+    """Return the extreme value of each field and beam, its location, and whether its instant is well conditioned.
 
-    Each pair has its own instants. The results have the shape of `grid`.
+    Each pair of field and beam has its own instants, a row of `grid`. The results have the shape of `grid`.
     """
     instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
     moved = results.scene.course.at(instants)
@@ -370,7 +375,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Yield the row and the `Peak` of each value that is larger between the positions."""
+    """Yield the row and the `Peak` of each value that `_searched` found between the positions."""
     if not better:
         return
     run = results.scene.run

@@ -14,12 +14,12 @@ from machine import Range
 from rigid.arrays import Flags
 
 CHECKS = [check for part in PARTS for check in part.checks]
-MAX_NAMED = 3  # maximum number of yielding links in addition to the worst
-STRENGTH = Limit("safety", 1.0, least=True)  # beyond yield, the links do not stay elastic
+MAX_NAMED = 3  # maximum number of yielding links that are named in addition to the worst
+STRENGTH = Limit("safety", 1.0, least=True)  # beyond yield, links are no longer elastic
 
 
 def needed_by_limits(scene: Scene) -> set[str]:
-    """Return the keys of the other figures that are needed to judge the scene's limits."""
+    """Return the keys of the additional figures that are needed to judge the limits of a scene."""
     limited = {limit.figure for limit in limits_of(scene)}
     of_parts = (key for part in PARTS if part.of(scene) for key in part.needs)
     of_strength = (STRENGTH.figure,) if can_yield(scene) else ()
@@ -27,12 +27,12 @@ def needed_by_limits(scene: Scene) -> set[str]:
 
 
 def can_yield(scene: Scene) -> bool:
-    """Return whether the yield stress of any beam is known."""
+    """Return whether the yield stress of at least one beam is known."""
     return any(np.isfinite(section.yield_stress).any() for section in scene.sections)
 
 
 def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
-    """Return the largest stress as a multiple of the yield strength, and the other links that yield; empty if none."""
+    """Describe the largest stress and all links that yield, in words; empty if no link yields."""
     known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
     if not known:
         return ""
@@ -44,14 +44,14 @@ def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
 
 
 def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield reasons why a limit cannot be judged, each with a flag of shape (...).
+    """Yield the reasons why a limit cannot be judged, each with flags of shape (...) that are true where it applies.
 
     Parameters
     ----------
     figure, items
         Key of the limited figure, and numbers of its items.
     figures
-        Values of all items by key; see `needed_by_limits`.
+        Values of all items by key, including the figures from `needed_by_limits`.
     """
     safeties = np.asarray(figures.get(STRENGTH.figure, np.zeros(0)), float)
     if len(safeties):
@@ -66,7 +66,7 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
 
 
 def outside_ranges(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[Range, dict[str, float]]]:
-    """Yield each range that items violate, and their quantities by name, from the values of all items by key."""
+    """Yield each range that is violated, and the quantities of the items outside it by name."""
     for check in CHECKS:
         names = scene.shown_items(check.of)
         values = check.quantity(scene, np.asarray(figures.get(check.by, []), float)) if names else np.zeros(0)

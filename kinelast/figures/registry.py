@@ -1,4 +1,4 @@
-"""Registry of all figures, used by reports, designs, speeds and limits."""
+"""Registry of all figures. It is used by reports, designs, speeds and limits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -52,12 +52,15 @@ from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_joints, friction_power
 
-NAMES = {"w": "deflection", "mises": "stress"}  # keys of figures that differ from the key of their field
-HARMONICS = 6  # number of harmonics of the fastest drive that are compared with natural frequencies
+NAMES = {"w": "deflection", "mises": "stress"}  # figure keys by field key, if the two differ
+HARMONICS = 6  # number of harmonics of the fastest drive that are compared with the lowest natural frequency
 
 
 def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
-    """Yield stress / largest von Mises stress, shape (beams, ...); infinite if there is no stress, nan if unknown."""
+    """Return yield stress / largest von Mises stress, shape (beams, ...).
+
+    It is infinite if there is no stress, and nan if it is unknown.
+    """
     size = np.abs(stress)
     limits = [np.broadcast_to(np.ravel(section.yield_stress), size.shape[1:] or 1) for section in sections]
     limit = np.array(limits, float).reshape(size.shape)
@@ -72,7 +75,7 @@ def _safety(cycle: Cycle) -> Largest:
 
 
 def _angle_errors(cycle: Cycle) -> Largest:
-    """Largest value over the points of every moving link."""
+    """Return the largest angle error among the points of every moving link."""
     links = cycle.scene.mechanism.links[1:]
     best = [cycle.once(_angle_error, link.name) for link in links]
     return Largest(
@@ -92,7 +95,7 @@ def _mass(cycle: Cycle) -> Real:
 
 
 def _condition(cycle: Cycle) -> Largest:
-    """Largest value over all computed positions, including ill-conditioned ones."""
+    """Return the largest condition number of all computed positions, including ill-conditioned ones."""
     condition = np.where(cycle.singular, -1.0, cycle.condition)
     at = condition.argmax(axis=-1)
     most = np.take_along_axis(condition, at[..., None], -1)[..., 0]
@@ -100,7 +103,7 @@ def _condition(cycle: Cycle) -> Largest:
 
 
 def _transmission(cycle: Cycle) -> Largest:
-    """Smallest transmission angle of all dyads; nan if there is none."""
+    """Return the smallest transmission angle of all dyads; nan if there are no dyads."""
     angles = [one.angle for one in transmission_angles(cycle.motion)]
     if not angles:
         return fixed(lambda _: np.nan)(cycle)
@@ -108,7 +111,7 @@ def _transmission(cycle: Cycle) -> Largest:
 
 
 def _fastest(cycle: Cycle) -> Reals:
-    """Largest speed of a rotating drive [rad/s], shape (..., 1); 0 if there is none."""
+    """Return the largest speed of a rotating drive [rad/s], shape (..., 1); 0 if there is no such drive."""
     pairs = zip(cycle.motion.mechanism.drives, cycle.motion.drive_rate, strict=True)
     rates = [np.abs(np.broadcast_to(rate, cycle.columns)) for drive, rate in pairs if drive.turns]
     return np.max([np.nanmax(rate, axis=-1, keepdims=True) for rate in rates], axis=0) if rates else np.zeros(1)
@@ -129,7 +132,7 @@ def _feedback(cycle: Cycle) -> Reals:
 
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Create a figure that exists only in scenes with friction."""
+    """Return a search for a figure that exists only in scenes with friction."""
     return each(lambda cycle: [values(cycle)] if friction_joints(cycle.scene.mechanism) else [])
 
 
@@ -165,7 +168,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
     Figure("friction_power", "power that friction takes", "W", FRICTION,
            _rubbing(lambda cycle: friction_power(cycle.motion, cycle.deflection.forces))),
-    Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback),
+    Figure("friction_feedback", "loop gain of friction", "1", FRICTION, _rubbing(_feedback),
            everywhere=True, here=True),
     Figure("shaking_force", "force on the ground", "N", SCENE,
            whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force)), listed=True),
@@ -188,7 +191,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return figures of the output: its error, and for a link the limits of its angle [rad], see `swing_of`."""
+    """Return the figures of an output: its error, and the figures of its motion."""
     if output is None:
         return ()
     if output.point:
@@ -200,7 +203,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
             Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), listed=True, limit="output"),
             Figure("output_stroke", "stroke of the output", "m", SCENE, fixed(lambda cycle: stroke_of(cycle, output)),
                    FIXED, asked=True, rigid=True),
-            *_of_its_motion(output),
+            *_motion_figures(output),
         )  # fmt: skip
 
     def swing(cycle: Cycle) -> tuple[Largest, Largest]:
@@ -215,12 +218,12 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
                asked=True, rigid=True),
         Figure("output_travel", "travel of the output", "rad", SCENE, fixed(lambda cycle: travel_of(*swing(cycle))),
                FIXED, asked=True, rigid=True),
-        *_of_its_motion(output),
+        *_motion_figures(output),
     )  # fmt: skip
 
 
-def _of_its_motion(output: Output) -> tuple[Figure, ...]:
-    """Return figures of the motion of an output, a point or an angle."""
+def _motion_figures(output: Output) -> tuple[Figure, ...]:
+    """Return the figures of an output's motion that are the same for a point and an angle."""
 
     def unit(scene: Scene) -> list[str]:
         turns = scene.mechanism.drives[0].turns if scene.mechanism.drives else True
@@ -244,17 +247,17 @@ def _of_its_motion(output: Output) -> tuple[Figure, ...]:
 
 
 def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Create a figure that exists only if drives come to rest."""
+    """Return a search for a figure that exists only if the drives come to rest."""
     return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
 def limits_of(scene: Scene) -> tuple[Limit, ...]:
-    """Return all limits of a scene, by their keys and by names of figures.
+    """Return all limits of a scene, whether given by their own keys or by the names of figures.
 
     Raises
     ------
     SceneError
-        A figure is unknown, or its bound has the wrong unit. `others` contains the other errors.
+        A figure is unknown, or its bound has the wrong unit. If there are several errors, `others` contains the rest.
     """
     return scene.once(_limits_of)
 
@@ -292,7 +295,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
-    """Return all figures of a scene, including the figures of this output."""
+    """Return all figures of a scene with the given output."""
     of_parts = (figure for part in PARTS for figure in part.of_output(output))
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 
@@ -300,4 +303,4 @@ def figures_of(output: Output | None) -> tuple[Figure, ...]:
 OF_OUTPUTS = {each.key for output in (Output("", "P"), Output("")) for each in figures_of(output)} - {
     each.key for each in figures_of(None)
 }
-"""Keys of figures that need an output."""
+"""Keys of the figures that require an output."""

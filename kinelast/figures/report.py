@@ -1,6 +1,6 @@
-"""Report on a scene: figures with their errors, verdict, findings and checks. It is written to summary.json.
+"""The report on a scene, with figures and their errors, verdict, findings and checks, as written to summary.json.
 
-Sections that only the page reads are plain data. The classes in this file define the types of all other sections.
+The classes in this module are the sections of the report. Sections that only the page reads are plain data.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from msgspec import UNSET, Struct, UnsetType, convert, field, to_builtins
 
 from kinelast.scene.reading import Finding, Reading
 
-# The file is longer than others, because its classes together are the format of summary.json.
+# This module is long because its classes together define the format of summary.json.
 
 Data = Mapping[str, Any]
 
 
 class Record(Struct, frozen=True):
-    """Section of a report."""
+    """A section of a report."""
 
 
 class SceneWords(Record, frozen=True):
-    """Name and title of a scene, and the source of its data."""
+    """The name and title of a scene, and the source of its data."""
 
     name: str
     title: str
@@ -30,7 +30,7 @@ class SceneWords(Record, frozen=True):
 
 
 class RunReport(Record, frozen=True):
-    """Numbers of positions, and the time span of a run. `interrupted` [s] is None if the run is complete."""
+    """The numbers of positions and the time span of a run. `interrupted` [s] is None if the run is complete."""
 
     positions: int
     singular: int
@@ -45,7 +45,7 @@ class RunReport(Record, frozen=True):
 
 
 class MaterialReading(Record, frozen=True):
-    """Constants of a material."""
+    """The constants of a material."""
 
     E: Reading
     density: Reading
@@ -53,14 +53,14 @@ class MaterialReading(Record, frozen=True):
 
 
 class DriveSpeed(Record, frozen=True):
-    """Drive speed of the largest magnitude, with its sign, and whether the speed is constant."""
+    """The speed of largest magnitude of a drive, with its sign, and whether the speed is constant."""
 
     speed: Reading
     steady: bool
 
 
 class LoadReading(Record, frozen=True):
-    """Kind, link, point, magnitudes and direction of a load.
+    """The kind, link, point, magnitudes and direction of a load.
 
     `resists` is "one way" or "both ways" if the load opposes the motion, otherwise None.
     """
@@ -75,7 +75,7 @@ class LoadReading(Record, frozen=True):
 
 
 class Inputs(Record, frozen=True):
-    """Inputs of a scene other than its links. `theory` is the beam theory."""
+    """The inputs of a scene, except for its links. `theory` is the beam theory."""
 
     theory: str
     materials: Mapping[str, MaterialReading]
@@ -87,7 +87,7 @@ class Inputs(Record, frozen=True):
 
 
 class BeamReading(Reading, frozen=True, kw_only=True):
-    """Greatest value of a field, with its beam and member (a straight run of beams).
+    """The greatest value of a field, with its beam and its member, i.e. a straight run of beams.
 
     `along_member` is the distance from the member's start.
     """
@@ -99,7 +99,7 @@ class BeamReading(Reading, frozen=True, kw_only=True):
 
 
 class BeamStrength(Record, frozen=True):
-    """Strength of a beam; `buckling` is load / critical load."""
+    """The strength of a beam. `buckling` is load / critical load."""
 
     stress_range: Reading
     yield_stress: Reading
@@ -109,16 +109,13 @@ class BeamStrength(Record, frozen=True):
 
 
 class LinkShare(Reading, frozen=True, kw_only=True):
-    """Contribution of a link or soft joint to the deviation of the output from the rigid mechanism.
-
-    `link` is the name of the link, "joint" and the name of the joint, or "others".
-    """
+    """The contribution of a link's bending to the deviation of the output from the rigid mechanism."""
 
     link: str
 
 
 class OutputReading(Reading, frozen=True, kw_only=True):
-    """Deviation of the output from the rigid mechanism.
+    """The deviation of the output from the rigid mechanism.
 
     `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output. `lags` are the lags of
     drives behind their cams, which the deviation does not include.
@@ -133,7 +130,7 @@ class OutputReading(Reading, frozen=True, kw_only=True):
 
 
 class LinkReserves(Record, frozen=True):
-    """Load factors at which a link fails or exceeds a limit, by failure mode.
+    """The load factors at which a link fails or exceeds a limit, by failure mode.
 
     `link` is the name of the link, or "output" and the name of the output. `governs` is the failure mode with the
     smallest factor; `reserve` is that factor.
@@ -146,7 +143,7 @@ class LinkReserves(Record, frozen=True):
 
 
 class RubbingJoint(Record, frozen=True):
-    """Friction effort (moment or force) of a joint on the link `on`."""
+    """The friction effort (moment or force) in a joint on the link `on`."""
 
     joint: str
     on: str
@@ -154,7 +151,7 @@ class RubbingJoint(Record, frozen=True):
 
 
 class FrictionReport(Record, frozen=True):
-    """Joint friction: efforts, power, loop gain, and the numbers of locked positions and of positions at rest."""
+    """Efforts, power and loop gain of joint friction, and the numbers of locked positions and of positions at rest."""
 
     joints: Sequence[RubbingJoint]
     power: Reading
@@ -164,7 +161,7 @@ class FrictionReport(Record, frozen=True):
 
 
 class MomentumReport(Record, frozen=True):
-    """Momentum balance of the answer by one theory. See `fem_check.MomentumBalance` for the fields."""
+    """The momentum balance of the answer of one theory, with the fields of `fem_check.MomentumBalance`."""
 
     opening: float | None
     velocity: float | None
@@ -177,7 +174,7 @@ class MomentumReport(Record, frozen=True):
 
 
 class CheckReport(Record, frozen=True):
-    """Finite element check. Differences are relative to the greatest magnitude of the field, null if unknown."""
+    """The finite element check. Differences are relative to the greatest magnitude of the field; null if unknown."""
 
     passed: bool | None
     tolerance: float
@@ -190,9 +187,9 @@ class CheckReport(Record, frozen=True):
 
 
 class FurtherCheck(Record, frozen=True):
-    """Result of the nonlinear check or of the check with plane bodies.
+    """The result of the nonlinear check or of the check with plane bodies.
 
-    `problem` is the reason why a check could not be run.
+    `problem` is the reason why a check was not possible.
     """
 
     largest: float | None = None
@@ -211,23 +208,23 @@ class FurtherCheck(Record, frozen=True):
 
 
 class TheoryReport(Record, frozen=True):
-    """Theory of the answer, and the largest relative error among the main figures.
+    """The theory of the answer, and the largest relative error of the main figures.
 
     Attributes
     ----------
     problem
         Reason why the error is unknown.
     figure, on, errors
-        The main figure with the largest relative error, and its item (such as a link).
-        `errors` are the parts of that error.
+        Main figure with the largest relative error, its item (such as a link), and the parts of this error.
     without_vibration
         Relative error of the quasi-static answer.
     accuracy, expected, reached
-        Requested accuracy, default accuracy, and whether the request is met; null if there is none.
+        Requested accuracy, default accuracy, and whether the requested accuracy is reached. `accuracy` and `reached`
+        are null if none is requested.
     courses
-        Relative errors of time histories over the cycle, by name of the figure.
+        Relative errors of time histories, by name of the field.
     damping, growth, stable
-        Damping coefficients beta [s] of the beams, growth of vibration per cycle, and whether a steady state exists.
+        Damping coefficients beta of the beams [s], growth of vibration per cycle, and whether a steady state exists.
     """
 
     name: str
@@ -247,7 +244,7 @@ class TheoryReport(Record, frozen=True):
 
 
 class UnreliableFigure(Record, frozen=True):
-    """Figure with a large error; `share` is error / value, null if the error is infinite."""
+    """A figure with a large error. `share` is error / value; null if the error is infinite."""
 
     name: str
     on: str | None
@@ -255,7 +252,7 @@ class UnreliableFigure(Record, frozen=True):
 
 
 class Reliability(Record, frozen=True):
-    """Worst level of the findings, their headings, and the figures with large errors."""
+    """The worst level of the findings, the headings of the findings, and the figures with large errors."""
 
     level: str
     reasons: Sequence[str]
@@ -263,10 +260,10 @@ class Reliability(Record, frozen=True):
 
 
 class JudgedLimit(Record, frozen=True):
-    """A limit with the figure that decides it.
+    """A limit and the value that decides it.
 
-    `kind` is the key of the limit, `name` its figure in words, and `on` its item. `least` is true for a lower bound.
-    `used` is the utilisation of the limit. `kept` is true if the figure meets the limit, ignoring its error.
+    `kind` is the key of the limit, `name` is the name of the limited figure, and `on` is the item. `least` is true for
+    a lower bound. `used` is the utilisation of the limit. `kept` is true if the value, ignoring its error, meets it.
     """
 
     kind: str
@@ -283,7 +280,7 @@ class JudgedLimit(Record, frozen=True):
 
 
 class Verdict(Record, frozen=True):
-    """Worst outcome of the limits in words, empty if there are no limits. `passed` is None if it is unknown."""
+    """The worst outcome of the limits in words; empty if there are no limits. `passed` is None if it is unknown."""
 
     verdict: str
     passed: bool | None
@@ -292,7 +289,7 @@ class Verdict(Record, frozen=True):
 
 
 class OptimumReport(Record, frozen=True):
-    """Best design and its verdict. Numbers are in SI units; `in_full` values follow the theory of the scene."""
+    """The best design and its verdict, in SI units. Values `in_full` are computed by the theory of the scene."""
 
     goal: str
     figure: str
@@ -318,7 +315,7 @@ class OptimumReport(Record, frozen=True):
 
 
 class OptimumVariable(Record, frozen=True):
-    """Variable of the best design, its bounds, and the active bound's multiplier; `at_bound` is "low" or "high"."""
+    """A variable of the best design, its bounds, and the multiplier of the active bound, "low" or "high"."""
 
     path: str
     unit: str
@@ -331,9 +328,10 @@ class OptimumVariable(Record, frozen=True):
 
 
 class OptimumLimit(Record, frozen=True):
-    """Limit on the best design.
+    """A limit on the best design.
 
-    `kind` is "least" or "most". `held_to` is the bound that the optimizer applied to the quasi-static figure.
+    `kind` is "least" for a lower bound and "most" for an upper one. `held_to` is the bound that the optimizer applied
+    to the quasi-static figure.
     """
 
     figure: str
@@ -352,7 +350,11 @@ class OptimumLimit(Record, frozen=True):
 
 
 class Origin(Record, frozen=True):
-    """Checksum of the scene's file, options, checksums `beside` of its other files, and time of an interrupt [s]."""
+    """The origin of a report.
+
+    It consists of the checksum of the scene's file, the options, the checksums of further files that the scene refers
+    to (`beside`), and the time at which the run was interrupted [s].
+    """
 
     sha256: str
     options: Data
@@ -361,16 +363,16 @@ class Origin(Record, frozen=True):
 
 
 class Report(Record, frozen=True):
-    """Report on a scene.
+    """The report on a scene.
 
     Attributes
     ----------
     shown_in
-        Units of the report.
+        Display units of the report.
     trust, reliability
         Findings (doubts about the figures), worst first, and their summary.
     more
-        Other sections by key, such as tables of machine parts, and studies.
+        Other sections by key, such as tables of machine parts and studies.
     """
 
     kinelast: str

@@ -1,4 +1,4 @@
-"""Results of a scene: deflection, figures and checks, and figures as plain data."""
+"""The results of a scene: its deflection, figures and checks."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 
 ASKED_FOR = "the quasi-static theory was chosen"
-WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure for each kind of caution
-TWICE = 2.0  # growth per cycle above which it is printed as a multiple
+WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
+MIN_MULTIPLE = 2.0  # growth per cycle from which it is printed as a multiple, not in percent
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +45,17 @@ class Results:
     Attributes
     ----------
     left_out
-        Number of unreachable positions that were left out on request.
+        Number of unreachable positions that were omitted on request.
     run
-        Figures of the run if it has more positions than the deflection.
+        Figures of the run, if the run has more positions than the deflection.
     answer
-        Answer of the theory with its errors; None if the quasi-static theory was chosen without an error estimate.
+        Answer of the theory of motion, with its errors. None if the quasi-static theory was chosen and its error was
+        not
+        estimated.
     balances
-        Momentum balance of the whole machine, by theory, if requested.
+        Momentum balances of the whole machine by theory, if requested.
     nonlinear, solid
-        Other checks, if requested.
+        Results of the other checks, if requested.
     """
 
     scene: Scene
@@ -68,15 +70,15 @@ class Results:
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """All limits of the scene."""
+        """The limits of the scene."""
         return limits_of(self.scene)
 
     @cached_property
     def buckles(self) -> str:
-        """The link that buckles without vibration, its position and load, else empty.
+        """The link that buckles without vibration, the drive position and the load, in words; empty if no link buckles.
 
-        Displacements are undefined beyond buckling. A load that exceeds the critical load only while it vibrates need
-        not buckle the link; it is judged by limits and findings.
+        Displacements are undefined beyond the critical load. A load that exceeds the critical load only temporarily,
+        due to vibration, does not necessarily buckle the link; it is judged by limits and findings.
         """
         if self.vibrates or not self.scene.labels:
             return ""
@@ -96,7 +98,7 @@ class Results:
 
     @cached_property
     def yields(self) -> str:
-        """Sentence with the largest stress as a multiple of the yield strength; empty if no link yields."""
+        """The largest stress as a multiple of the yield strength, in words; empty if no link yields."""
         return yield_words(self.scene, [peak.value for peak in self.figures.peaks["safety"]])
 
     @property
@@ -107,14 +109,14 @@ class Results:
     @cached_property
     @one_thread()
     def instability(self) -> str:
-        """Growth of vibration if there is no steady state, and the speed below which there is one; empty if stable."""
+        """The growth of vibration and the speed below which it is stable, in words; empty if it is stable."""
         vibrating = self.answer.vibrating if self.answer else None
         if vibrating is None or vibrating.stable:
             return ""
         from elastic.elastodynamics import stable_below
 
         growth, laws = vibrating.growth, self.scene.laws
-        grows = f"by {percent(growth - 1)}" if growth < TWICE else f"{growth:.2g} times"
+        grows = f"by {percent(growth - 1)}" if growth < MIN_MULTIPLE else f"{growth:.2g} times"
         grows = f"grows {grows} a cycle" if math.isfinite(growth) else "grows faster than the time steps can follow"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
         at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.shown_in)}"
@@ -139,7 +141,7 @@ class Results:
 
     @property
     def error_unknown(self) -> str:
-        """Reason why the error of the figures is unknown; empty if it is known or no link bends."""
+        """The reason why the errors of the figures are unknown; empty if they are known or no link bends."""
         if not self.scene.labels:
             return ""
         if self.buckles:
@@ -148,7 +150,7 @@ class Results:
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """Errors of the figures by key and item: measured by checks, otherwise estimated."""
+        """The errors of the figures by key, for all items. Errors measured by checks replace the estimates."""
         if self.answer is None:
             return {}
         errors = self.answer.errors
@@ -163,7 +165,7 @@ class Results:
 
     @cached_property
     def graded(self) -> list[GradedFigure]:
-        """Main figures with their errors."""
+        """The main figures with their errors."""
         figures = self.answer.graded if self.answer else ()
         return [replace(each, error=self.errors[each.key][each.item]) for each in figures]
 
@@ -174,33 +176,33 @@ class Results:
 
     @property
     def error(self) -> float:
-        """Largest relative error of the main figures; nan if one is unknown."""
+        """The largest relative error of the main figures; nan if one is unknown."""
         if self.answer is None:
             return math.nan
         return self.worst.share if self.worst else math.nan if self.error_unknown else 0.0
 
     @property
     def accurate(self) -> bool | None:
-        """True if the requested accuracy is reached; None without one."""
+        """Whether the requested accuracy is reached; None if no accuracy is requested."""
         return self.answer.reaches(self.error) if self.answer else None
 
     @property
     def quasi_static(self) -> Deflection:
-        """Quasi-static deflection."""
+        """The quasi-static deflection."""
         return self.answer.quasi_static if self.answer else self.deflection
 
     @cached_property
     def cycle(self) -> Cycle:
-        """Cycle of the computed positions."""
+        """The cycle of the computed positions."""
         known = self.answer.cycle if self.answer else None
         if known is not None and known.given is self.deflection:
             return replace(known, sampled=False)  # reuse the figures found so far
-        still = (known.still or known) if known is not None and known.motion is self.motion else None
-        return Cycle(self.scene, self.motion, self.deflection, tabled=True, still=still)
+        quasi_static = (known.quasi_static or known) if known is not None and known.motion is self.motion else None
+        return Cycle(self.scene, self.motion, self.deflection, tabled=True, quasi_static=quasi_static)
 
     @cached_property
     def figures(self) -> RunFigures:
-        """Figures of the run, with their errors if known."""
+        """The figures of the run, with their errors if these are known."""
         figures = self.run or run_figures(self.cycle, output_of(self.scene, self.quasi_static))
         if self.answer is None:
             return figures
@@ -209,48 +211,48 @@ class Results:
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """Numbers of all positions, singular positions, and positions left out of the largest values."""
+        """The numbers of all positions, of singular positions, and of positions excluded from the largest values."""
         run = self.figures
         return run.positions, run.singular - run.locked, run.ill if run.well else 0
 
     @property
     def motion(self) -> Motion:
-        """Motion of the rigid links."""
+        """The motion of the rigid links."""
         return self.deflection.motion
 
     @property
     def mechanism(self) -> Mechanism:
-        """The scene's mechanism."""
+        """The mechanism of the scene."""
         return self.scene.mechanism
 
     @cached_property
     def drive_words(self) -> list[tuple[str, str, str, str]]:
-        """Names, coordinates, units and efforts of the drives, see `kinelast.scene.figure.drive_words`."""
+        """Names, coordinates, units and efforts of the drives, from `kinelast.scene.figure.drive_words`."""
         return drive_words(self.mechanism)
 
     @cached_property
     def joint_words(self) -> list[tuple[str, str]]:
-        """Names of the joints and their links, see `kinelast.scene.figure.joint_words`."""
+        """Names of the joints and their links, from `kinelast.scene.figure.joint_words`."""
         return joint_words(self.mechanism)
 
     @cached_property
     def slenderness(self) -> list[float]:
-        """Length / radius of gyration of each beam; nan for rigid beams."""
+        """The length / radius of gyration of each beam; nan for rigid beams."""
         return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
 
     @cached_property
     def displacements(self) -> dict[str, Any]:
-        """Displacement of each moving point [m], complex, shape (positions,)."""
+        """The complex displacement of each moving point [m], shape (positions,)."""
         return {point: deviation.displacement for point, deviation in self.cycle.deviations.items()}
 
     @property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some positions, see `Cycle.frequencies`."""
+        """The natural frequencies at some positions, from `Cycle.frequencies`."""
         return self.cycle.frequencies
 
     @cached_property
     def period(self) -> float:
-        """Duration of the cycle [s]; nan if the motion is not periodic."""
+        """The duration of the cycle [s]; nan if the motion is not periodic."""
         run = self.scene.run
         if run.no_cycle:
             return math.nan
@@ -258,7 +260,7 @@ class Results:
 
     @cached_property
     def exceedances(self) -> list[tuple[Exceedance, Peak | None]]:
-        """Figures outside the range of the theory, with their peaks."""
+        """The figures that are outside the range of the theory, with their peaks."""
         if not self.mechanism.beams:
             return []
         peaks = self.figures.peaks
@@ -273,14 +275,14 @@ class Results:
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
-    """Return the results by a theory of motion, starting from the quasi-static results.
+    """Return the results according to a theory of motion, starting from the quasi-static results.
 
     If the quasi-static theory is chosen and `judged`, its error is estimated.
 
     Raises
     ------
     SceneError
-        The theory cannot solve the scene, see `kinelast.figures.theory.answer`.
+        The theory cannot solve the scene, as described in `kinelast.figures.theory.answer`.
     """
     scene, whole = plain.scene, at_breaks(plain)
     if whole.buckles:
@@ -304,7 +306,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             best = answer_at(best, whole.cycle, theory)
         else:
             best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
-    best = replace(best, stages={})  # they take more memory than all else
+    best = replace(best, stages={})  # the stages take more memory than everything else
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
@@ -312,7 +314,10 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
 
 def at_breaks(plain: Results) -> Results:
-    """Return quasi-static results at the positions and on both sides of breaks of the laws; self without breaks."""
+    """Return quasi-static results at the positions and on both sides of all breaks of the laws.
+
+    If there are no breaks, the results are returned unchanged.
+    """
     course, times = plain.scene.course, plain.motion.time
     if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
         return plain
@@ -326,7 +331,7 @@ def _with_instants(plain: Results, instants: Reals) -> Results:
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
-    """Return the figures of a run, including both sides of the breaks of its laws and the peaks of its answer."""
+    """Return the figures of a run, including those on both sides of law breaks and at the peaks of its answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
         instants = np.union1d(instants, np.setdiff1d(answer.cycle.motion.time, results.motion.time))
@@ -339,7 +344,7 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
 
 
 def results_in_full(scene: Scene) -> Results:
-    """Return the results of a scene as in its report, with the errors of the figures.
+    """Return the results of a scene as in its report, including the errors of the figures.
 
     Raises
     ------

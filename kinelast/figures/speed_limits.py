@@ -1,4 +1,4 @@
-"""Limits over the drive speed: verdict at each speed, first limit that fails, and first link that yields."""
+"""Limits over the drive speed: the verdict at each speed, the first limit that fails, the first link that yields."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,29 +17,30 @@ from kinelast.scene.data import Scene
 from kinelast.scene.figure import BEAM, Figure, Limit, items_of
 from rigid.arrays import Reals
 
-SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of the scan for each limited figure
+SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of the speed scan for each limited figure
 AMPLIFIED = 1.2  # value / quasi-static value above which a resonance is reported
 
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """Speed at which the limits of a scene fail.
+    """The speed at which the limits of a scene fail.
 
     Attributes
     ----------
     speed, above
-        Highest speed at which all limits are met and no link yields, also with the errors (0.0 if there is none), and
-        lowest speed at which this is not so.
+        Highest speed at which all limits are met and no link yields, including the errors (0.0 if there is none), and
+        lowest speed at which this is not the case.
     broken
-        Lowest speed at which a limit is violated by more than the error or a link yields, infinite if not reached. From
-        `above` to this speed, limits are too close to decide.
+        Lowest speed at which a limit is violated by more than the error or a link yields; infinite if there is none.
+        Between `above` and this speed, limits are too close to decide.
     limit, item
-        First limit that fails, and the number of its item; `STRENGTH` if a link yields. None if there is no steady
-        state above.
+        First limit that fails and the number of its item. The limit is `STRENGTH` if a link yields, and None if there
+        is no steady state above.
     resonance
-        Mode with the strongest vibration at this speed; None if vibration adds little.
+        Mode with the strongest vibration at this speed; None if vibration has little effect.
     problem
-        Reason why the limit cannot be judged; empty if it is violated or too close to decide, or if a link yields.
+        Reason why the limit cannot be judged; empty if it is violated, if it is too close to decide, or if a link
+        yields.
     """
 
     speed: float
@@ -52,18 +53,18 @@ class SpeedLimit:
 
 
 def amplified(search: SpeedSearch, ratio: float, value: float, still: float) -> Resonance | None:
-    """Return the mode with the strongest vibration if it increases a value well above the quasi-static one."""
+    """Return the mode with the strongest vibration if a value is well above the quasi-static value, otherwise None."""
     return search.model.resonance(ratio) if value > AMPLIFIED * still else None
 
 
 def by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
-    """Return the values of each figure's items, shape (items, speeds), from rows of shape (speeds, rows and others)."""
+    """Split an array of shape (speeds, rows) into figures by key, each of shape (items, speeds); ignore other rows."""
     parts = np.split(rows.T, np.cumsum([len(items_of(scene, figure.of)) for figure in figures]))
     return {figure.key: part for figure, part in zip(figures, parts, strict=False)}
 
 
 def outcomes(scene: Scene, values: Mapping[str, Any], errors: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the outcome of each limit at every speed, as indices into `SEVERITY`, and whether a link yields."""
+    """Yield the outcomes of each limit at all speeds, and of yielding, as indices into `SEVERITY`."""
     yield from severities(scene, values, errors)
     beams = _yieldable(scene)
     if limits_of(scene) and beams:
@@ -75,9 +76,9 @@ def outcomes(scene: Scene, values: Mapping[str, Any], errors: Mapping[str, Any])
 def limit_speed(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
-    """Return the limit speed and the first limit that fails above it, or None if all limits are met.
+    """Return the limit speed and the first limit that fails above it, or None if all limits are met at all speeds.
 
-    Yield counts as a limit, because no other limit can be judged if a link yields.
+    Yielding is treated as a limit, because no other limit can be judged if a link yields.
     """
     rows = [(limit, item) for limit in limits_of(scene) for item in bounded_items(scene, limit)]
     rows += [(STRENGTH, beam) for beam in _yieldable(scene)]
@@ -123,7 +124,7 @@ def limit_speed(
 def yield_speed(
     scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> tuple[float, int] | None:
-    """Return the lowest speed at which a link yields, and the number of its beam; None if none yields."""
+    """Return the lowest speed at which a link yields and the number of its beam, or None if no link yields."""
     beams = _yieldable(scene)
 
     def used(answers: SpeedMap) -> Reals:
@@ -142,19 +143,19 @@ def _yieldable(scene: Scene) -> list[int]:
 
 
 def _near_yield(values: Mapping[str, Any], beam: int, errors: Mapping[str, Any]) -> Reals:
-    """Return the stress of a beam with its error over its yield stress, shape (speeds,); 0 if it is unknown."""
+    """Return (stress + error) / yield stress of a beam, shape (speeds,); 0 if it is unknown."""
     safety = values[STRENGTH.figure]
     return np.where(np.isnan(safety[beam]), 0.0, _used(STRENGTH, safety, errors.get(STRENGTH.figure), beam, 1.0))
 
 
 def _refusals(scene: Scene, limit: Limit, item: int, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the reasons other than yield why a limit cannot be judged, each with flags of shape (speeds,)."""
+    """Yield the reasons why a limit cannot be judged, except for yielding, each with flags of shape (speeds,)."""
     without = {key: each for key, each in values.items() if key != STRENGTH.figure}
     return refusals(scene, limit.figure, [item], without)
 
 
 def _used(limit: Limit, values: Any, errors: Any, item: int, side: float) -> Reals:
-    """Return the utilisation of a bound by an item, shape (speeds,); nan if the figure is unknown.
+    """Return the utilisation of a limit by an item, shape (speeds,); nan if the figure is unknown.
 
     The error is added towards the bound (side 1) or away from it (side -1).
     """

@@ -1,4 +1,4 @@
-"""Answer as a function of drive speed: largest values, peaks, unstable ranges and the limit speed."""
+"""Results as a function of drive speed: largest values, peaks, unstable ranges and the limit speed."""
 
 import math
 import time
@@ -19,7 +19,7 @@ from kinelast.figures.errors import (
     HEADLINE,
     HIGHER_ORDERS,
     LARGE,
-    LITTLE,
+    MIN_SHARE_OF_UNIT,
     TIME,
     Estimate,
     figure_errors,
@@ -40,25 +40,25 @@ from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
-FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # fields of each beam, and their figures
+FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # figures by field, for each beam
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
-LONG = 60.0  # [s] remaining time above which it is announced
+LONG = 60.0  # [s] remaining time above which the user is informed
 
 
 @dataclass(frozen=True)
 class SpeedPeak:
-    """Local maximum, over the speed, of a largest value of the cycle.
+    """A local maximum, over the speed, of the largest value of a field in the cycle.
 
     Attributes
     ----------
     speed
         Speed of the drive [rad/s or m/s].
     field, beam
-        Field of `FIELDS` and number of the beam with the most prominent peak.
+        Key in `FIELDS` and number of the beam with the most prominent peak.
     value
         Value at the peak.
     resonance
-        Mode with the strongest vibration; None if vibration adds little.
+        Mode with the strongest vibration; None if vibration has little effect.
     """
 
     speed: float
@@ -70,29 +70,30 @@ class SpeedPeak:
 
 @dataclass(frozen=True, eq=False)
 class Speeds:
-    """Largest values over the cycle at several speeds.
+    """The largest values over the cycle at several speeds.
 
     Attributes
     ----------
     speed, asked
-        Speeds of the drive [rad/s or m/s], and whether each was requested, shape (speeds,). The others were added at
-        peaks, limits of unstable ranges and the limit speed.
+        Speeds of the drive [rad/s or m/s], and whether each was requested, shape (speeds,). The other speeds are those
+        of peaks, of limits of unstable ranges, and the limit speed.
     map
         Speed map: values of `FIELDS` [m, m, Pa] per beam with and without vibration, and growth.
     figures
-        Registered figures as measures, with their values and errors, shape (speeds,).
+        Measures of the registered figures, with their values and errors, shape (speeds,).
     verdicts
         Verdict at each speed; empty if there are no limits.
     highest
-        Highest speed at which all limits are met and no link yields, also with the errors, to within 0.2 %. 0.0 if this
-        fails at the first speed, None if there are no limits.
+        Highest speed at which all limits are met and no link yields, including the errors, to within 0.2 %. It is 0.0
+        if
+        a limit fails at the first speed, and None if there are no limits.
     limit
-        First failure above `highest`; None if all limits are met at all speeds, or if there are none.
+        First limit that fails above `highest`; None if all limits are met at all speeds, or if there are no limits.
     yielding
-        Lowest speed at which a link yields, and the number of its beam; None if none yields.
+        Lowest speed at which a link yields, and the number of its beam; None if no link yields.
     between
-        Speeds [rad/s or m/s], shape (n,), and values of `FIELDS`, shape (3, beams, n): a fine scan in reduced
-        coordinates, corrected by the map.
+        Result of a fine scan in reduced coordinates, corrected by the map: speeds [rad/s or m/s], shape (n,), and
+        values of `FIELDS`, shape (3, beams, n).
     peaks
         Prominent peaks, in order of increasing speed.
     unstable
@@ -101,7 +102,7 @@ class Speeds:
         For each multiple of the drive speed, the smallest and largest speed over the cycle at which it equals the
         lowest natural frequency.
     buckles
-        Link that buckles at each speed, or empty. If a link buckles, its bending is unknown.
+        Link that buckles at each speed, in words; empty if no link buckles. If a link buckles, its bending is unknown.
     """
 
     speed: Reals
@@ -120,15 +121,15 @@ class Speeds:
 
     @property
     def error(self) -> Reals:
-        """Largest relative error of deflection, stress and output, shape (speeds,).
+        """The largest relative error of deflection, stress and output, shape (speeds,).
 
-        The reference value is at least `LITTLE` times the largest field with the unit.
+        The reference value is at least `MIN_SHARE_OF_UNIT` times the largest field with the same unit.
         """
         read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
         read = [each for each in read if not np.isnan(each[1]).all()]  # no stress if the section depth is unknown
         if not read:
             return np.full(self.speed.shape, np.nan)
-        bases = [np.maximum(value, LITTLE * self._largest(measure.unit)) for measure, value, _ in read]
+        bases = [np.maximum(value, MIN_SHARE_OF_UNIT * self._largest(measure.unit)) for measure, value, _ in read]
         shares = [
             np.divide(error, base, out=0.0 * error, where=~(base <= 0.0))
             for (_, _, error), base in zip(read, bases, strict=True)
@@ -136,14 +137,14 @@ class Speeds:
         return reduce(np.maximum, shares)
 
     def _largest(self, unit: str) -> Reals:
-        """Return the largest field of beams with a unit at each speed."""
+        """Return the largest value at each speed of all fields with the given unit."""
         sizes = [value for measure, value, _ in self.figures.values() if measure.figure.fields and measure.unit == unit]
         return reduce(np.fmax, sizes)
 
 
 @one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = SILENT) -> Speeds:
-    """Return the answer at the requested speeds, and at peaks, stability limits and the limit speed between them.
+    """Return the results at the requested speeds, and at peaks, stability limits and the limit speed between them.
 
     Raises
     ------
@@ -175,14 +176,14 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             partial(_largest, scene, figures),
             scene.joints,
             damping_of(scene),
-            still=partial(_still, scene, still),
+            still=partial(_quasi_static_rows, scene, still),
             errors=partial(_errors, scene, figures, cache(partial(_motion_shares, scene, figures))),
             on_speed=answering,
             resolved=resolved(scene.theory.accuracy or ACCURACY, judged=True),
         )
         answers.find(ratios)
-        looking = _Looking(scene.name, progress)
-        search = SpeedSearch(answers, lambda found: _curves(by_figure(scene, figures, found.values)), looking)
+        reporting = _SearchProgress(scene.name, progress)
+        search = SpeedSearch(answers, lambda found: _curves(by_figure(scene, figures, found.values)), reporting)
         search.find_peaks()
         unstable = search.find_borders()
         limit = limit_speed(scene, figures, still, search, nominal) if limits else None
@@ -192,8 +193,8 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     steady = answers.map()
     pressed = steady.quasi_static[:, -1] >= 1.0
     buckles = [_buckles(scene, ratio) if may else "" for ratio, may in zip(steady.ratio, pressed, strict=True)]
-    gone = np.array([bool(words) for words in buckles])
-    steady = replace(steady, **{name: _without(getattr(steady, name), gone) for name in ("values", "errors")})
+    buckled = np.array([bool(words) for words in buckles])
+    steady = replace(steady, **{name: _without(getattr(steady, name), buckled) for name in ("values", "errors")})
     values, plain = by_figure(scene, figures, steady.values), by_figure(scene, still, steady.quasi_static)
     mapped = replace(
         steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0)
@@ -205,14 +206,14 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     }
     worst = [np.broadcast_to(each, steady.ratio.shape) for each in outcomes(scene, values, errors)]
     verdicts = [VERDICTS[SEVERITY[number]] for number in reduce(np.minimum, worst)] if worst else []
-    if gone.any():
-        before = verdicts or [""] * len(gone)
-        verdicts = [VERDICTS[BROKEN] if bad else verdict for bad, verdict in zip(gone, before, strict=True)]
+    if buckled.any():
+        before = verdicts or [""] * len(buckled)
+        verdicts = [VERDICTS[BROKEN] if bad else verdict for bad, verdict in zip(buckled, before, strict=True)]
     per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive / speed of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not limits else limit.speed if limit else asked[1]
-    if highest is not None and (gone & (steady.ratio * nominal <= highest)).any():
-        limit, highest = None, float(max(steady.ratio[: int(gone.argmax())], default=0.0)) * nominal
+    if highest is not None and (buckled & (steady.ratio * nominal <= highest)).any():
+        limit, highest = None, float(max(steady.ratio[: int(buckled.argmax())], default=0.0)) * nominal
     drawn, curves = search.between()
     speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
     speed[wanted] = np.linspace(*asked)
@@ -234,23 +235,23 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
 
 
 def _buckles(scene: Scene, ratio: float) -> str:
-    """Return the link that buckles without vibration at a speed, or an empty string."""
+    """Return the link that buckles without vibration at a speed, in words; empty if no link buckles."""
     course = scene_motion(scene)
     return Results(scene, scene_deflection(scene, with_rates(course, ratio * course.drive_rate))).buckles
 
 
-def _without(values: Any, gone: Flags) -> Any:
+def _without(values: Any, buckled: Flags) -> Any:
     """Return the values with nan at some speeds (first axis)."""
-    return np.where(gone.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
+    return np.where(buckled.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
 
 
 @dataclass
-class _Looking:
-    """Progress of the search between speeds; a long duration is announced once."""
+class _SearchProgress:
+    """Reports the progress of the search between speeds, and informs the user once if it takes long."""
 
     name: str
     progress: Progress
-    begin: float = math.nan  # start of the search [s]; infinite after the announcement
+    begin: float = math.nan  # start of the search [s]; infinite after the remaining time was checked
 
     def __call__(self, done: int, of: int) -> None:
         self.progress(f"{self.name}: searching between the speeds", done, of)
@@ -265,9 +266,9 @@ class _Looking:
 
 
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
-    """Return the magnitudes of all items of figures, shape (rows, speeds), with field peaks between positions.
+    """Return the magnitudes of all items of figures, shape (rows, speeds), including field peaks between positions.
 
-    Buckling is computed for one speed after the other, because for several only a bound is known.
+    Buckling is computed for each speed separately, because only a bound is known for several speeds at once.
     """
     fields = frozenset(field for figure in figures for field in figure.fields)
     cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
@@ -278,8 +279,10 @@ def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: C
     return np.concatenate([values[figure.key] for figure in figures])
 
 
-def _still(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
-    """Return the rows of `_largest`, and the bound on load / critical load of all links, without vibration."""
+def _quasi_static_rows(
+    scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]
+) -> Reals:
+    """Return the rows of `_largest` without vibration, and a row with the largest bound on load / critical load."""
     bound = np.nanmax(buckling_bound(bent), axis=(0, -1), initial=0.0)
     return np.concatenate([_largest(scene, figures, bent, alone), bound[None]])
 
@@ -295,9 +298,9 @@ def _errors(
     forces: float,
     left: float,
 ) -> Reals:
-    """Return the errors of all items of figures, as in a report, shape (rows,).
+    """Return the errors of all items of figures, computed as in a report, shape (rows,).
 
-    `of_motion` returns the relative errors of figures of the rigid motion for a number of positions.
+    `of_motion` returns the relative errors of the figures of rigid motion for a given number of positions.
     """
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
     corrected = {TIME: finer, LARGE: displaced}
@@ -315,9 +318,9 @@ def _errors(
 
 
 def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
-    """Return the relative errors of figures of the rigid motion at `count` even positions, by key, shape (items,).
+    """Return the relative errors of the figures of rigid motion at `count` equally spaced positions.
 
-    They are the same at all speeds, because the motion is.
+    The errors are given by key, shape (items,). They are the same at all speeds, because the motion is the same.
     """
     moving = [figure for figure in figures if figure.of_motion(scene) and items_of(scene, figure.of)]
     times = float(scene.run.cycle) * np.arange(count) / count
@@ -335,7 +338,7 @@ def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
-    """Return the values of a measure and their errors, reduced from all items, shape (items, speeds)."""
+    """Reduce the values and errors of all items, shape (items, speeds), to those of a measure, shape (speeds,)."""
     rows = [*range(len(values))] if measure.items is None else [*measure.items]
     least = measure.figure.over == LEAST
     known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
@@ -344,12 +347,12 @@ def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Rea
 
 
 def _curves(values: Mapping[str, Any]) -> Reals:
-    """Return the values of `FIELDS`, shape (3, beams, speeds)."""
+    """Return the values of the figures in `FIELDS`, shape (3, beams, speeds)."""
     return np.array([values[key] for key in FIELDS.values()])
 
 
 def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
-    """Yield the prominent peaks of `FIELDS`; of neighbouring peaks, only the most prominent one."""
+    """Yield the prominent peaks of `FIELDS`. Of neighbouring peaks, only the most prominent one is yielded."""
     rows = [
         (share, at, field, beam)
         for field in range(len(FIELDS))

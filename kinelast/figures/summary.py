@@ -1,4 +1,4 @@
-"""Report on the results of a scene, and its plain data for summary.json."""
+"""The report on the results of a scene, and the plain data of the report for summary.json."""
 
 from __future__ import annotations
 
@@ -96,7 +96,8 @@ def report_of(results: Results) -> Report:
         cautions=exceedance_rows(reader),
         limits={kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         trust=sorted(
-            [*trust, *_doubted(scene, judged.limits or (), unreliable)], key=lambda finding: ORDER.index(finding.level)
+            [*trust, *_limit_and_error_findings(scene, judged.limits or (), unreliable)],
+            key=lambda finding: ORDER.index(finding.level),
         ),
         reliability=report.Reliability(*reliability(trust), unreliable),
         stressed=any(math.isfinite(peak.value) for peak in run.peaks["stress"]),
@@ -107,7 +108,7 @@ def report_of(results: Results) -> Report:
 
 
 def unreliable_figures(reader: Reader) -> list[report.UnreliableFigure]:
-    """Return each figure and item that the report marks as unreliable, least certain first."""
+    """Return the figures and items that the report marks as unreliable, starting with the least certain."""
     run, marked = reader.results.figures, []
     for figure in run.figures:
         rows = zip(run.peaks[figure.key], reader.scene.shown_items(figure.of), figure.units(reader.scene), strict=True)
@@ -119,7 +120,7 @@ def unreliable_figures(reader: Reader) -> list[report.UnreliableFigure]:
     return sorted(marked, key=lambda each: -math.inf if each.share is None else -each.share)
 
 
-def _doubted(
+def _limit_and_error_findings(
     scene: Scene, limits: Sequence[report.JudgedLimit], unreliable: Sequence[report.UnreliableFigure]
 ) -> Iterator[Finding]:
     """Yield a finding on the limits that cannot be judged, and one on the unreliable figures."""
@@ -132,7 +133,7 @@ def _doubted(
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:
-    """Return each registered figure by key, for the item with the extreme value; for each item if units differ."""
+    """Return the registered figures by key for the item with the extreme value, or for every item if units differ."""
     scene, run, by_key = reader.scene, reader.results.figures, {}
     for figure in run.figures:
         peaks, names = run.peaks[figure.key], items_of(scene, figure.of)
@@ -148,7 +149,7 @@ def registered_figures(reader: Reader) -> dict[str, Reading]:
 
 
 def theory_report(results: Results) -> report.TheoryReport:
-    """Return the theory and the largest relative error of the main figures; null if unknown."""
+    """Return the section on the theory of the answer and the largest relative error of the main figures."""
     answer = results.answer
     if answer is None:
         return report.TheoryReport(name=QUASI_STATIC, problem=results.error_unknown)
@@ -223,7 +224,7 @@ def _peaks(reader: Reader) -> dict[str, dict[str, Reading]]:
 
 
 def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
-    """Return the greatest magnitude of a field on all beams, or None if it is unknown or no link has beams."""
+    """Return the greatest magnitude of a field on all beams, or None if it is unknown or there are no beams."""
     results = reader.results
     peaks = results.figures.of_field(field)
     beam = greatest(peaks)
@@ -251,7 +252,7 @@ def point_figures(reader: Reader) -> dict[str, dict[str, Reading]]:
 
 
 def angle_figures(reader: Reader) -> dict[str, Reading]:
-    """Return the largest angle error of each moving link, and the point at which it occurs."""
+    """Return the largest angle error of each moving link, together with the point at which it occurs."""
     pairs = zip(reader.results.mechanism.links[1:], reader.results.figures.peaks["angle_error"], strict=True)
     return {link.name: reader.largest(peak, "rad", **_point(reader, link.name, peak)) for link, peak in pairs}
 
@@ -266,7 +267,7 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
     """Return the stroke or swing, time ratio, smallest mechanical advantage and turning points of the output.
 
     `advantage` is the rate of the only drive / the speed of the output. `turns` are the positions at which the output
-    is at rest, which would be dead points if the output were driven.
+    is at rest. They would be dead points if the output were driven.
     """
     cycle, rows = reader.cycle, {}
     for each in output_figures(output):
@@ -282,7 +283,7 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
 
 
 def output_reading(reader: Reader) -> report.OutputReading | None:
-    """Return the error of the output, its location and the links' contributions; None if there is no output."""
+    """Return the error of the output, its location and the contributions of the links; None if there is no output."""
     output = reader.results.figures.output
     if output is None:
         return None

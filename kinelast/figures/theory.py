@@ -1,6 +1,6 @@
-"""Choice of the theory of motion for a scene, and the error of its answer.
+"""The choice of the theory of motion for a scene, and the error of its answer.
 
-The answers of all theories share vibrations, finer discretizations and figures, so that one class computes them.
+One class computes the answers of all theories, because they share vibrations, finer discretizations and figures.
 """
 
 import math
@@ -29,7 +29,7 @@ from elastic.elastodynamics import (
     with_large_displacement,
     worth_halving,
 )
-from kinelast.figures.answer import BESIDES, Answer
+from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
 from kinelast.figures.between import Between
 from kinelast.figures.bounds import (
     ASKED,
@@ -69,32 +69,31 @@ MotionAt = Callable[[Any], Motion]
 
 TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
 FINE = 0.05  # tolerance of the solver, relative to the requested accuracy or that needed to judge limits
-FINE_BY_DEFAULT = 0.1  # same, if there are no limits and no accuracy was requested
-FINE_WITH_FRICTION = 0.02  # same, with friction: only a finer tolerance reveals that vibration has not settled
-FINEST = 1e-6  # smallest tolerance of the solver: below it, time elements take minutes or stop converging
-EXACT = 0.02  # tolerance of an exact answer not requested by name, relative to the requested accuracy
-FAR = 3.0  # change of the largest deflection by vibration / accuracy; above this, quasi-static is not tried
+FINE_BY_DEFAULT = 0.1  # the same if there are no limits and no accuracy was requested
+FINE_WITH_FRICTION = 0.02  # the same with friction: only a finer tolerance reveals that vibration has not settled
+FINEST = 1e-6  # smallest tolerance of the solver, below which time elements take minutes or do not converge
+EXACT = 0.02  # tolerance of an exact answer that is not requested by name, relative to the requested accuracy
+FAR = 3.0  # change of the largest deflection by vibration / accuracy above which quasi-static is not tried
 FORCES_LATER = 3.0  # bound on the error of forces / error of deflections after the first steps to the exact answer
 SHARED = 0.5  # largest error of a finer exact answer, relative to that of the answer whose error it measures
-FAR_FROM_SETTLED = 10.0  # a finer answer with a larger error, relative to that of the answer, measures nothing
-LEFT_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
-NO_MORE = 0.25  # largest change of deflections by the last step to the exact answer, relative to the accuracy
-MAX_ROTATION = 4.0  # [rad] rotation of a section beyond which no vibration is computed
-SAME = 1e-9  # relative difference of moments at rest due to round-off
+MAX_FINER_ERROR = 10.0  # error of a finer answer / error of the answer, above which the finer one is not used
+ERROR_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
+MAX_LAST_CHANGE = 0.25  # change of deflections by the last step to the exact answer / accuracy, to stop there
+MAX_ROTATION = 4.0  # [rad] rotation of a section above which vibration is not computed
+SAME = 1e-9  # largest relative change of moments of a machine at rest, due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
-MAX_CHANGE_PER_TRAVEL = 10.0  # relative change of moments, per travel, of a machine at rest
-LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, stresses and forces
-STAGES = 5  # number of stages in the progress report
+MAX_CHANGE_PER_TRAVEL = 10.0  # largest relative change of moments per travel of a machine at rest
+STAGES = 5  # number of stages that the progress report shows
 EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / time of its first steps
-LONG = 10.0  # [s] expected time above which an answer is announced
-UNSTABLE = "the links have no steady state, their vibration grows"
+LONG = 10.0  # [s] expected duration above which the user is informed
+UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
 
 @one_thread()
 def answer(
     quasi_static: Cycle, theory: Theory, period: float, quasi_static_only: bool = False, progress: Progress = SILENT
 ) -> Answer:
-    """Return the answer of the requested theory, or of the cheapest one that is accurate enough.
+    """Return the answer of the requested theory, or of the cheapest theory that is accurate enough.
 
     Parameters
     ----------
@@ -103,31 +102,32 @@ def answer(
     period
         Duration of the cycle [s]; nan if there is no cycle. Vibration then starts from the quasi-static deflection.
     quasi_static_only
-        True to use the quasi-static answer regardless of its error.
+        Whether to use the quasi-static answer regardless of its error.
     progress
-        Progress listener for the stages of the computation.
+        Receives the stages of the computation.
 
     Raises
     ------
     SceneError
-        The requested theory cannot solve the scene: a singular position, a block beyond its beam, a wheel on a rack.
+        The requested theory cannot solve the scene, e.g. because of a singular position, a block beyond the end of its
+        beam, or a wheel on a rack.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     scene, plain = quasi_static.scene, quasi_static.deflection
-    rungs, named = _Rungs(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
+    answers, named = _Answers(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
     if not scene.labels:
-        return rungs.rigid()
+        return answers.rigid()
     rests = not named and _rests(plain)
-    if not named and not rests and (early := rungs.without_vibration(period, wanted)):
+    if not named and not rests and (early := answers.without_vibration(period, wanted)):
         return early
     fine = FINE_BY_DEFAULT if theory.accuracy is None and not named and not limits_of(scene) else FINE
     fine = FINE_WITH_FRICTION if scene.mechanism.friction else fine
-    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, BESIDES * rungs.held_back)
+    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, NEGLIGIBLE_GAIN * answers.error_of_statics)
     tolerance = min(TOLERANCE, fine * aim) if named else max(fine * aim, FINEST)
     if scene.mechanism.friction:
         tolerance = max(tolerance, fine * wanted)
     try:
-        motion_at, cycle = _held(scene, plain.motion) if rests else (scene.course.at, period)
+        motion_at, cycle = _motion_at_rest(scene, plain.motion) if rests else (scene.course.at, period)
 
         def announced(times: Reals) -> Motion:
             progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, STAGES)
@@ -144,26 +144,30 @@ def answer(
     except SceneError as error:
         if named:
             raise
-        return rungs.at_rest() if rests else rungs.unknown(error.problem)
+        return answers.at_rest() if rests else answers.unknown(error.problem)
     if rests and linear.vibration is None:
-        return rungs.at_rest()
+        return answers.at_rest()
     tried: list[Answer] = []
-    for rung in rungs.climbed(linear, tolerance, aim):
-        if quasi_static_only or (not named and (rung.enough or not linear.stable)) or rung.theory == theory.name:
-            return rung
-        tried.append(rung)
-    return rungs.best(tried)
+    for candidate in answers.candidates(linear, tolerance, aim):
+        if (
+            quasi_static_only
+            or (not named and (candidate.enough or not linear.stable))
+            or candidate.theory == theory.name
+        ):
+            return candidate
+        tried.append(candidate)
+    return answers.best(tried)
 
 
 @one_thread()
 def answer_at(known: Answer, quasi_static: Cycle, theory: Theory) -> Answer:
-    """Return a known answer at other positions of the run, those of a quasi-static answer."""
-    return _Rungs(quasi_static, theory).again(known)
+    """Return a known answer at other positions of the run, which are those of `quasi_static`."""
+    return _Answers(quasi_static, theory).again(known)
 
 
 @dataclass(frozen=True, eq=False)
-class _Rungs:
-    """Answers of all theories to a scene, with errors."""
+class _Answers:
+    """The answers of all theories for a scene, with errors."""
 
     quasi_static: Cycle
     theory: Theory
@@ -171,26 +175,26 @@ class _Rungs:
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """The scene of the quasi-static answer."""
         return self.quasi_static.scene
 
     @property
     def plain(self) -> Deflection:
-        """Quasi-static deflection."""
+        """The quasi-static deflection."""
         return self.quasi_static.deflection
 
     @cached_property
-    def held_back(self) -> float:
-        """Largest relative error of a graded figure that does not depend on the theory of motion."""
+    def error_of_statics(self) -> float:
+        """The largest part of the relative errors of graded figures that is the same in all theories of motion."""
         cycle = self._cycle(self.plain)
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
 
-    def _tell(self, number: int, stage: str) -> None:
+    def _report(self, number: int, stage: str) -> None:
         self.progress(f"{self.scene.name}: {stage}", number, STAGES)
 
     def _announce(self, first_steps: float) -> None:
-        """Announce a long exact answer, expected from the time of the first steps [s] to it."""
+        """Inform the user if the exact answer is expected to take long, given the duration of the first steps [s]."""
         expected = EXACT_OVER_FIRST_STEPS * first_steps
         if expected > LONG:
             advice = '"--theory elastodynamic" or a larger --accuracy answers sooner'
@@ -198,21 +202,26 @@ class _Rungs:
 
     @cached_property
     def figures(self) -> list[Figure]:
-        """Figures of a run."""
+        """The figures of a run, except for those that are computed only on request."""
         return [figure for figure in figures_of(output_of(self.scene, self.plain)) if not figure.asked]
 
-    def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
+    def candidates(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
         """Yield the answers, from the cheapest theory to the most accurate.
 
-        An error is measured only if its bound exceeds a small share of the requested accuracy. The discretization error
-        is measured by a finer discretization, and the effect of large displacement by steps to the exact answer. These
-        steps count as an answer if the last one changes deflections by at most `NO_MORE` times the accuracy. If a
-        theory is requested by name and vibration is stable, no cheaper answer is yielded.
+        An error is measured only if its bound exceeds a small fraction of the requested accuracy. The discretization
+        error
+        is measured by a finer discretization, and the effect of large displacement by the first steps to the exact
+        answer.
+        The result of these steps is accepted as an answer if the last step changes deflections by at most
+        `MAX_LAST_CHANGE` times the accuracy. If a theory is requested by name and vibration is stable, answers of
+        cheaper
+        theories are skipped.
 
         Raises
         ------
         SceneError
-            The geometrically exact theory is requested by name but cannot solve the scene: a wheel on a rack.
+            The geometrically exact theory is requested by name but cannot solve the scene, e.g. one with a wheel on a
+            rack.
         """
         settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
         if not linear.stable:
@@ -223,7 +232,7 @@ class _Rungs:
         stages: dict[str, Elastodynamic] = {}
         shares = settled
         if self._worth_measuring(linear, wanted):
-            self._tell(1, "error in time and coordinates")
+            self._report(1, "error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: discretized_finer(linear, shared, tolerance)[0]}, {}
         began = time.perf_counter()
@@ -237,14 +246,19 @@ class _Rungs:
             yield self._answer(ELASTODYNAMIC, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
-        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted and asked is None and not rests:
-            measured, left = self._open(stepped, tolerance, wanted, shared, finest)
+        if (
+            stepped.exact is not None
+            and stepped.exact.worst <= MAX_LAST_CHANGE * wanted
+            and asked is None
+            and not rests
+        ):
+            measured, left = self._errors_of_exact(stepped, tolerance, wanted, shared, finest)
             if LARGE in left:
                 left = {**left, LARGE: FORCES_LATER * left[LARGE]}
                 if not measured and left[LARGE] > self.resolved(wanted):
                     measured, left = self._one_more_step(stepped, left)
             yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
-        self._tell(3, "geometrically exact")
+        self._report(3, "geometrically exact")
         self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
@@ -258,20 +272,20 @@ class _Rungs:
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
-        yield self._answer(GEOMETRICALLY_EXACT, exact, *self._open(exact, tolerance, wanted, *known))
+        yield self._answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
 
     def best(self, tried: Sequence[Answer]) -> Answer:
         """Return the answer with the smallest error due to the theory of motion.
 
-        With dry friction, an error is unknown if it has not settled, i.e. depends on the tolerance.
+        With dry friction, the error is unknown if the answer has not settled, i.e. still depends on the tolerance.
         """
-        best = min(reversed(tried), key=lambda rung: rung.off_by_motion)
+        best = min(reversed(tried), key=lambda candidate: candidate.off_by_motion)
         if best.off_by_motion > UNRELIABLE and has_dry_friction(self.scene.mechanism):
             return self.unknown("large displacement cannot be settled: friction sticks too hard")
         return best
 
     def _far(self, linear: Elastodynamic, wanted: float) -> bool:
-        """Return True if vibration changes the deflection so much that the quasi-static answer need not be tried."""
+        """Return whether vibration changes the deflection so much that the quasi-static answer need not be tried."""
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
@@ -279,12 +293,14 @@ class _Rungs:
         return bool(abs(there - here) > FAR * wanted * max(there, stretch))
 
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
-        """Return the quasi-static answer if bounds on vibration and large displacement are small or links rotate far.
+        """Return the quasi-static answer if vibration need not or cannot be solved, otherwise None.
 
-        The bounds become its errors. None if vibration has to be solved.
+        It need not be solved if the bounds on vibration and large displacement are small; they are then the errors of
+        the
+        answer. It cannot be solved if sections rotate by more than `MAX_ROTATION`.
         """
         if largest_rotation(self._cycle(self.plain)) > MAX_ROTATION:
-            return self.unknown("vibration is not looked at where links turn by so much")
+            return self.unknown("vibration is not computed for such large rotations of the links")
         large = self._bound_of_large(self.plain)
         if large > self.resolved(wanted, BOUNDED):
             return None
@@ -294,27 +310,30 @@ class _Rungs:
         return self._answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
     def resolved(self, wanted: float, share: float = RESOLVED) -> float:
-        """Largest bound that is stated in place of a measured error, see `kinelast.figures.bounds.resolved`."""
+        """Return the largest bound that is accepted in place of a measured error, see `kinelast.figures.bounds`."""
         bound = resolved(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, ASKED)
 
     def _bound_of_large(self, bent: Deflection) -> float:
-        """Bound on the effect of large displacement; with a requested accuracy, on the forces of each member too."""
+        """Return a bound on the effect of large displacement.
+
+        If an accuracy is requested, the bound includes the effect on the forces of each member.
+        """
         per_rotation = PER_ROTATION if self.theory.accuracy is None else FORCES_PER_ROTATION
         return per_rotation * largest_rotation(self._cycle(bent))
 
     def rigid(self) -> Answer:
-        """Return the answer of rigid links."""
+        """Return the answer for a scene in which all links are rigid."""
         return self._answer(QUASI_STATIC, None, {}, {})
 
     def unknown(self, why: str) -> Answer:
-        """Return the quasi-static answer if vibration is unknown."""
+        """Return the quasi-static answer, stating why its error is unknown."""
         return self._answer(QUASI_STATIC, None, {}, {}, why)
 
     def at_rest(self) -> Answer:
-        """Return the answer for a machine at rest, without vibration, if large displacement cannot be solved.
+        """Return the quasi-static answer for a machine at rest if large displacement cannot be solved.
 
-        Its error is the square of the largest rotation plus load / Euler load.
+        The error is estimated as the square of the largest rotation plus load / Euler load.
         """
         rotation = largest_rotation(self._cycle(self.plain))
         pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
@@ -322,20 +341,21 @@ class _Rungs:
         return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return True if the error has to be measured by a finer discretization."""
+        """Return whether the error has to be measured by a finer discretization."""
         return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.resolved(wanted))
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
     ) -> tuple[Elastodynamic, dict[str, Elastodynamic], dict[str, float]]:
-        """Return the answer with large displacement as a stage, or a relative estimate of the effect.
+        """Return the first steps to the exact answer, the corrected answer by cause, and relative errors by cause.
 
-        The finer discretization is used if there is one, because that of the linear answer may be too coarse.
+        If the effect of large displacement is small or cannot be solved, it is estimated as a relative error. The finer
+        discretization is used if there is one, because that of the linear answer may be too coarse.
         """
         large = self._bound_of_large(linear.deflection)
         if self.theory.name is None and large <= self.resolved(wanted, BOUNDED):
             return linear, {}, {LARGE: large}
-        self._tell(2, "large displacement")
+        self._report(2, "large displacement")
         try:
             stepped, left = with_large_displacement(linear, finer)
         except MechanismError:
@@ -345,10 +365,12 @@ class _Rungs:
     def _one_more_step(
         self, stepped: Elastodynamic, left: dict[str, float]
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Measure the error of the first steps to the exact answer by one more step; return it and the errors left.
+        """Measure the error of the first steps to the exact answer by one more step.
 
-        Further steps change the answer by this change times the ratio of the last two changes. Returns the given errors
-        if the changes do not decrease.
+        Return the corrected answer, and the other relative errors by cause. The effect of all further steps is
+        estimated
+        as the last change times the ratio of the last two changes. If the changes do not decrease, the errors given in
+        `left` are returned.
         """
         after = stepped_on(stepped)
         before, change = (large_displacement_error(each) for each in (stepped, after))
@@ -357,7 +379,7 @@ class _Rungs:
         shares = {name: share for name, share in left.items() if name != LARGE}
         return {LARGE: after}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
 
-    def _open(
+    def _errors_of_exact(
         self,
         exact: Elastodynamic,
         tolerance: float,
@@ -365,24 +387,24 @@ class _Rungs:
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Return the exact answer in a finer discretization, and the errors that are known as shares.
+        """Return the exact answer in a finer discretization, and the errors that are known as relative values.
 
         There is no finer answer if the error bounds of displacements and forces are small, if it would take too long,
-        or if it converges much less well than the answer itself.
+        or if it does not converge nearly as well as the answer itself.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
-        shares = {TIME: discretized, LARGE: LEFT_OVER_CHANGE * large_displacement_error(exact)}
+        shares = {TIME: discretized, LARGE: ERROR_OVER_CHANGE * large_displacement_error(exact)}
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, shares
-        self._tell(4, "error in time and coordinates")
+        self._report(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
         after, left = discretized_finer(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
         worst = exact.exact.worst
-        if left > FAR_FROM_SETTLED * max(tolerance, worst):
+        if left > MAX_FINER_ERROR * max(tolerance, worst):
             return {}, shares
         if left > max(tolerance, SHARED * worst):
-            return {TIME: after}, {LARGE: LEFT_OVER_CHANGE * max(worst, left)}
+            return {TIME: after}, {LARGE: ERROR_OVER_CHANGE * max(worst, left)}
         return {TIME: after}, {}
 
     def _answer(
@@ -412,7 +434,7 @@ class _Rungs:
         return Answer(name, cycle, self.plain, vibrating, stages, self.figures, off, graded, accuracy, missed, finer)
 
     def again(self, known: Answer) -> Answer:
-        """Return an answer that is known at other positions of the run, without solving vibration again."""
+        """Return a known answer at the positions of `quasi_static`, without solving vibration again."""
         vibrating = known.vibrating and moved_to(known.vibrating, self.plain)
         stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
         shares = dict(known.off.shares)
@@ -423,8 +445,7 @@ class _Rungs:
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change that vibration causes in the most affected displacement, stress or force.
 
-        Only graded figures count. Safety factors, lives and load ratios do not: they change by other shares than the
-        loads. After a stop, only vibration remains, so the residual amplitude does not count either.
+        Figures of the vibration after a stop are ignored, because they are entirely due to vibration.
         """
         keys = {each.key for each in graded}
         chosen = {figure.key: figure for figure in self.figures if figure.key in keys and self._of_loads(figure)}
@@ -447,16 +468,16 @@ class _Rungs:
         return {}
 
     def _cycle(self, bent: Deflection) -> Cycle:
-        """Return the cycle of a deflection, cached, so that its figures are computed once."""
-        still = self.quasi_static
+        """Return the cycle of a deflection. It is cached so that figures are computed only once."""
+        plain = self.quasi_static
         if id(bent) not in self._cycles:
-            known = {"sampled": True} if bent is still.given else {"still": still, "sampled": True, "_known": {}}
-            self._cycles[id(bent)] = replace(still, motion=bent.motion, given=bent, **known)
+            known = {"sampled": True} if bent is plain.given else {"quasi_static": plain, "sampled": True, "_known": {}}
+            self._cycles[id(bent)] = replace(plain, motion=bent.motion, given=bent, **known)
         return self._cycles[id(bent)]
 
 
 def _rests(plain: Deflection) -> bool:
-    """Return True if the drives and the loads are constant."""
+    """Return whether the drives and the loads are constant."""
     moments, motion = plain.amplitudes.M, plain.motion
     travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
     largest = np.abs(moments).max(axis=-1)
@@ -464,8 +485,8 @@ def _rests(plain: Deflection) -> bool:
     return bool(travel <= MAX_TRAVEL_AT_REST and same.all())
 
 
-def _held(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
-    """Return the motion of a mechanism at rest (first position at all instants) and a duration."""
+def _motion_at_rest(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
+    """Return a motion that stays at the first position at all instants, and its duration."""
 
     def held(times: Any) -> Motion:
         return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))

@@ -1,4 +1,4 @@
-"""Reliability of a scene's figures: the size of effects that the theory neglects.
+"""The reliability of a scene's figures, judged by the size of the effects that the theory neglects.
 
 docs/report.md and docs/strength.md list the limits and their sources.
 """
@@ -59,7 +59,7 @@ _FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()
 
 
 def findings(results: Results) -> list[Finding]:
-    """All findings on a scene's figures, worst first; computed once.
+    """Return all findings on a scene's figures, the worst first. They are computed only once.
 
     If a link buckles, only buckling and the rigid motion are judged.
     """
@@ -172,7 +172,7 @@ def _friction(results: Results) -> Iterator[Finding]:
 
 
 def _formulas(results: Results) -> Iterator[Finding]:
-    """Yield a finding on inputs that the stated errors do not cover."""
+    """Yield a finding on inputs and formulas that the stated errors do not cover."""
     names = [part.formulas for part in reversed(PARTS) if part.formulas and part.of(results.scene)]
     if results.mechanism.friction:
         names.append("friction coefficients")
@@ -182,7 +182,7 @@ def _formulas(results: Results) -> Iterator[Finding]:
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
-    """Whether a slider transmits a moment that causes no friction because the slider's length is not given."""
+    """Return whether a slider transmits a moment that causes no friction because the slider's length is not given."""
     if not own.coefficient or np.isfinite(own.length):
         return False
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
@@ -193,7 +193,7 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
 
 
 def _theory(results: Results) -> Iterator[Finding]:
-    """Yield the theory of the answer and its accuracy."""
+    """Yield a finding on the theory of the answer and its accuracy."""
     answer = results.answer
     if answer is None:
         return
@@ -202,7 +202,7 @@ def _theory(results: Results) -> Iterator[Finding]:
         text = (
             f"{_sentence(results.instability)}. This is parametric resonance: no steady state exists, and the figures"
         )
-        text += " are those without vibration. Run slower, or make the links stiffer or more damped."
+        text += " do not include vibration. Reduce the speed, or make the links stiffer or more damped."
         yield Finding(POOR, THEORY, text)
         return
     damping = _damping(results)
@@ -217,7 +217,7 @@ def _theory(results: Results) -> Iterator[Finding]:
         how += f" change {CHANGED} by up to {percent(answer.missed)}."
     worst, wanted, brief = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy, ""
     if not results.scene.labels:
-        how = "No link bends: the figures are those of the rigid motion."
+        how = "No link bends; the figures are those of the rigid motion."
     if results.error_unknown:
         text = f"{how} The error of the figures is not known."
     elif worst is None:
@@ -257,7 +257,7 @@ def worst_figure(results: Results) -> dict[str, Any]:
 
 
 def _damping(results: Results) -> str:
-    """Return the damping that is assumed for materials without damping data."""
+    """Describe the damping that is assumed for materials without damping data; empty if all damping is given."""
     theory = results.scene.theory
     assumed = not theory.damping or any(math.isnan(beta) for beta in theory.damping)
     return f" at {percent(theory.damping_ratio)} of critical damping" if assumed else ""
@@ -294,7 +294,7 @@ def _check(results: Results) -> list[Finding]:
 
 
 def _exceedances(results: Results) -> Iterator[Finding]:
-    """Yield a finding for each kind of caution, with the worst link and the names of the others."""
+    """Yield a finding for each kind of caution. It describes the worst link and names the others."""
     for kind, heading in HEADINGS.items():
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
         if results.buckles and kind != "axial force":
@@ -323,14 +323,17 @@ def _exceedances(results: Results) -> Iterator[Finding]:
 
 
 def _own_level(kind: str, figure: float) -> str:
-    """Return the level of an effect that the answer or its error includes. Buckling also depends on straightness."""
+    """Return the level of an effect that the answer or its error includes.
+
+    Only buckling raises a caution, because it also depends on the initial straightness of the link.
+    """
     if kind != "axial force" or not LIMITS[kind].far_passed(figure):
         return GOOD
     return POOR if figure >= 1.0 else CAUTION
 
 
 def _without_shear(results: Results, beam: int) -> str:
-    """Return the reason why a short beam is computed without shear, or an empty string."""
+    """Return the reason why a short beam is computed without shear; empty if shear is included or not significant."""
     if not LIMITS["slenderness"].passed(float(shear_share(results.deflection)[beam])):
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
@@ -346,7 +349,7 @@ def _sentence(words: str) -> str:
 
 
 def _within(results: Results) -> Iterator[Finding]:
-    """Yield the effects within their limits, and the effects that cannot be judged."""
+    """Yield a finding on the effects that are within their limits, and one on the effects that cannot be judged."""
     if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
@@ -364,7 +367,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """Return the missing inputs of the safety factor, followed by is or are."""
+    """Return the inputs that are missing for the safety factor, followed by "is" or "are"."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])
@@ -388,7 +391,7 @@ def _judged(results: Results) -> set[str]:
 
 
 def left_out(results: Results) -> list[str]:
-    """Return the neglected effects in words."""
+    """Return the effects that are neglected, in words."""
     cleared = any(parts.clearance for parts in results.scene.bearings.values())
     effects = {
         "vibration of the links": not results.vibrates,
