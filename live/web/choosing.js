@@ -1,4 +1,4 @@
-// The chosen part: choose, add, copy and remove.
+// Choose, add, copy and remove the selected part.
 import { draw } from "./drawing.js";
 import { fit, toScreen, view } from "./view.js";
 import { inspect } from "./inspector.js";
@@ -41,7 +41,7 @@ export function chooseNew(change) {
   if (last && last !== "-1") choose(kind, last);
 }
 
-// Tables that can be added: of the chosen link, drive or point, or of the number.
+// The tables that can be added for the selected link, drive, point or number.
 export const ADDED = [
   ["sections", "section"],
   ["materials", "material"],

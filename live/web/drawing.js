@@ -1,4 +1,4 @@
-// The drawing: the grid, and the mechanism as it moves, bends and is stressed.
+// Draws the grid, and the mechanism with its motion, deflection and stress.
 import { fill } from "./layers.js";
 import { inCylinder, isMiddle, loop } from "./links.js";
 import { symbols } from "./marks.js";
@@ -140,8 +140,8 @@ export function draw() {
   ]);
 }
 
-// Names of points, and sizes: on no link, on no other words, and on no symbol if there is room. Words of the chosen link
-// or point are always drawn.
+// Draws the names of points and the dimensions. They do not cover links or other text, nor symbols if there is enough
+// space. The text of the selected link or point is always drawn.
 function fillWords(sheet, place, links, thin, rigid) {
   const word = (words, spots, always) => ({ words, spots, always, wide: LETTER * words.length + 2 });
   const { chosen, preview } = view, isChosen = (point) => chosen?.kind === "point" && chosen.name === point;
@@ -165,7 +165,8 @@ function fillWords(sheet, place, links, thin, rigid) {
   fill("sizes", [...texts.slice(names.length), ["path", { class: "leader", d: leaders || "M0,0" }]]);
 }
 
-// Lengths and angles: of the chosen link, of the links at the chosen point, of all where wished; and of what is drawn.
+// The lengths and angles of the selected link, of the links at the selected point or of all links, as set by the user,
+// and those of the element that is being drawn.
 function sizes(sheet, place, rigid) {
   const { chosen, preview } = view;
   const wished = ({ name, points }) =>

@@ -1,10 +1,10 @@
-// Entries of the chosen part as the file has them, and those that it may have in addition.
+// Shows the entries of the selected part in the file, and the entries that can be added.
 import { view } from "./view.js";
 import { edit } from "./requests.js";
 import { $, hold, state } from "./state.js";
 import { placeOfChosen, tableAt } from "./parts.js";
 
-// Entries of the chosen part as the file has them, and those that it may have besides.
+// The entries of the selected part in the file, followed by those that can be added.
 export const written = (
   value,
 ) => (typeof value === "string"

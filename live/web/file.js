@@ -1,4 +1,4 @@
-// The file of the scene: save, download, follow changes on disk.
+// Saves and downloads the file of the scene, and follows changes on disk.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { hush, keepInBrowser, notice } from "./notices.js";
@@ -27,7 +27,7 @@ export function download() {
   setTimeout(() => URL.revokeObjectURL(href), 1000);
 }
 
-// The file's text as it is now: taken where nothing here would be lost, or where that is asked for.
+// Loads the current text of the file if no changes would be lost here, or on request.
 export async function follow(forced = false) {
   const reply = await talk.scene();
   if (reply.problem) return notice(reply.problem);

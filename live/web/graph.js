@@ -1,10 +1,10 @@
-// A graph of one figure over the positions, beside the drawing; and lists that can be searched.
+// The graph of a figure over the positions, next to the drawing, and lists with a search field.
 import { quantity, view } from "./view.js";
 import { $, make, options } from "./state.js";
 const SHORT = 12; // entries of a list that needs no search
 const HEIGHT = 140, TOP = 22, BOTTOM = 22, RIGHT = 8, LETTER = 7, NONE = "none"; // pixels
 
-// The name of the figure that is drawn; empty where none is.
+// The name of the figure in the graph; empty if there is no graph.
 export const figure = () => ($("figure").value === NONE ? "" : $("figure").value);
 
 export function listFigures() {
@@ -49,7 +49,7 @@ function write(id, words, x, y, anchor) {
   for (const [key, value] of Object.entries({ x, y, "text-anchor": anchor })) $(id).setAttribute(key, value);
 }
 
-// A field beside a long list: what is typed there is found among its entries and the words on them.
+// A search field for a long list. It finds text in the entries and their descriptions.
 export function searchable(list, words) {
   const known = make("datalist", { id: `${list.id}-known` });
   const field = make("input", { type: "search", placeholder: "search", hidden: true, className: "search" });

@@ -1,4 +1,4 @@
-// Scenes from elsewhere, and links that carry this one.
+// Opens scenes from other sources, and creates links that contain this scene.
 import * as share from "./share.js";
 import * as text from "./text.js";
 import { fit, view } from "./view.js";
@@ -22,7 +22,7 @@ export async function copyLink() {
   }
 }
 
-// A scene that comes from outside is taken at once where nothing is drawn, else when it is asked for.
+// Opens a scene from another source at once if the drawing is empty, otherwise after confirmation.
 export async function offer(found) {
   try {
     const whole = await found, before = text.text();

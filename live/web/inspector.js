@@ -1,4 +1,4 @@
-// Fields of the chosen link or drive.
+// The input fields of the selected link or drive.
 import { quantity, view } from "./view.js";
 import { edit } from "./requests.js";
 import { $, hold, labelled, make, options, state } from "./state.js";
@@ -9,7 +9,7 @@ export function inspect() {
   const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
   box.replaceChildren();
   fillInspector(box);
-  // who goes from field to field goes on
+  // keep the focus when the user moves from field to field
   if (held >= 0) /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("input, select"))[held]?.focus();
 }
 export function fillInspector(box) {
@@ -26,7 +26,7 @@ export function fillInspector(box) {
   }
 }
 
-// The motion of a drive: constant speed, or one curve over some way in some time, and back where that is wished.
+// The motion of a drive: a constant speed, or a curve with given travel and duration, optionally with return.
 export const CONSTANT = "constant speed", SPLINE = "spline through points";
 export const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
 export function inspectDrive(at, box) {
@@ -66,7 +66,7 @@ export function inspectDrive(at, box) {
     peakWords(at),
   );
 }
-// Times and coordinates as a CSV file has them: typed, or taken from one.
+// Times and coordinates in CSV format, typed in or read from a file.
 export function inspectSpline(at, box, curve) {
   const { motion, slider } = view.sheet.drives[at],
     area = hold(
@@ -104,7 +104,7 @@ export function inspectSpline(at, box, curve) {
     tell();
   }
 }
-// The greatest rate, acceleration and jerk of a drive's law.
+// The largest rate, acceleration and jerk of a drive's law.
 export function peakWords(at) {
   const { peaks, unit } = view.picture?.drives[at] ?? {}, words = make("span", { className: "soft" });
   if (peaks) {

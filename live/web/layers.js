@@ -11,7 +11,7 @@ const layers = Object.fromEntries(
   }),
 );
 
-// A layer's marks, made of as many elements as before where that is so: only attributes change while something moves.
+// Draws the marks of a layer. If their number is unchanged, the elements are reused and only attributes are updated.
 export function fill(name, marks) {
   const layer = layers[name];
   while (layer.childNodes.length > marks.length) layer.lastChild.remove();

@@ -1,14 +1,14 @@
-// Links and cylinders on the sheet, and those under a place on the screen.
+// Links and cylinders of the drawing, and the search for those at a screen position.
 import { drawnNow, pointAt, pointNow, toScreen, view } from "./view.js";
 
 export const loop = (
   link,
 ) => (link.beams.length ? link.beams : link.points.slice(1).map((end, k) => [link.points[k], end]));
-// A cylinder is drawn as one: its barrel, its rod and the point that fixes the line between them are no parts to take.
+// A cylinder is drawn as one part. Its barrel, its rod and the point that fixes its line cannot be selected.
 export const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
 export const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }) => middle === point);
 
-// The nearest point or link to a place on the screen, within some pixels, as drawn or as rigid.
+// The point or link nearest to a screen position within some pixels, in its deflected or rigid position.
 export function pointUnder(/** @type {number[]} */ [x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
@@ -41,7 +41,7 @@ export function linkUnder(/** @type {number[]} */ [x, y], reach = 11, without = 
   return best;
 }
 
-// The position in which a place on a link is nearest to a place in the plane.
+// The position of the cycle in which a point fixed to a link is nearest to a given point of the plane.
 export function nearestPosition({ ends, t }, place) {
   const { picture } = view, [a, b] = ends.map((name) => picture?.points.indexOf(name) ?? -1);
   if (a < 0 || b < 0) return view.position;

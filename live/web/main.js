@@ -1,4 +1,4 @@
-// The page of the live editor: its beginning, and the events of its controls.
+// Starts the page of the live editor and connects the events of its controls.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import * as tools from "./tools.js";
@@ -166,7 +166,7 @@ function wire() {
     if (key !== "s" && typed(field)) field.value = field.defaultValue;
     else act[key]();
   });
-  // A value that is again what it was is none that was typed.
+  // A value that was restored does not count as edited.
   document.addEventListener("change", (event) => {
     const field = /** @type {any} */ (event.target);
     if (isField(field) && !typed(field)) event.stopPropagation();

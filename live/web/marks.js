@@ -1,11 +1,11 @@
-// Symbols of the sheet or of the moving scene, and its points.
+// Symbols and points of the drawing or of the moving scene.
 import { isUnder, markAttributes, markLines } from "./symbols.js";
 import { fill } from "./layers.js";
 import { enlarged, pairAt as pair, toScreen, view } from "./view.js";
 
 const NEAR_UNIT = 8.5; // [pixels] size of a symbol
 
-// Draw the marks of the moving scene, or of its tables as long as it does not move, and return their lines.
+// Draw the marks of the moving scene, or of its tables if it cannot move, and return their lines.
 export function symbols(sheet, place, live, picture, i) {
   const local = ({ link, local: [x, y] }) => {
     const [ox, oy] = pair("origin", link, i), [c, s] = pair("direction", link, i), [u, v] = pair("shift", link, i);

@@ -1,4 +1,4 @@
-// Notices to the reader, and the text that the browser keeps.
+// Notices to the user, and the text that the browser stores.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { $, make, state } from "./state.js";

@@ -1,4 +1,4 @@
-// Numbers of the scene: the list, the slider, and dragging.
+// The numbers of the scene, which can be changed in a list, with a slider or by dragging.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { quantity, view } from "./view.js";
@@ -8,7 +8,7 @@ import { ask, changed } from "./requests.js";
 import { play, position } from "./shown.js";
 import { $, hold, options, state } from "./state.js";
 
-// The number stays unless another part is chosen.
+// The number remains selected unless another part is selected.
 export function listNumbers(stays = true) {
   const list = $("number"),
     before = list.value,
@@ -51,7 +51,7 @@ export function slide() {
   drag({ do: "set", path: now.path, value });
 }
 
-// Dragging: the text that was there when it began, and one edit of it.
+// The state of dragging: the text at its start, and the edit of this text.
 
 export function grab() {
   play(false);

@@ -1,4 +1,4 @@
-// Parts of the scene by kind and name, and their tables in the file.
+// The parts of the scene by kind and name, and their tables in the file.
 import { view } from "./view.js";
 import { state } from "./state.js";
 
@@ -21,11 +21,11 @@ export const PATHS = {
   bearing: "bearings",
   cam: "cams",
 };
-// Tables that are not drawn: by names, and alone.
+// Tables that are not drawn: those with names, and single ones.
 export const BESIDE = ["section", "material", "motor", "joint", "bearing", "cam"],
   TABLES = ["run", "limits", "fatigue", "sweep", "tolerances", "sensitivities", "optimize"];
 export const tableAt = (path) => path.reduce((table, key) => table?.[key], state.tables);
-// The path of the chosen part's table in the file, and the kind of table that it is.
+// The path of the selected part's table in the file, and the kind of this table.
 export function placeOfChosen() {
   const { chosen } = view;
   if (!chosen) return [[], "scene"];

@@ -1,9 +1,9 @@
-// Places that a tool takes: points, places on links, places on the grid.
+// Positions that a tool snaps to: points, positions on links and grid positions.
 import { linkUnder, pointUnder } from "./links.js";
 import { gridStep, handle, pointNow, toPlane, toScreen, view } from "./view.js";
 import { $ } from "./state.js";
 
-// A place in the plane, on the grid, or level with another point.
+// A position in the plane, snapped to the grid or aligned with another point.
 export function snapped(screen, except) {
   let [x, y] = toPlane(screen);
   view.guides = [];
@@ -28,17 +28,17 @@ export function snapped(screen, except) {
   return [x, y].map((value) => Number(value.toPrecision(9)));
 }
 
-// A point of the scene under the pointer, or else a place: edits take either.
+// The point of the scene under the pointer, or else a position. Edits accept both.
 export const picked = (screen) => pointUnder(screen) ?? snapped(screen);
 const JOINED = 8, MIDDLE = 0.06; // pixels from a link, and of its length from its middle
-// What a new link is drawn to: a point, a place on a link, which becomes a point of it, or a free place.
+// The end of a new link: a point, a position on a link (which becomes a point of the link), or a free position.
 export function joint(screen) {
   const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
   if (!on?.link) return point ?? snapped(screen);
   view.guides = [];
   return { link: on.link, between: on.ends, share: shareOf(on) };
 }
-// The part of a line before a new point: its middle, or the grid line across it that is nearest.
+// The fraction of a line at which a new point is inserted: the middle, or the nearest crossing with a grid line.
 export function shareOf({ ends, t }) {
   if (view.exact) return t;
   if (!$("snap").checked) return Number(t.toFixed(3));
@@ -50,7 +50,7 @@ export function shareOf({ ends, t }) {
 export const placed = (each) =>
   typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;
 
-// A direction from a point to a place on the screen, to whole steps of 5 degrees where places snap.
+// The direction from a point to a screen position, rounded to steps of 5 degrees if snapping is on.
 export function direction(point, screen) {
   const from = toScreen(pointNow(point)),
     step = Math.PI / 36,
@@ -59,7 +59,7 @@ export function direction(point, screen) {
   return [Math.cos(angle), Math.sin(angle)];
 }
 
-// The place of a link that was clicked, on its line.
+// The position on the line of a link that was clicked.
 export function onLink({ ends, t }) {
   const [a, b] = ends.map((name) => pointNow(name));
   return [0, 1].map((k) => Number((a[k] + (b[k] - a[k]) * t).toPrecision(6)));

@@ -1,4 +1,4 @@
-// Requests of answers to the text: quick ones, edits one after the other, and the whole answer.
+// Requests for the results of the text: quick answers, edits in sequence, and full answers.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { rescale, view } from "./view.js";
@@ -6,7 +6,7 @@ import { hush, keepInBrowser, notice } from "./notices.js";
 import { show, theoryWords } from "./shown.js";
 import { $, make, state } from "./state.js";
 
-// Called with an answer, with its job, and after an edit; set by main.js.
+// Callbacks for an answer, for its job and after an edit. They are set by main.js.
 export const listeners = { answered: (_answer, _job) => {}, edited: (_change) => {} };
 
 export function ask(job) {
@@ -57,7 +57,7 @@ export function take(answer, job) {
   }
 }
 
-// Everything but a drag: edits one after the other, each of the text that the one before left; then the whole answer.
+// Sends all edits except dragging in sequence, each with the text from the previous edit; then requests a full answer.
 export function edit(...edits) {
   return (state.queue = state.queue.then(async () => {
     const before = text.text(), answer = await ask({ text: before, edits, numbers: true });

@@ -1,4 +1,4 @@
-// The drawing, its graph and the figures at a position; and the course over all positions.
+// Shows the drawing, its graph and the figures at a position, and plays the motion through all positions.
 import { draw, drawGrid } from "./drawing.js";
 import { quantity, view } from "./view.js";
 import { drawGraph, listFigures } from "./graph.js";

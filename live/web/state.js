@@ -26,7 +26,7 @@ export const state = {
   keys: {},
   motions: [],
 };
-// Fields of a value, beside the text of the scene; and whether one holds letters that are not in the scene yet.
+// The input fields other than the text of the scene, and whether one contains text that is not in the scene yet.
 export const isField = ({ tagName, type, id }) =>
   (tagName === "INPUT" && ["text", "number"].includes(type)) || (tagName === "TEXTAREA" && id !== "text");
 export const typed = (field) => isField(field) && field.value !== field.defaultValue;

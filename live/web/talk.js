@@ -1,4 +1,5 @@
-// Requests to the server: one quick answer under way at a time, the newest waits; whole answers give way to newer ones.
+// Requests to the server. Only one quick answer is computed at a time and only the newest request waits. A newer
+// request replaces the computation of a full answer.
 let number = 0, shown = 0, busy = false, waiting = null, whole = null;
 export let reached = true;
 const listeners = new Set();
@@ -25,7 +26,7 @@ async function request(path, given, signal) {
   }
 }
 
-// The length of the JSON, the JSON, and the numbers: each array by its place and shape.
+// A message consists of the length of the JSON, the JSON, and the numbers. Arrays are given by offset and shape.
 function unpacked(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -49,7 +50,7 @@ export const save = async (text, digest) => {
   return { ok: response.ok, ...(await response.json()) };
 };
 
-// A quick answer to a text after edits; `done` is called unless a newer one was asked for and came first.
+// Requests a quick answer to a text after edits. `done` is called unless a newer answer arrives first.
 export function quick(job) {
   whole?.abort();
   job.number = ++number;
@@ -85,7 +86,7 @@ async function next() {
 
 export const quiet = () => !busy && !waiting;
 
-// The whole answer to a text; dropped where anything newer was asked for meanwhile.
+// Requests the full answer to a text. It is dropped if there was a newer request in the meantime.
 export async function full(text, done) {
   whole?.abort();
   const mine = (whole = new AbortController()), asked = number;

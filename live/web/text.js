@@ -1,4 +1,4 @@
-// The text beside the drawing: its lines, mistakes and changes marked, and undo over everything that changes it.
+// The text next to the drawing, with line numbers, marked mistakes and changes, and undo for all changes.
 import { $, make } from "./state.js";
 const area = $("text"), gutter = $("gutter"), marks = $("marks");
 const LONG = 1e6; // most pairs of lines to compare
@@ -7,7 +7,7 @@ let past = [], future = [], current = "", mistakes = [], changed = [];
 
 export const text = () => current;
 
-// Sizes that are read once, not at every change.
+// Sizes that are read only once, not at every change.
 export function measure() {
   LINE = parseFloat(getComputedStyle(area).lineHeight);
   room = area.clientHeight;
@@ -18,7 +18,7 @@ export function begin(whole) {
   show(whole);
 }
 
-// Show another text; the step is kept for undo where it ends a gesture.
+// Show another text. The change is stored for undo if it ends a gesture.
 export function show(whole, mark = false) {
   if (mark) changed = differing(current, whole);
   else changed = [];
@@ -87,7 +87,7 @@ function reveal(row) {
   if (top < area.scrollTop || top > area.scrollTop + height - 3 * LINE) area.scrollTop = Math.max(0, top - height / 3);
 }
 
-// Rows of lines of a text that are not those of another, by their longest common row of lines.
+// Ranges of lines that differ between two texts, found by the longest common subsequence of lines.
 function differing(before, after) {
   const [old, now] = [before.split("\n"), after.split("\n")];
   let first = 0, last = 0;
@@ -130,7 +130,7 @@ function draw() {
   gutter.scrollTop = area.scrollTop;
 }
 
-// Letters typed in a row are one step of undo, which ends by a pause or by undo itself.
+// Consecutive typing is one undo step, which ends with a pause or with an undo.
 let before = null, timer = 0;
 function finish() {
   clearTimeout(timer);

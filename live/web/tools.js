@@ -68,7 +68,7 @@ function pressed(screen, touch, id) {
   gesture = { id, from: screen, last: screen, moved: false };
   if (tool === "move") {
     if (point) {
-      // the point is taken as drawn or as rigid, whichever is nearer
+      // use the deflected or the rigid position of the point, whichever is nearer
       const [rigid, drawn] = [pointNow(point), drawnNow(point)].map(toScreen),
         away = (p) => Math.hypot(p[0] - screen[0], p[1] - screen[1]);
       Object.assign(gesture, {
@@ -230,9 +230,9 @@ function plate(closed) {
   }
 }
 
-// --- by keys alone: a cursor that arrows move, N takes from part to part, and Enter presses where it stands
+// --- keyboard control: arrow keys move a cursor, N moves it to the next part, and Enter clicks at the cursor
 
-// Parts that a tool takes, and where they are: links by their middles, and points.
+// The parts that a tool can select with their positions: points, and links with their midpoints.
 function targets() {
   const { sheet } = view, ofLinks = ["drive", "gear", "trace"].includes(tool);
   const points = Object.keys(sheet.points).map((name) => [`point ${name}`, pointNow(name)]);

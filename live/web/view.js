@@ -1,4 +1,4 @@
-// The view: what is drawn at which scale, and places on the screen and in the plane.
+// The scale of the view, and conversions between positions on the screen and in the plane.
 const svg = document.getElementById("svg");
 /** @type {Record<string, any>} */
 export const view = {
@@ -25,7 +25,7 @@ export const view = {
 
 const MARGIN = 90; // pixels of the stage that the points leave free, for their names and symbols, over the hint
 
-// The stage's size, read once: reading it while marks change would lay the page out anew each time.
+// The size of the drawing area. It is read once, because reading it while marks change would force a new layout.
 export function measure() {
   [view.width, view.height] = [svg.clientWidth || 1, svg.clientHeight || 1];
 }
@@ -57,13 +57,13 @@ export const toPlane = (
   [x, y],
 ) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
 
-// Grid steps are 1, 2 or 5 times a power of ten, and no closer than some pixels.
+// Grid steps are 1, 2 or 5 times a power of ten, and not smaller than some pixels.
 export function gridStep(least = 12) {
   const raw = least / view.scale, power = 10 ** Math.floor(Math.log10(raw));
   return power * ([1, 2, 5, 10].find((each) => each * power >= raw));
 }
 
-// A point where it can be taken: at the start of the motion, or as drawn where nothing moves.
+// The position at which a point can be grabbed: at the start of the motion, or as drawn if the scene cannot move.
 export function handle(name) {
   const { picture, sheet, stale } = view, at = picture && !stale ? picture.points.indexOf(name) : -1;
   return at < 0 ? sheet?.points[name] ?? null : pointAt(at, 0);
@@ -79,7 +79,7 @@ export const pointNow = (name) => {
   return at < 0 ? view.sheet?.points[name] ?? null : pointAt(at, view.position);
 };
 export const enlarged = (place, by) => place.map((value, k) => value + (view.factor * by[k] || 0));
-// A point as it is drawn: displaced with the links that bend.
+// The position of a point in the drawing, including its displacement.
 export const drawnNow = (name) => {
   const at = indexOf(name), place = pointNow(name);
   return at < 0 ? place : enlarged(place, pairAt("moved", at, view.position));
@@ -99,7 +99,7 @@ export function fit() {
   Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2 - foot / (2 * scale), scale });
 }
 
-// The factor by which displacements are drawn, and the stress of the last colour: kept while something is dragged.
+// The scale factor of displacements and the stress of the last colour. They do not change during dragging.
 export function rescale() {
   const { picture } = view;
   if (!picture?.arrays.bent) return;

@@ -1,10 +1,10 @@
-// The editor as a widget of a notebook: its page in a frame without an address, its requests as messages.
+// The editor as a notebook widget: the page is in a frame without a URL, and requests are sent as messages.
 const PATIENCE = 10_000; // ms until it is message that nothing comes
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
   let number = 0;
-  // every script after those that it imports
+  // each script follows the scripts that it imports
   for (const name of Object.keys(files).filter((each) => each.endsWith(".js"))) {
     const code = files[name].replace(/from "\.\/(\w+\.js)"/g, (_, other) => `from "${addresses[other]}"`);
     addresses[name] = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));

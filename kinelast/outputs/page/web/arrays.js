@@ -1,4 +1,4 @@
-// Numbers as they stand in a page: rows of `count` values, what is the same in all of them once, large ones compressed.
+// The arrays stored in a page: rows of `count` values. Constant rows are stored once, and large arrays are compressed.
 function bytesOf(id) {
   const text = atob($(id).textContent.trim());
   const bytes = new Uint8Array(text.length);
@@ -11,7 +11,7 @@ async function inflated(id) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// The rows of all arrays as they are stored: one kind behind the other, packed by the significance of their bytes.
+// The rows of all arrays as stored: one kind after the other, with bytes grouped by significance.
 async function storedRows(places, count, packed) {
   const kinds = { d: Float64Array, f: Float32Array }, counts = { d: 0, f: 0 }, rows = {};
   for (const [kind, , , same] of Object.values(places)) {
@@ -33,7 +33,7 @@ async function storedRows(places, count, packed) {
   return rows;
 }
 
-// Every array, its count last; of vectors x, y, x, y.
+// All arrays. The last axis is the count; vectors are stored as x, y, x, y.
 async function unpacked({ arrays: places, packed }, count) {
   const rows = await storedRows(places, count, packed), at = { d: 0, f: 0 }, found = {};
   for (const [name, [kind, shape, vectors, same]] of Object.entries(places)) {

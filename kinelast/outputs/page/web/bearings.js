@@ -1,4 +1,4 @@
-// Joints with bearings, pins and eyes: figures, forces in the axes of the links, contact lost.
+// Joints with bearings, pins and eyes: figures, forces in link axes, and loss of contact.
 function jointsSection() {
   const rows = summary.joints.map((joint, k) => ({ ...joint, k })).filter((joint) => joint.figures);
   if (!rows.length) return;
@@ -64,7 +64,7 @@ function jointsSection() {
   );
 }
 
-// Of many instants the first, the last and how many.
+// The first and the last of many instants, and their number.
 function contactWords(lost) {
   const words = lost.map((at) =>
     Object.entries(at.drive).map(([name, drive]) => `${name} ${coordinateWords(drive.value, drive.unit)}`).join(", ")
@@ -72,7 +72,7 @@ function contactWords(lost) {
   return words.length > 4 ? `${words.length} positions, from ${words[0]} to ${words.at(-1)}` : words.join("; ");
 }
 
-// Hodograph of the force on a link in that link's axes, x' to the right: the tip of the force over the cycle.
+// Hodograph of the force on a link, i.e. the tip of the force vector over the cycle, in link axes with x' to the right.
 function polar(joint, name) {
   const link = model.links.findIndex((each) => each.name === name), sign = name === joint.on ? 1 : -1, tips = [];
   for (let i = 0; i < N; i++) {

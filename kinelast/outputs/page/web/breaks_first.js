@@ -1,4 +1,4 @@
-// Reserves of the links: how each would fail, and the first failure.
+// Reserves of the links: the failure mode of each link, and the first failure.
 const MODES = {
   yield: "yield",
   endurance: "endurance",

@@ -1,4 +1,4 @@
-// Cams: their figures, and a picture of each with its pitch curve and its follower as the machine moves.
+// Cams: their figures, and a moving picture of each cam with its pitch curve and its follower.
 function camsSection() {
   const rows = model.cams.map((cam, k) => ({ ...summary.cams[cam.name], ...cam, k })),
     grid = h("div.charts");
@@ -92,13 +92,13 @@ function camsSection() {
   }
 }
 
-// Path through places in the axes of a cam, y downwards.
+// SVG path through points in the axes of a cam, y downwards.
 const outlineOf = (places) => {
   const known = places.filter(([x, y]) => x !== null && y !== null);
   return `M${known.map(([x, y]) => `${x} ${-y}`).join("L")}Z`;
 };
 
-// The cam at the instant, in the ground's axes about its shaft, with its follower and the normal.
+// The cam at the current instant, in ground axes with the shaft at the origin, with its follower and the normal.
 function camPicture(cam) {
   const body = model.marks.find(({ spin }) => spin === cam.k), sizes = cam.flanks.flat().map(size).filter(isFinite);
   const reach = Math.max(...sizes, ...cam.pitch.map(size), 1e-12), faceEnds = cam.face ?? [];
@@ -159,7 +159,7 @@ function camPicture(cam) {
   );
 }
 
-// At true size in mm, as it stands at the start.
+// At true size in mm, in its initial position.
 function camDrawing(cam, most) {
   const wide = (2000 * most).toFixed(4), style = "fill:none;stroke:#000";
   const picture = s(

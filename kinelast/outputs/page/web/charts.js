@@ -1,4 +1,4 @@
-// Curves by uPlot: hover, zoom, pick, download; all linked to the same instant.
+// Curves drawn by uPlot, with hover, zoom, selection and download. All charts show the same instant.
 const charts = [];
 const CHART_HEIGHT = 210, MOST_CURVES = 6, LABEL_WIDTH = 88, LETTER_WIDTH = 6;
 const DASHES = [[], [6, 3], [1.5, 2.5], [11, 3, 2, 3], [16, 4], [9, 2, 2, 2, 2, 2]];
@@ -7,7 +7,7 @@ const ANGLES = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720];
 const turned = (degrees) => number(((degrees % 360) + 360) % 360); // as everywhere on the page, within a turn
 const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
 
-// The positions in the order of the axis, null where some were left out between two.
+// The positions in the order of the axis, with null where positions in between were omitted.
 const order = (() => {
   const every = Array.from({ length: N }, (_, i) => i), time = row("time");
   const steps = every.slice(1).map((i) => time[i] - time[i - 1]),
@@ -23,8 +23,8 @@ const abscissae = order.map((
 ) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
 const shownAt = (i) => i !== null && counted(i);
 
-// Curves with their styles: no two that are drawn at first have one colour or the same dashes. Drawn at first are
-// those that say so, or the largest; a curve keeps the colour that it asks for, its link's, where that is free.
+// Assigns styles to curves. Curves that are shown initially have different colours or dashes. Curves are shown
+// initially if they are marked so, otherwise the largest ones. A curve has the colour of its link if that is unused.
 function styled(curves, sizes) {
   const ranked = curves.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]);
   const first = curves.some((curve) => curve.shown)
@@ -42,7 +42,7 @@ function styled(curves, sizes) {
   return styles;
 }
 
-// Curves: {name, values: i -> number, colour}; values are in SI, drawn with a prefix that suits the greatest.
+// Curves: {name, values: i -> number, colour}. Values are in SI units and drawn with a prefix suitable for the largest.
 function chart(holder, heading, unit, asked, options = {}) {
   const valueAt = (values) => (i) => (shownAt(i) ? values(i) : NaN);
   const rowOf = ({ values }) => (options.xs ? xs.map((_, k) => values(k)) : order.map(valueAt(values)));
@@ -107,7 +107,7 @@ function chart(holder, heading, unit, asked, options = {}) {
         : quantity(worthy(made.rows[k][shown] ?? NaN), unit);
     });
   };
-  // What is round-off beside the other curves is nothing.
+  // Values that are round-off compared with the other curves are set to zero.
   const worthy = (value) => (Math.abs(value) <= 1e-12 * made.greatest ? 0 : value);
   made.follow = (i) => {
     if (!made.plot) return;
@@ -120,15 +120,15 @@ function chart(holder, heading, unit, asked, options = {}) {
     mark();
     made.tell(orderOf.get(i));
   };
-  // The line of the instant: drawn anew with the curves, and not where these are zoomed away from it.
+  // The line at the current instant. It is redrawn with the curves, unless the instant is outside the zoomed range.
   function mark() {
     if (!made.plot || !made.cycle) return;
     const x = made.plot.valToPos(xs[orderOf.get(instant.position)], "x");
     at.style.transform = `translateX(${x}px)`;
     at.hidden = !(x >= -1 && x <= made.plot.over.clientWidth + 1);
   }
-  // Words over curves: shaded ranges of x, dashed lines at x and dotted ones at y with names, names of peaks; none over
-  // another.
+  // Annotations of curves: shaded ranges of x, named dashed lines at x and dotted lines at y, and names of peaks. Names
+  // do not overlap.
   function annotate(plot) {
     const { ranges = [], lines = [], bounds = [], peaks = [] } = options.notes ?? {},
       pen = plot.ctx,
@@ -187,7 +187,7 @@ function chart(holder, heading, unit, asked, options = {}) {
     }
     pen.restore();
   }
-  // The name of every curve beside its end, in its colour, none over another.
+  // The names of all curves at their ends, in the colours of the curves, without overlap.
   function nameCurves(plot) {
     const pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1, apart = 12 * one;
     if (curves.length < 2) return;
@@ -283,7 +283,7 @@ function chart(holder, heading, unit, asked, options = {}) {
   return made;
 }
 
-// What all charts share: their size, their end and their place among the charts; `build` draws one.
+// Common code of all charts for resizing, removal and registration. `build` draws the chart.
 function framed(made, figure, canvas, height) {
   made.size = () => ({ width: Math.max(240, canvas.clientWidth), height });
   made.resize = () => made.plot?.setSize(made.size());
@@ -306,7 +306,7 @@ function axesOf(x, y) {
 follow((i) => charts.forEach((made) => made.follow(i)));
 const restyle = () => charts.forEach((made) => made.build());
 
-// Words in lines that are no longer than the room, if each word fits.
+// Break text into lines that fit into the given width, if every word fits.
 function wrapped(words, room, pen) {
   const lines = [];
   for (const word of words.split(" ")) {
@@ -317,8 +317,8 @@ function wrapped(words, room, pen) {
   return lines;
 }
 
-// Heights in their order, moved as far as it takes to keep them apart between two bounds; where there is no room, the
-// first.
+// Sorted heights, moved as little as possible so that they keep a distance between two bounds. If there is not enough
+// space, only the first ones are returned.
 function spread(found, apart, low, high) {
   const kept = found.slice(0, Math.floor((high - low) / apart) + 1);
   kept.forEach((each, k) => {

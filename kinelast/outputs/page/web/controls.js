@@ -1,4 +1,4 @@
-// What the reader does to the mechanism: play, choose diagrams, exaggerate, show and hide.
+// Controls of the mechanism: play, select diagrams, exaggerate displacements, show and hide.
 const FIRST_FIELD = "M";
 
 function check(words, on, change, attributes = {}) {
@@ -35,7 +35,7 @@ function mechanismSection() {
     play(() => Number(speed.value));
     tell(true);
   }
-  // What passes while it plays is not read aloud.
+  // Screen readers do not announce changes while the motion plays.
   function tell(playing) {
     start.textContent = playing ? "Pause" : "Play";
     start.setAttribute("aria-pressed", String(playing));
@@ -80,7 +80,8 @@ function mechanismSection() {
     slider.setAttribute("aria-valuetext", instantWords(i));
     words.textContent = instantWords(i) + (counted(i) ? "" : " – too near a dead point: in no largest value");
   });
-  // Keys of the picture, and while nothing else has the keyboard and the picture is seen, of the page.
+  // Keyboard control. It also works without focus on the picture if no other element has focus and the picture is
+  // visible.
   document.addEventListener("keydown", (event) => {
     const target = /** @type {any} */ (event.target),
       inside = part.contains(target),
@@ -163,7 +164,7 @@ function exaggeration() {
   return bar(labelled("Displacements drawn larger", range), words, sizes);
 }
 
-// The picture as it is, with the page's colours written into it.
+// A copy of the picture with the colours of the page written into it.
 function saveMechanism() {
   const copy = view.svg().cloneNode(true);
   const originals = view.svg().querySelectorAll("*");

@@ -1,4 +1,4 @@
-// What is drawn over the cycle: extremes, forces, efforts, errors of the output, kinematics.
+// Charts over the cycle: extremes, forces, efforts, errors of the output, kinematics.
 const curve = (name, values, colour) => ({ name, values, colour });
 const beamColour = (beam) => model.beams[beam].link - 1;
 
@@ -154,7 +154,7 @@ function linkCurves(grid, link) {
   ]);
 }
 
-// Fields of the link that was clicked: along it now, and its largest over the cycle.
+// Fields of the selected link: along the link at the current instant, and the largest values over the cycle.
 const beamPanel = { charts: [], grid: null };
 
 function beamSection() {

@@ -1,4 +1,4 @@
-// The designs: their numbers and figures, what is better, which are chosen, and who is to be counted.
+// The designs: their numbers and figures, the better direction of each, the selection, and the listeners.
 const data = JSON.parse($("designs").textContent);
 const COUNT = data.count;
 Object.assign(chosenUnits, data.shown_in);
@@ -9,7 +9,7 @@ const reasonOf = (k) => data.reasons[columnOf("#reason")[k]];
 const every = Array.from({ length: COUNT }, (_, k) => k);
 const axes = [...data.numbers, ...data.figures];
 
-// Angles in degrees, all else with the prefix that suits the largest value.
+// Angles are in degrees; other quantities have a prefix suitable for the largest value.
 const scaleFor = Object.fromEntries(axes.map((name) => {
   const unit = data.units[name];
   if (unit === "rad") return [name, [180 / Math.PI, "deg"]];
@@ -64,7 +64,7 @@ function choose(k) {
   tell("choice");
 }
 
-// From few to many by one colour scale.
+// Colour scale from low to high values.
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [223, 197, 30]];
 function ramp(part) {
   const place = Math.max(0, Math.min(1, part)) * (RAMP.length - 1),
@@ -99,7 +99,7 @@ function colours() {
   return (k) => (breaks(k) ? BREAKS : paint(values[k]));
 }
 
-// A canvas as wide as its holder, sharp on any screen, drawn anew when it changes.
+// A canvas with the width of its container and the resolution of the screen, which is redrawn when its size changes.
 function canvasIn(holder, height, draw, words) {
   const canvas = h("canvas.drawn", { role: "img", "aria-label": words, tabindex: 0 }),
     above = h("canvas.drawn.above", { "aria-hidden": "true" });
@@ -118,7 +118,7 @@ function canvasIn(holder, height, draw, words) {
     }
     draw();
   };
-  // Marks lie above the picture, but on paper, where nothing shows through, in it.
+  // Marks are above the picture on the screen, but part of it in print, where layers are not transparent.
   made.markPen = () => {
     if (state.printing) return made.pen(canvas);
     made.clear(above);

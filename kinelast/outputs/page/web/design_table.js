@@ -1,4 +1,4 @@
-// The designs as a table to sort, and one of them in full.
+// A sortable table of the designs, and the details of the selected design.
 const ROWS = 50;
 
 function tableSection() {
@@ -71,7 +71,7 @@ function tableSection() {
   draw();
 }
 
-// What makes a design: its numbers as lines of the scene, and its figures beside those of the best.
+// The details of a design: its numbers as lines of the scene, and its figures compared with those of the best design.
 function chosenSection() {
   const holder = h("div", { "aria-live": "polite" });
   section("chosen", "One design", "The design chosen", holder);
@@ -129,7 +129,7 @@ function chosenSection() {
   draw();
 }
 
-// By which theory a design is answered, and the verdict.
+// The theory by which a design was computed, and the verdict.
 function answerWords(k) {
   const answer = data.answered[String(designOf(k))];
   return answer ? [answer.theory, answer.verdict].filter(Boolean).join(", ") : reasonOf(k) ? "" : "quasi-static";
@@ -144,7 +144,7 @@ function fullWords(name, counted) {
   return `${number(counted.value * factor, 6)}${error}`;
 }
 
-// What makes the page of a design that has none here.
+// The command that creates the page of a design, if it does not exist here.
 function commandsOf(design) {
   if (!data.scene) return "";
   const quoted = (word) => (/^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`),

@@ -1,4 +1,4 @@
-// From the data to the page of many designs.
+// Builds the page of many designs from its data.
 function aboutDesigns() {
   const { numbers } = data;
   const words = [`${several(data.of, "design")} of ${several(numbers.length, "number")}: ${numbers.join(", ")}`];

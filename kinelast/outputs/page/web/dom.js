@@ -1,9 +1,9 @@
-// Elements made of data: text is always text, never markup.
+// Creates elements from data. Text is always inserted as text, never as markup.
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
-// Both make an element from its tag and classes, as "p.soft", then attributes, which may be left out, and children.
+// Both create an element from its tag and classes, such as "p.soft", optional attributes, and children.
 const h = (name, ...given) => filled(document.createElement(name.split(".")[0]), name, given);
 const s = (name, ...given) => filled(document.createElementNS(SVG, name.split(".")[0]), name, given);
 
@@ -23,26 +23,26 @@ function put(element, attributes) {
 }
 
 const button = (words, onclick, attributes = {}) => h("button", { type: "button", ...attributes, onclick }, words);
-// A choice with its label: options from `option`, in groups or not.
+// A select element with its label. The options are created by `option` and may be grouped.
 const choice = (id, change, ...options) =>
   h("select", { id, onchange: (event) => change(event.target.value) }, options);
 const option = (value, words = value, selected = false) => h("option", { value, selected }, words);
 const labelled = (words, field) => [h("label", { for: field.id }, words), field];
 const bar = (...children) => h("div.bar", children);
 
-// A table that scrolls sideways where it has no room.
+// A table that scrolls horizontally if it is too wide.
 function wide(caption, heads, body, name = "table") {
   const whole = h(name, h("caption", caption), heads ? h("thead", h("tr", heads)) : null, body);
   return h("div.wide", { tabindex: 0, role: "region", "aria-label": caption }, whole);
 }
-// Headings that sort, and their mark at the one that the rows are sorted by.
+// Headings that sort the rows when clicked. The current sort column is marked.
 const sortingHead = (words, numeric, sort, title = null) =>
   h("th", { scope: "col", class: numeric ? "figure" : null, "aria-sort": "none" }, button(words, sort, { title }));
 function markSorted(heads, by, falling) {
   heads.forEach((head, k) => head.setAttribute("aria-sort", k !== by ? "none" : falling ? "descending" : "ascending"));
 }
 
-// Bars of rows {name, size, words}, each to the largest.
+// Bars for rows {name, size, words}, with lengths relative to the largest.
 function strips(rows, least = 1e-300) {
   const most = Math.max(...rows.map(({ size }) => Math.abs(size)), least);
   const strip = (size) => h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" });
@@ -77,7 +77,7 @@ function section(id, short, heading, ...children) {
   return part;
 }
 
-// Names as long as they are, but where there is no room.
+// Names are shortened only if there is not enough space.
 const short = (name) => (name.length > 24 ? `${name.slice(0, 23)}…` : name);
 const long = (words) => (/\S{25}/.test(words) ? "long" : null);
 

@@ -1,4 +1,4 @@
-// The figures of the summary as tables, and what they were computed from.
+// Tables of the figures in the summary, and of the inputs from which they were computed.
 const anyBetween = (figures) => figures.some((each) => each.between_positions);
 const where = (name, of) => ({ name, text: (each) => atWords(of(each)) });
 

@@ -1,4 +1,4 @@
-// Sections below the answer are folded: a heading opens one, a link to it too, a button all of them.
+// Sections below the answer are folded. A heading or a link to a section opens it, and a button opens all sections.
 function foldAll(parts) {
   for (const part of parts) {
     const [heading, ...rest] = part.children;
@@ -19,7 +19,7 @@ function foldAll(parts) {
   follow();
 }
 
-// What is folded is found, linked to and printed once it is open.
+// Folded sections are opened for searching, linking and printing.
 function unfold(id) {
   const fold = id && $(id)?.querySelector(":scope > .fold");
   if (fold) fold.open = true;

@@ -1,7 +1,7 @@
-// The table of a batch: a row a scene, to sort, to filter, to go from to its page.
+// The table of a batch, with one row per scene. It can be sorted and filtered, and links to the pages of the scenes.
 const STEP = 300;
 const { head: ownHead, rows: ownRows, reports, seconds } = JSON.parse($("rows").textContent);
-// How long a scene took stands before its message, where any was computed just now.
+// The computing time is shown before the message of a scene, if any scene was computed in this run.
 const timed = Object.keys(seconds).length > 0,
   beforeLast = (row, more) => [...row.slice(0, -1), more, row[row.length - 1]];
 const head = timed ? beforeLast(ownHead, "took [s]") : ownHead;
@@ -15,8 +15,7 @@ const columns = head.map((name) => {
     numeric,
   };
 });
-// One column says how a scene went: it failed, or its verdict, and how far to trust that; what says nothing is left
-// out.
+// One column shows the result of a scene: that it failed, or its verdict and reliability. Empty parts are omitted.
 const HIDDEN = ["state", "status", "grade"],
   [stateAt, verdictAt, gradeAt] = ["state", "verdict", "grade"].map((name) => head.indexOf(name));
 const wentWords = (cells) => (cells[stateAt] === "failed" ? "failed" : cells[verdictAt] || "no limits");
@@ -85,7 +84,7 @@ function sort(k) {
   draw();
 }
 
-// A scene without figures has its message in their place.
+// A scene without figures has its message instead.
 function lineOf(cells) {
   const sentence = figures.length > 0 && cells[message] !== "" && bare(cells),
     kept = sentence ? order.filter((k) => k !== message && !figures.includes(k)) : order;

@@ -1,4 +1,4 @@
-// The one instant that everything on the page shows, and its passing.
+// The instant that is shown by all parts of the page, and its animation.
 const instant = { position: 0, listeners: [], playing: null, stopped: () => {} };
 
 function showPosition(i) {

@@ -1,4 +1,4 @@
-// From the data to the page.
+// Builds the page from its data.
 function runWords() {
   const { run } = summary,
     words = [`${several(run.positions, "position")} from ${figureWords(run.start)} to ${figureWords(run.end)}`];

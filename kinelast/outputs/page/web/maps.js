@@ -1,4 +1,4 @@
-// A field along every link (up) over the cycle (across), linked to the same instant.
+// Maps of a field along every link (vertical) over the cycle (horizontal), which show the current instant.
 const ACROSS = 240, UP = 31;
 const SHADES = [[178, 24, 43], [239, 138, 98], [253, 219, 199], [247, 247, 247], [209, 229, 240], [103, 169, 207], [
   33,
@@ -7,7 +7,7 @@ const SHADES = [[178, 24, 43], [239, 138, 98], [253, 219, 199], [247, 247, 247],
 ]];
 
 function shade(part) {
-  // From -1, red, by white to 1, blue.
+  // Colours from red (-1) through white (0) to blue (1).
   const place = (Math.max(-1, Math.min(1, part)) + 1) * 3, low = Math.min(5, Math.floor(place)), way = place - low;
   return SHADES[low].map((one, k) => one + way * (SHADES[low + 1][k] - one));
 }

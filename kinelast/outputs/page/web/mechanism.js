@@ -1,4 +1,4 @@
-// The mechanism, moving: links as they bend, symbols, diagrams, paths, reactions and names.
+// The moving mechanism with deflected links, symbols, diagrams, paths, reactions and names.
 const NARROW = 480, LEAST_TALL = 180, CONTROLS = 64, TILES = 300; // pixels: of the picture, and for what is below it
 const ARROW_SHARE = 0.16;
 const stage = { svg: null, scale: 1, left: 0, top: 0, width: 0, height: 0, unit: 10 };
@@ -24,7 +24,7 @@ const closedLine = (places) => {
   return open && places.length > 1 ? `${open}Z` : "";
 };
 
-// The whole mechanism is seen at once: of the first screen it takes what the verdict above and what stands below leave.
+// The whole mechanism is visible at once. It uses the height of the first screen that other elements leave free.
 const twoColumns = () => matchMedia("(min-width: 68rem)").matches;
 const roomBelow = (holder) => window.innerHeight - (holder.getBoundingClientRect().top + window.scrollY);
 
@@ -114,7 +114,7 @@ function buildNames() {
   });
 }
 
-// A length, and how much larger than they are the displacements are drawn.
+// A scale bar, and the factor by which displacements are enlarged.
 function scaleBar() {
   const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * stage.width, 200)) / stage.scale) / per;
   const x = 12, y = stage.height - 10, line = `M${x} ${y - 5}v5h${length * stage.scale}v-5`;
@@ -164,7 +164,7 @@ function moveCircle(circle, /** @type {number[]} */ [x, y]) {
   circle.setAttribute("cy", y || 0);
 }
 
-// The places and axes of marks at a position.
+// The positions and axes of marks at a position of the mechanism.
 const frameAt = (i) => ({
   scale: stage.scale,
   unit: stage.unit,

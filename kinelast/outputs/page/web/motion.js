@@ -1,4 +1,4 @@
-// Where everything is, how it moves, and how far it is displaced. Link 0 is the ground.
+// Positions, velocities and displacements of links and points. Link 0 is the ground.
 const GROUND = 0;
 const LINK_COLOURS = 8;
 const ON_BEAM = 1e-9; // offset of a point that is on a beam, relative to the beam's length
@@ -48,8 +48,8 @@ const beamWay = model.beams.map(({ link, start, end }) => {
 });
 const beamDirection = (beam, i) => armOf(model.beams[beam].link, beamWay[beam], i);
 
-// The first beam of a link that ends at a point or else passes through it, and the part of the beam before the point;
-// a point on no beam has none.
+// The first beam of a link that ends at a point, or otherwise passes through it, and the fraction of the beam before
+// the point. There is no result for a point that is not on a beam.
 function beamAt(link, point) {
   const own = [...model.beams.keys()].filter((k) => model.beams[k].link === link);
   const end = own.find((k) => model.beams[k].start === point || model.beams[k].end === point);
@@ -75,13 +75,13 @@ function turnOf(link, point, i) {
   return end ? basic("phi", end[0], i, end[1]) : row("angle", link - 1)[i];
 }
 
-// A point of a link where it is drawn: displaced, and by how much more than in truth.
+// The position at which a point of a link is drawn, with its displacement multiplied by a factor.
 function drawnPlace(link, point, i, factor) {
   const place = placeOf(link, localOf(link, point), i);
   return factor ? plus(place, scaled(factor, displacementOf(link, point, i))) : place;
 }
 
-// A place on a beam as drawn.
+// The drawn position of a point on a beam.
 function drawnOnBeam(beam, xi, i, factor) {
   const { link, start, length } = model.beams[beam];
   const from = placeOf(link, localOf(link, start), i), way = beamDirection(beam, i);
@@ -91,7 +91,7 @@ function drawnOnBeam(beam, xi, i, factor) {
   return plus(from, times(way, bent));
 }
 
-// Every named point that moves, once, with a link it belongs to.
+// All named moving points, each with one link to which it belongs.
 const movingPoints = (() => {
   const found = new Map();
   model.links.forEach((link, k) =>
@@ -102,7 +102,7 @@ const movingPoints = (() => {
   return [...found].map(([point, link]) => ({ point, link }));
 })();
 
-// What the cycle is drawn over: the first drive's angle where it turns one way throughout, else the time.
+// The abscissa of the charts: the angle of the first drive if it turns in one direction only, otherwise the time.
 const axis = (() => {
   const drive = model.drives[0], values = has("drive") && model.drives.length ? row("drive") : null;
   const steps = values ? Array.from({ length: N - 1 }, (_, i) => values[i + 1] - values[i]) : [];
@@ -131,7 +131,7 @@ function instantWords(i) {
   return [`t = ${quantity(row("time")[i], "s")}`, ...drives].join(", ");
 }
 
-// Where in the cycle a figure of the summary is, said as the axis says it.
+// The location of a figure in the cycle, in words, given by the same quantity as on the axis.
 function atWords(figure) {
   if (!figure || !figure.value || !figure.time) return "";
   const first = axis.angular && Object.entries(figure.drive)[0];
@@ -142,7 +142,7 @@ function atNumber(figure) {
   return axis.angular ? withinTurn(Object.values(figure.drive)[0].value) : figure.time.value;
 }
 
-// The position nearest to where a figure of the summary is.
+// The position nearest to the location of a figure of the summary.
 function positionOf(figure) {
   if (!figure?.time || figure.time.value === null) return 0;
   let best = 0;

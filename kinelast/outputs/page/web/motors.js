@@ -31,7 +31,7 @@ function motorTable(motored) {
   ], "Motors");
 }
 
-// Torque over speed at all positions, and the quadrants of the motor: rated, and the most that is there at a speed.
+// Torque over speed at all positions, with the quadrants of the motor: rated torque, and largest torque at each speed.
 function cloud(grid, name, given, speeds, torques) {
   const turns = (value) => (value * 30) / Math.PI,
     known = speeds.length ? Array.from(speeds, (_, i) => i).filter((i) => isFinite(torques[i]) && counted(i)) : [];

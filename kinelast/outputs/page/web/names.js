@@ -1,5 +1,5 @@
-// Names in the picture: on no link, on no other name, within the frame, and on no symbol if there is room.
-// Points come before links if there is no room for all names.
+// Places the names in the picture within the frame. They do not cover links or other names, nor symbols if possible.
+// If there is not enough space for all names, points have priority over links.
 function nameAll(i) {
   const place = ({ link, point }) => at(drawnPlace(link, point, i, view.factor));
   const points = parts.points.map((each) => ({ text: each.text, spots: around(place(each), 0.9 * stage.unit) }));
@@ -7,7 +7,7 @@ function nameAll(i) {
   placeNames([...points, ...links], linesOfLinks(i, view.factor), thinLines(i));
 }
 
-// Beside the middle of a link's beam and then nearer to its ends; around the middle of a link without beams.
+// Candidates next to the middle of a link's beam, then nearer to its ends; around the middle of a link without beams.
 function besideLink(k, i) {
   const beam = model.beams.findIndex((each) => each.link === k);
   if (beam < 0) {
@@ -18,7 +18,7 @@ function besideLink(k, i) {
   return besideLine((part) => at(drawnOnBeam(beam, part, i, view.factor)), [dx, -dy], 1.3 * stage.unit);
 }
 
-// Undeformed links, symbols and the ring as lines on the screen.
+// Undeformed links, symbols and the ring, as lines on the screen.
 function thinLines(i) {
   const { factor, rigid, spot } = view;
   const ringed = parts.first && spot
@@ -39,7 +39,7 @@ function linesOfLinks(i, factor) {
   return outlines.flatMap((places) => places.slice(1).map((to, n) => [places[n], to]));
 }
 
-// Names: {text, spots}. One without a free place is left out.
+// Names: {text, spots}. A name without a free spot is omitted.
 function placeNames(names, links, thin) {
   for (const { text } of names) text.wide ??= text.getComputedTextLength() + 2;
   const words = names.map(({ text, spots }) => ({ wide: text.wide, spots }));

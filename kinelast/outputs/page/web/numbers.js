@@ -1,10 +1,10 @@
-// Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/numbers.py does it.
+// Formats numbers with SI prefixes, few digits and angles within one turn, like kinelast/scene/numbers.py.
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
 const METRES = { m: 1, cm: 1e-2, mm: 1e-3, "µm": 1e-6 };
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
-// Units that the report is asked for, by SI unit: factor and name; all others have the prefix that suits.
+// Requested display units by SI unit, as factor and name. Other units have a suitable prefix.
 const chosenUnits = {};
 
 function scaleOf(largest, unit) {
@@ -14,7 +14,7 @@ function scaleOf(largest, unit) {
 function prefixedScale(largest, unit) {
   const size = Math.abs(largest), raised = /^m\^(\d)/.exec(unit);
   if (raised) {
-    // A prefix would be raised with the metre.
+    // The power would apply to the prefix too.
     if (!(size > 0 && isFinite(size))) return [1, unit];
     const name = Object.keys(METRES).find((each) => size >= Math.pow(METRES[each], Number(raised[1])) * (1 - 1e-9)) ??
       "µm";
@@ -28,7 +28,7 @@ function prefixedScale(largest, unit) {
 }
 
 function plain(value, digits) {
-  // Rounded to significant digits, as Python's %g writes it.
+  // Rounded to significant digits in the format of Python's %g.
   const power = value === 0 ? 0 : Number(value.toExponential(digits - 1).split("e")[1]);
   if (power < -5 || power >= Math.max(digits, 7)) {
     const [mantissa, exponent] = value.toExponential(digits - 1).split("e");

@@ -1,4 +1,4 @@
-// All columns side by side, every design a line through its values; drag along an axis to keep those within.
+// Parallel coordinates: one axis per column, one line per design. Dragging along an axis selects a range of values.
 const PARALLEL_TALL = 330, HEAD = 52, FOOT = 26, SIDE = 66, WIDEST = 12, WHILE_DRAGGING = 1500;
 
 function parallelSection() {

@@ -1,12 +1,12 @@
-// Places for words among lines and other words on the screen, for report and editor.
+// Places labels among lines and other labels on the screen, for the report and the editor.
 export const ABOVE = 11, BELOW = 3; // pixels that letters take above and below their foot
 const LINK_HALF = 3, THIN_HALF = 1; // pixels from the middle of a line to a word, at least
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1.2, 0], [-1.2, 0], [0, -1.2], [0, 1.2]];
 const NEAR = [1, 2, 3], FAR = [4.5, 6]; // distances of words from their place; far words have a leader line
 const CROSSING = 10, COVER = 1e4; // costs of a crossed thin line and of a covered link or word [pixels]
 
-// Spots around a place: x, y of a name's foot, 1 where it begins there, -1 where it ends, 0 where that is its middle,
-// and the place itself if it is far.
+// Spots around a point: x and y of the label's baseline, its alignment (1: begins there, -1: ends there, 0: centred),
+// and the point itself if it is far away.
 export function around(/** @type {number[]} */ [x, y], far, distances = [...NEAR, ...FAR]) {
   return distances.flatMap((away) =>
     SIDES.map(([dx, dy]) => {
@@ -58,7 +58,7 @@ function withBounds([[x0, y0], [x1, y1]], half, weight) {
   return { from: [x0, y0], way: [x1 - x0, y1 - y0], half, weight, bounds };
 }
 
-// The box of words at a spot: left, top, right, bottom, and the leader line to a far spot.
+// The box of a label at a spot: left, top, right, bottom, and the leader line if the spot is far away.
 function boxAt([x, y, lean, from], wide) {
   const left = x - ((1 - lean) / 2) * wide, box = [left, y - ABOVE, left + wide, y + BELOW];
   const end = from && from.map((place, k) => Math.min(Math.max(place, box[k]), box[k + 2]));
@@ -66,7 +66,7 @@ function boxAt([x, y, lean, from], wide) {
 }
 
 const SHARES_OF_LINE = [0.5, 0.35, 0.65, 0.2, 0.8], SIDES_OF_LINE = [[1, -1], [1.9, -1.9], [2.8, -2.8]];
-// Spots for words beside a line: near it before far, at its middle before its ends. `at`: a place on it by its part.
+// Spots next to a line, ordered by distance from the line and from its middle. `at` is a fraction of the line.
 export function besideLine(at, direction, far) {
   const near = SIDES_OF_LINE.flatMap((sides) =>
     SHARES_OF_LINE.flatMap((part) => sides.map((side) => aside(at(part), direction, side * far)))
@@ -74,7 +74,7 @@ export function besideLine(at, direction, far) {
   return [...near, ...around(at(0.5), far, FAR)];
 }
 
-// A spot at a distance across a direction from a place; words lean away from it.
+// A spot at a distance from a point, perpendicular to a direction. The label is aligned away from the point.
 function aside(/** @type {number[]} */ [x, y], /** @type {number[]} */ [dx, dy], far) {
   const level = Math.abs(dy) < 0.15, across = -far * dy;
   return [x + across, y + far * dx + 4, level ? 0 : Math.sign(across)];

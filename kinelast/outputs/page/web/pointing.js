@@ -1,7 +1,7 @@
-// The pointer on the mechanism: links to drag, beams to point at and to choose.
+// Pointer events on the mechanism: links can be dragged, and beams can be hovered and selected.
 const REACH = 14; // [pixels] to a link from the pointer
 
-// How far a place on the screen is from the way between two others, and at which part of it.
+// The distance of a screen position from the segment between two others, and the fraction of the nearest point on it.
 function beside(x, y, from, to) {
   const dx = to[0] - from[0],
     dy = to[1] - from[1],
@@ -9,7 +9,7 @@ function beside(x, y, from, to) {
   return [Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy), t];
 }
 
-// What is under the pointer: the nearest beam within reach and where along it.
+// The nearest beam within reach of the pointer, and the location along the beam.
 function under(x, y) {
   let best = null, nearest = REACH;
   model.beams.forEach((_, beam) => {
@@ -27,7 +27,7 @@ function under(x, y) {
   return best;
 }
 
-// A link without beams: what is pointed at, or the nearest edge within reach.
+// A link without beams: the one under the pointer, or the one with the nearest edge within reach.
 function bareUnder(event, x, y) {
   const owner = event.target.getAttribute?.("data-link") ?? null;
   if (owner !== null) return Number(owner);
@@ -45,7 +45,7 @@ function bareUnder(event, x, y) {
   return best;
 }
 
-// Listen to the pointer; the result repeats the last look, for a mechanism that has moved.
+// Listen to the pointer. The returned function repeats the last search after the mechanism has moved.
 function listenTo(holder, tip) {
   const svg = stage.svg;
   const pointer = (event) => {
@@ -74,7 +74,7 @@ function listenTo(holder, tip) {
     svg.focus({ preventScroll: true });
   }
 
-  // The neighbouring instant at which the place that was grabbed comes nearest to the pointer.
+  // The neighbouring instant at which the grabbed point is nearest to the pointer.
   function drag(event) {
     if (Math.hypot(event.clientX - grabbed.x, event.clientY - grabbed.y) > 3) {
       grabbed.moved = true;
@@ -124,7 +124,7 @@ function listenTo(holder, tip) {
     const box = holder.getBoundingClientRect(), wide = 250;
     tip.style.left = `${Math.max(0, Math.min(event.clientX - box.left + 16, box.width - wide))}px`;
     tip.hidden = false;
-    // Below the pointer, or above it where it would be cut off.
+    // Below the pointer, or above it if it would be cut off.
     const down = event.clientY - box.top, room = box.height - tip.offsetHeight;
     tip.style.top = `${
       down + 16 <= room ? down + 16 : Math.max(0, down - 16 > tip.offsetHeight ? down - 16 - tip.offsetHeight : room)
@@ -154,7 +154,7 @@ function listenTo(holder, tip) {
   svg.addEventListener("pointerup", release);
   svg.addEventListener("pointercancel", () => (grabbed = null));
   svg.addEventListener("pointerleave", leave);
-  // A finger that takes a link drags it; one beside it scrolls the page.
+  // A touch on a link drags the link; a touch elsewhere scrolls the page.
   svg.addEventListener("touchstart", (event) => {
     if (grabbed) event.preventDefault();
   }, { passive: false });

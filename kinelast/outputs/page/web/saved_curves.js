@@ -1,4 +1,4 @@
-// Files of a chart's curves: CSV, PNG, SVG.
+// Saves the curves of a chart as CSV, PNG or SVG.
 const SAVES = {
   CSV(made) {
     const cell = (words) => `"${String(words).replace(/"/g, '""')}"`;
@@ -7,7 +7,7 @@ const SAVES = {
     download(`${fileName(made.heading)}.csv`, "text/csv", [heads, ...lines].join("\n") + "\n");
   },
   PNG(made) {
-    // The heading and the names stand above the curves, as many on a line as there is room for.
+    // The heading and the names are above the curves, with as many names on a line as fit.
     const from = made.plot.ctx.canvas,
       one = devicePixelRatio || 1,
       font = `${13 * one}px system-ui, sans-serif`,

@@ -1,4 +1,4 @@
-// Two columns against one another: every design a dot, the trade-off front a line; hover, click, choose the axes.
+// A scatter plot of two columns, with a dot for each design and a line for the Pareto front.
 const LEFT = 74, BOTTOM = 46, TOP = 14, RIGHT = 16, TALL = 440, NEAR = 12;
 
 function scatterSection() {

@@ -1,4 +1,4 @@
-// What the page holds: the figures as JSON, the polynomials as numbers, and their values anywhere.
+// The data of the page: figures as JSON, coefficients of polynomials, and the evaluation of fields.
 const read = (id) => JSON.parse($(id).textContent);
 
 const { summary, model, verdict, trusted, handout, text: sceneText } = read("scene");
@@ -9,7 +9,7 @@ for (const [name, [of, times, factors]] of Object.entries(model.integrals)) {
   arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
 }
 
-// Coefficients of a field of which the first are known, and the rest those of another that is so many times integrated.
+// Coefficients of a field. The first ones are given; the others follow from repeated integration of another field.
 function integrated(first, { values, shape: [order, pieces] }, times, factors) {
   const whole = new Float64Array((order + times) * pieces * N);
   whole.set(first);
@@ -28,10 +28,10 @@ function integrated(first, { values, shape: [order, pieces] }, times, factors) {
 
 const row = (name, k = 0) => arrays[name].values.subarray(k * N, (k + 1) * N);
 const has = (name) => name in arrays;
-// Vectors are stored x, y, x, y: one of link `k` (the ground has none) at position `i`.
+// Vectors are stored as x, y, x, y. Returns that of link `k` at position `i`; the ground has none.
 const vector = (name, k, i) => [arrays[name].values[2 * (k * N + i)], arrays[name].values[2 * (k * N + i) + 1]];
 
-// Rows of pieces of every beam, and where they begin.
+// The rows of the pieces of every beam, and the starts of the pieces.
 const piecesOf = model.beams.map((_, beam) =>
   model.pieces.map((owner, at) => [owner, at]).filter(([owner]) => owner === beam).map(([, at]) => at)
 );
@@ -57,7 +57,7 @@ function polynomial(field, piece, i, t, derivative = 0) {
   return sum;
 }
 
-// Fields that follow from a stored one by derivation: N' = -q_x, M' = V, V' = q_y, w' = phi.
+// Fields that are derivatives of stored fields: N' = -q_x, M' = V, V' = q_y, w' = phi.
 const DERIVED = { V: ["M", 1, 1], phi: ["w", 1, 1], q_x: ["N", 1, -1], q_y: ["M", 2, 1] };
 
 function basic(field, beam, i, xi) {
@@ -85,7 +85,7 @@ const known = (beam) =>
   model.beams[beam].area !== null && model.beams[beam].inertia !== null && model.beams[beam].fibre !== null;
 const stress = (rule) => (beam, i, xi) => (known(beam) ? rule(stresses(beam, i, xi)) : NaN);
 
-// What a reader may ask of a field besides its name.
+// The properties of a field other than its name.
 const MEANINGS = {
   q_x: "inertia, weight and other loads along the link, per length",
   q_y: "inertia, weight and other loads across the link, per length",
@@ -117,8 +117,7 @@ const OWN = {
   shear: stress((s) => s.shear),
 };
 
-// Every field of the registry by its key: name, symbol, unit, what it means, its value on a beam at a position and
-// place.
+// All registered fields by key, with name, symbol, unit, meaning, and value on a beam at a position and location.
 const FIELDS = Object.fromEntries(model.fields.map((field) => [field.key, { ...field, means: MEANINGS[field.key] }]));
 for (const [key, field] of Object.entries(FIELDS)) {
   if (field.greatest_of.length) {
@@ -141,8 +140,7 @@ const stressed = model.beams.some((_, beam) => known(beam));
 const fieldsShown = OFFERED.filter((field) => stressed || FIELDS[field].unit !== "Pa");
 const counted = (i) => arrays.counted.values[i] > 0;
 
-// Greatest magnitude of a field over all beams, stations and positions: what a diagram or map is drawn in proportion
-// to.
+// The greatest magnitude of a field over all beams, stations and positions, which scales diagrams and maps.
 const scales = {};
 function scaleOfField(field) {
   if (field in scales) return scales[field];

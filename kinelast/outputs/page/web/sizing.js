@@ -5,7 +5,7 @@ function studiesSections() {
   if (summary.optimum) optimumSection(summary.optimum);
 }
 
-// Bars with a choice of the figure they are of: rows {name, size, words}.
+// Bars for a selectable figure, with rows {name, size, words}.
 function chosenBars(id, figures, rowsOf) {
   const bars = h("div.shares"),
     pick = choice(id, () => draw(), figures.map(({ name }, k) => option(k, name)));

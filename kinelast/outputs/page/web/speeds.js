@@ -1,4 +1,4 @@
-// Answer as a function of the drive speed, on request.
+// Results as a function of the drive speed, if requested.
 const LIMITED = { chord: "chord", w: "deflection", mises: "stress" }; // kinds of limits of the fields
 function speedsSection() {
   const { speeds, limits } = { ...summary, ...summary.acceptance };
@@ -60,7 +60,7 @@ function speedsSection() {
   $("speeds").append(h("p", sentences.join(" ")), soft("All values are in speeds.csv."));
 }
 
-// Value at x between values at rising places: by a power of x, or on a line if a value is not positive.
+// Interpolates at x between values at increasing abscissas by a power of x, or linearly if a value is not positive.
 function valueAt(x, places, values) {
   const found = places.findIndex((place) => place >= x),
     after = found < 0 ? places.length - 1 : Math.max(found, 1),

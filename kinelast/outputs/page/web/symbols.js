@@ -1,4 +1,4 @@
-// The display list on the screen, for report and editor: each mark is one path in its own axes, put at its place.
+// Draws the display list, for the report and the editor. Each mark is one path in its own axes, with a transform.
 const COLOURS = { load: "var(--red)", shade: "color-mix(in srgb, var(--soft) 14%, transparent)", none: "none" };
 
 /**

@@ -1,4 +1,4 @@
-// Dark or light: as the reader likes it, by a button, and light on paper.
+// Dark or light theme, selected by preference or by a button; always light in print.
 function theme(redraw = () => {}) {
   const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
   const set = (name) => {

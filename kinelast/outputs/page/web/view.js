@@ -1,4 +1,4 @@
-// The view of the mechanism: what is shown, the frame, and the scales of displacements and forces.
+// The view of the mechanism: visible elements, frame, and scales of displacements and forces.
 const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06;
 const view = {
   factor: 1,
@@ -12,7 +12,7 @@ const view = {
   redraw: () => {},
 };
 
-// Corners of the frame, with room for diagrams and displaced links.
+// Corners of the frame, with a margin for diagrams and displaced links.
 const roomShare = model.beams.length ? DIAGRAM_SHARE : 0.02;
 const [lowest, highest] = model.extent;
 const extent = Math.max(highest[0] - lowest[0], highest[1] - lowest[1]);
@@ -49,7 +49,7 @@ const bareLinks = model.links.map((_, k) => k).filter((k) =>
   k > GROUND && !model.beams.some((beam) => beam.link === k)
 );
 
-// Whether the last position leads to the first.
+// Whether the last position is followed by the first.
 const isClosed = (() => {
   const one = movingPoints[0];
   if (!one || N < 3) return false;

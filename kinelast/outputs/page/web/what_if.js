@@ -1,5 +1,4 @@
-// The scene's figures along the one number that a sweep varied: a slider from design to design, all computed
-// beforehand.
+// A slider over the one number that a sweep varied, which shows the figures of the computed designs.
 const WHAT_IF_CHARTS = 4;
 function whatIfSection() {
   const given = summary.what_if;
