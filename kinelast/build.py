@@ -48,7 +48,7 @@ class TypedPart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NamedPart(TypedPart):
-    """A part with a name. The name of a joint, weld or bearing is that of its point or slider."""
+    """A part with a name. The name of a joint, weld or bearing is the name of the point or slider."""
 
     name: TypedPart | str
 

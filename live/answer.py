@@ -60,7 +60,7 @@ def quick_answer(
     folder: Path | None = None,
     graph: str = "",
 ) -> tuple[Answer, bytes]:
-    """Solve a scene quasi-statically at a few positions; return plain data and the arrays of its picture.
+    """Solve a scene quasi-statically at a few positions; return plain data and the arrays of the picture.
 
     `folder` contains the files to which the text refers. Errors are part of the answer and are not raised. A drawing
     without points and moving links has neither a picture nor errors.

@@ -102,7 +102,7 @@ def _attached_parts(
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
-    """Replace the names of points and links in entries by those of the copy."""
+    """Replace the names of points and links in entries by the names in the copy."""
     if isinstance(value, dict):
         kept = ("section", "material", "motor")
         return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}

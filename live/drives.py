@@ -28,7 +28,7 @@ def _shared(tables: Tables, link: str, other: str) -> list[str]:
 
 
 def _carriers(tables: Tables, *links: str) -> Iterator[str]:
-    """Yield the links to which all given links are pinned, starting with those closest to the ground."""
+    """Yield the links to which all given links are pinned, starting with the ones closest to the ground."""
     near, seen = [GROUND], {GROUND}
     for each in near:
         found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
@@ -190,7 +190,7 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 
 
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cylinder between two points: barrel, rod, slider, and a drive by a tenth of its length and back.
+    """Add a cylinder between two points: barrel, rod, slider, and a drive by a tenth of the length and back.
 
     A new point is fixed to the ground.
     """

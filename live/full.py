@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
-    """Return the full answer for a text, the arrays of its picture, and its report.
+    """Return the full answer for a text, the arrays of the picture, and the report.
 
     `folder` contains the files to which the text refers.
     """

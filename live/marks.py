@@ -21,7 +21,7 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the marks of a scene (without points and masses), the corners of its extent, and complex arrays.
+    """Return the marks of a scene (without points and masses), the corners of the scene, and complex arrays.
 
     The arrays are `origin` and `direction` of the links, and `spin` of bodies that are not links, shape (items,
     positions).
@@ -103,7 +103,7 @@ def point_marks(sheet: Tables) -> list[dict[str, Any]]:
 
 
 def mass_marks(tables: Tables) -> list[dict[str, Any]]:
-    """Return the discs at point masses, including those under links."""
+    """Return the discs at point masses, including discs under links."""
     links = tables.get("links")
     owners = [tables, *(links.values() if isinstance(links, dict) else ())]
     given = [owner["masses"] for owner in owners if isinstance(owner, dict) and isinstance(owner.get("masses"), dict)]

@@ -14,7 +14,7 @@ NEXT = "Next: Support puts points on the ground, Drive turns a link about its pi
 
 
 def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
-    """Return all errors in a text from top to bottom. If none are found, return `error`.
+    """Return all errors in a text from top to bottom. If no error is found, return `error`.
 
     `read` reads the files to which the scene refers.
     """

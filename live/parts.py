@@ -137,7 +137,7 @@ def fix(text: str, tables: Tables, change: Tables) -> str:
 
 
 def moving_links(tables: Tables, point: str) -> list[str]:
-    """Return the moving links that contain a point. Raise EditError if there are none."""
+    """Return the moving links that contain a point. Raise EditError if there is no such link."""
     links = tables.get("links", {})
     names = [name for name, link in links.items() if name != GROUND and point in link.get("points", ())]
     if not names:

@@ -300,7 +300,7 @@ def preferred_port(name: str) -> int:
 
 
 def bound_socket(name: str) -> socket.socket:
-    """Bind a socket on the loopback address, if possible at the preferred port, where the browser stores its text."""
+    """Bind a loopback socket, if possible at the preferred port, for which the browser stores its text."""
     for port in (preferred_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP

@@ -40,7 +40,7 @@ TO_BEND = """{links}: rigid, with mass, centre and inertia from the file. For a 
 
 @dataclass(frozen=True)
 class Imported:
-    """Text of an imported scene, and result of its first run.
+    """Text of an imported scene, and result of a first run.
 
     `reason` is empty if the mechanism moves, and `no_cycle` is empty if its motion repeats. `rigid` contains the names
     of

@@ -134,7 +134,7 @@ def _write_start(path: Path, model: Path) -> int:
 
 
 def _import(source: str, bend: bool) -> int:
-    """Write a scene with the mechanism of another program, and print the result of its first run."""
+    """Write a scene with the mechanism of another program, and print the result of a first run."""
     from kinelast.scene.text import with_schema
 
     first_run = _first_run(source, bend)

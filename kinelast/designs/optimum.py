@@ -27,7 +27,7 @@ class Neighbours:
     Attributes
     ----------
     tried, feasible, better
-        Number of designs for each radius: all that were tried, those that are feasible, and those that are feasible and
+        Number of designs for each radius: all designs tried, the feasible ones, and the ones that are feasible and
         better.
     best
         Scaled variables of the best of the better designs, or None.

@@ -143,7 +143,7 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
 
 
 def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
-    """Return the limits of a scene with the units of their figures.
+    """Return the limits of a scene with the units of the limited figures.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
 
 
 GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to the range of a variable
-MIN_RATIO = 10.0  # a variable with a larger ratio of its bounds is scaled logarithmically
+MIN_RATIO = 10.0  # a variable with a larger ratio of bounds is scaled logarithmically
 RESERVE = 1e-7  # margin that is kept to a limit, so that the design also meets it when recomputed
 
 
@@ -239,7 +239,7 @@ class DesignProblem:
         return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
     def held_to(self, bounds: Sequence[float]) -> DesignProblem:
-        """Return the problem with other bounds of its limits."""
+        """Return the problem with other bounds of the limits."""
         moved = zip(self.limits, bounds, strict=True)
         return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 

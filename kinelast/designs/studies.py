@@ -96,7 +96,7 @@ def sensitivity_study(
     Parameters
     ----------
     requested
-        Paths of the numbers (default: those in [sensitivities] or, if there are none, all numbers of the machine).
+        Paths of the numbers (default: the numbers in [sensitivities] or, if this is empty, all numbers of the machine).
 
     Raises
     ------

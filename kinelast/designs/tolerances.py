@@ -1,4 +1,4 @@
-"""Scatter of figures due to the tolerances of the numbers of a design, and error of its output."""
+"""Scatter of figures due to the tolerances of the numbers of a design, and error of the output."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -63,7 +63,7 @@ class FirstOrder:
     deviation
         Standard deviation, shape (figures,).
     worst
-        Deviation in the worst case, with every number at a limit of its tolerance, shape (figures,).
+        Deviation in the worst case, with every number at a tolerance limit, shape (figures,).
     share
         Share of each number in the variance, shape (figures, variables); nan without scatter.
     """

@@ -1,4 +1,4 @@
-"""The results that a theory of motion gives for a scene, with the errors of their figures."""
+"""The results that a theory of motion gives for a scene, with the errors of the figures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ class Answer:
     vibrating
         Solution with vibration; None if it was not computed.
     stages
-        Corrected answers by cause, like those of `off`, but with their vibration. Finished results do not keep them.
+        Corrected answers by cause, as in `off`, but with the vibration. Finished results do not keep them.
     figures, off
         The figures, and the data from which their errors are computed.
     graded

@@ -1,4 +1,4 @@
-"""Results at instants between the positions of a run, where peaks may be larger."""
+"""Results at instants between the positions of a run, because peaks may be larger there."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property

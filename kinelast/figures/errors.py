@@ -76,7 +76,7 @@ class FigureError:
         return self.largest in (MEASURED, BODIES)
 
     def without(self, names: Sequence[str]) -> FigureError:
-        """Return the error without some of its parts."""
+        """Return the error without the given parts."""
         return FigureError({name: part for name, part in self.parts.items() if name not in names}, self.unknown)
 
 
@@ -87,7 +87,7 @@ class GradedFigure:
     Attributes
     ----------
     key, item
-        Key of the figure, and number of its item.
+        Key of the figure, and number of the item.
     value, base
         Magnitude, and reference value of the relative error. The reference value is at least `MIN_SHARE_OF_UNIT` times
         the largest figure with the same unit.
@@ -205,7 +205,7 @@ def _of_forces(answer: Cycle, figure: Figure) -> bool:
 
 
 def _more_extreme(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
-    """Return `closer`, or `here` plus the change from `before` to `after` where that is the larger change."""
+    """Return `closer`, or `here` plus the change from `before` to `after` if that change is larger."""
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
             return 1.0 / _more_extreme("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
@@ -352,7 +352,7 @@ def stiffness_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> fl
 
 
 def _difference(after: Any, before: Any) -> Reals:
-    """Return the differences of two arrays; 0 where both values are equal and infinite."""
+    """Return the differences of two arrays; 0 if both values are equal and infinite."""
     with np.errstate(invalid="ignore"):
         difference: Reals = np.where(after == before, 0.0, after - before)
     return difference

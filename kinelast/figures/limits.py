@@ -233,7 +233,7 @@ def elastic_limits(scene: Scene) -> list[Limit]:
 
 @dataclass(frozen=True)
 class FullAnswer:
-    """The results of a design according to the theory of its scene, with errors.
+    """The results of a design according to the theory chosen in the scene, with errors.
 
     Attributes
     ----------

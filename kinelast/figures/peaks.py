@@ -109,7 +109,7 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, taking those of the rigid motion from a `Cycle` with more closely spaced instants."""
+        """Return the figures, taking rigid-motion figures from a `Cycle` with more closely spaced instants."""
         better = {}
         for each in (
             each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
@@ -124,7 +124,7 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """Return the figures merged with those of additional instants, which do not count as positions."""
+        """Return the figures merged with figures at additional instants, which do not count as positions."""
         between = {key: [replace(peak, refined=True) for peak in peaks] for key, peaks in further.peaks.items()}
         both = joined(self, replace(further, peaks=between))
         keys = "positions", "singular", "locked", "ill", "span"
@@ -300,7 +300,7 @@ ROUNDS = 9  # each round shrinks the bracket to a quarter, so that smooth peaks 
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
-    """Return results in which the peak of each field is refined between the neighbours of its position.
+    """Return results in which the peak of each field is refined between the neighbouring positions.
 
     A peak that is found between the positions is marked `refined`. A narrow peak elsewhere in the cycle is missed if no
     position is near it, so that more positions are required. A peak is not refined if the condition number exceeds

@@ -44,12 +44,12 @@ def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
 
 
 def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the reasons why a limit cannot be judged, each with flags of shape (...) that are true where it applies.
+    """Yield the reasons why a limit cannot be judged, each with flags of shape (...) that are true if it applies.
 
     Parameters
     ----------
     figure, items
-        Key of the limited figure, and numbers of its items.
+        Key of the limited figure, and numbers of the items.
     figures
         Values of all items by key, including the figures from `needed_by_limits`.
     """

@@ -137,7 +137,7 @@ def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 IN_ROW = ("w", "chord", "mises")  # fields that appear in the row of a design
-LIMITS = {"w": "deflection", "chord": "chord"}  # keys of their limits under [limits]
+LIMITS = {"w": "deflection", "chord": "chord"}  # keys of the limits under [limits]
 OF_FIELDS = tuple(
     Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
            listed=key in IN_ROW, limit=LIMITS.get(key, ""))
@@ -191,7 +191,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return the figures of an output: its error, and the figures of its motion."""
+    """Return the figures of an output: its error and the figures of the motion."""
     if output is None:
         return ()
     if output.point:

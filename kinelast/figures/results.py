@@ -331,7 +331,7 @@ def _with_instants(plain: Results, instants: Reals) -> Results:
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
-    """Return the figures of a run, including those on both sides of law breaks and at the peaks of its answer."""
+    """Return the figures of a run, including instants on both sides of law breaks and at the peaks of the answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
         instants = np.union1d(instants, np.setdiff1d(answer.cycle.motion.time, results.motion.time))
