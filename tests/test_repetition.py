@@ -165,7 +165,7 @@ class TestCautions:
         one = ("positions = 480", "positions = 12\nduration = 0.15707963267948966")
         ((level, words),) = self.about(TWO_CRANKS, one)
         assert level == "caution"
-        assert "one of 2 parts of it, 314.2 ms" in words
+        assert "1/2 of a cycle of 314.2 ms" in words
 
     def test_a_duration_of_several_cycles(self):
         ((level, words),) = self.about(FOUR_BAR, ('"100 rad/s"', '"3000 rpm"'), ("[run]", '[run]\nduration = "60 ms"'))

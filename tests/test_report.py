@@ -663,7 +663,7 @@ positions = 9
         ([('"1 l/min"', "6")], 'flow of the cylinder of "guide" is 6 m^3/s, which is unusual for a cylinder: a bare '
          'number is in m^3/s, write other units as in "6 l/min"'),
         ([('"1 bar"', "160")], 'pressure of the cylinder of "guide" is 160 Pa, which is unusual for a cylinder'),
-        ([('"40 mm"', "40")], 'bore of the cylinder of "guide" is 40 m, which hardly'),
+        ([('"40 mm"', "40")], 'bore of the cylinder of "guide" is 40 m, which is unusual'),
         ([("positions = 9", "positions = 9\ngravity = [0, -9810]")], "Gravity is 9810 m/s^2, is that meant?"),
         ([], ""),
     ],
