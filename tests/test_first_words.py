@@ -154,7 +154,11 @@ def test_a_press_is_judged_by_the_peak_of_its_ringing(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("off", "aim", "advice"),
-    [(0.04, 0.01, 'accuracy = "0.5 %" would suffice'), (0.04, 0.9, "no finer answer"), (2.0, 0.01, "no finer answer")],
+    [
+        (0.04, 0.01, 'accuracy = "0.5 %" would suffice'),
+        (0.04, 0.9, "finer computation cannot"),
+        (2.0, 0.01, "finer computation cannot"),
+    ],
 )
 def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(off, aim, advice):
     """Asked for 5 %: 45 % is coarser, and 0.5 % is no help where not even 5 % were reached."""
