@@ -29,7 +29,7 @@ EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each
 WELL = 1e6  # largest condition number of the positions that are included in largest values
 STATIONS = 15  # number of stations along a beam at which answers are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-INSTANTS = 12  # number of positions at which natural frequencies are computed; they change slowly over the cycle
+INSTANTS = 12  # number of positions with natural frequencies, in addition to those around the minimum
 SETTLED = 1e-5  # tolerance of natural frequencies, which is fine enough for their derivatives
 
 
@@ -324,7 +324,7 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
     if too_many_beams(scene.mechanism):
         return unknown
     try:
-        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints)
+        return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints, searched=True)
     except np.linalg.LinAlgError:  # unrealistic dimensions, for which the deflection may quasi_static be known
         return unknown
 

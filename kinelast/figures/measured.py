@@ -49,6 +49,8 @@ def with_bodies(
     off, whole
         Difference of the largest chord deflection [m], and largest difference at any point and position [m], for each
         beam; nan for beams without a body.
+    check_error
+        Error of the check [m], which is included in `off` and `whole`.
     """
     stated = [abs(error.parts.get(BEAM_THEORY, 0.0)) for error in errors["chord"]]
     least = max(SMALL * max(stated, default=0.0), check_error)

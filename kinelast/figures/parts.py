@@ -27,6 +27,7 @@ from rigid.kinetostatics import friction_joints, sliding_directions
 
 SAME = 1e-9  # distance of coincident points, relative to the size of the link
 STEADY = 1e-9  # largest relative change of a speed that is considered constant
+EXCITED = ("M", "N", "V")  # section forces that measure the excitation by their strain energy
 MIN_POSITIONS = 16  # harmonics of the cycle are computed only with more positions than this
 
 
@@ -90,7 +91,7 @@ def _speed(least: float, most: float, unit: str) -> report.DriveSpeed:
 
 
 def _load(given: Any) -> report.LoadReading:
-    """Return the description of a load, without the table of the law."""
+    """Return the description of a load, without the table of its law."""
     resists = None
     load: Any = given
     force: Any = 0.0
@@ -225,7 +226,7 @@ def law_figures(scene: Scene, number: int) -> dict[str, Any] | None:
 
 
 def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return the figures of each drive by name, the peaks of the law, and the data and figures of the drive's parts."""
+    """Return the figures of each drive by name, the peaks of its law, and the data and figures of its parts."""
     scene, rows = reader.scene, {}
     for number, name in enumerate(items_of(scene, DRIVE)):
         row: dict[str, Any] = {"coordinate": reader.results.drive_words[number][1]}
@@ -244,7 +245,7 @@ def drives_of(reader: Reader) -> dict[str, dict[str, Any]]:
 
 
 def joints_of(reader: Reader) -> list[dict[str, Any]]:
-    """Return the force in each joint, together with the entries of the joint's parts."""
+    """Return the force in each joint, together with the entries of its parts."""
     rows = []
     pairs = zip(reader.results.joint_words, reader.results.figures.peaks["joint_force"], strict=True)
     for number, ((joint, link), peak) in enumerate(pairs):

@@ -14,7 +14,7 @@ from elastic import FIELDS, FieldKind, Largest, extremes
 from elastic.assessment import stress_ends
 from elastic.vibration import TOLERANCE
 from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
-from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError, stiffness_error
 from kinelast.figures.registry import NAMES, figures_of, safety_factor
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of

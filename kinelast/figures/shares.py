@@ -23,9 +23,9 @@ def output_shares(results: Results, output: Output, error: Reading) -> list[Link
     """Return the contributions of links and soft joints to the error of the output at the moment of the largest error.
 
     In a statically determinate mechanism, displacements are linear in the compliances. Doubling the stiffness of a link
-    removes half of its contribution, so the contribution is exactly twice the difference. For a point, it is the
-    component along the total displacement. The remainder, called "others", is due to prescribed strains, soft joints
-    and statically indeterminate forces.
+    removes half of its contribution, so the contribution is exactly twice the difference. For a point it is the
+    component along the total displacement. The remainder is called "others": prescribed strains, gaps of joints,
+    rotated links, statically indeterminate forces.
 
     Parameters
     ----------
@@ -51,9 +51,14 @@ def output_shares(results: Results, output: Output, error: Reading) -> list[Link
     return [LinkShare(link=name, value=known(share), unit=error.unit) for name, share in rows]
 
 
-def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
-    """Return the deflection at an instant for the given design, and for designs with one link twice as stiff."""
-    scene = results.scene
+def _stiffened(results: Results, links: list[int], joints: list[str], time: float) -> Deflection:
+    """Return the deflection at an instant: the first design is unchanged, each other has one part twice as stiff."""
+    scene, designs = results.scene, 1 + len(links) + len(joints)
+
+    def compliance(part: int) -> Reals:
+        """Return the compliance of a link or joint in all designs, relative to the first."""
+        return np.where(np.arange(designs) == 1 + part, 0.5, 1.0)[:, None]
+
     sections = []
     for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
         factor = 1.0 / compliance(links.index(at)) if at in links else np.ones((designs, 1))

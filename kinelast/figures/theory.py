@@ -83,6 +83,7 @@ MAX_ROTATION = 4.0  # [rad] rotation of a section above which vibration is not c
 SAME = 1e-9  # largest relative change of moments of a machine at rest, due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
 MAX_CHANGE_PER_TRAVEL = 10.0  # largest relative change of moments per travel of a machine at rest
+LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, stresses and forces
 STAGES = 5  # number of stages that the progress report shows
 EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / time of its first steps
 LONG = 10.0  # [s] expected duration above which the user is informed
@@ -445,7 +446,8 @@ class _Answers:
     def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
         """Return the relative change that vibration causes in the most affected displacement, stress or force.
 
-        Figures of the vibration after a stop are ignored, because they are entirely due to vibration.
+        Only graded figures count. Safety factors, lives and load ratios do not: they change by other shares than the
+        loads. After a stop, only vibration remains, so the residual amplitude does not count either.
         """
         keys = {each.key for each in graded}
         chosen = {figure.key: figure for figure in self.figures if figure.key in keys and self._of_loads(figure)}
