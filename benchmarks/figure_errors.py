@@ -31,7 +31,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT, NOT_OF_MOTION
 from kinelast.figures.results import Results
-from kinelast.figures.theory import _Rungs, _vibrating, answer
+from kinelast.figures.theory import _Answers, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from rigid import MechanismError, Reals
@@ -133,8 +133,8 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
         row[CHECKED] = independent(scene, results, exact)
     yield row
     usual = _vibrating(scene, plain, scene.course.at, results.period, USUAL)
-    for rung in _Rungs(results.cycle, scene.theory).climbed(usual, USUAL, 0.0):
-        yield row_of(scene, rung.theory, rung, reference)
+    for candidate in _Answers(results.cycle, scene.theory).candidates(usual, USUAL, 0.0):
+        yield row_of(scene, candidate.theory, candidate, reference)
 
 
 def main() -> None:

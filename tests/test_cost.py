@@ -15,7 +15,7 @@ from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.vibration import natural_frequencies
 from kinelast.cli.command import main
 from kinelast.designs.studies import sensitivity_study
-from kinelast.figures.cycle import MOST_BEAMS
+from kinelast.figures.cycle import MAX_BEAMS
 from kinelast.figures.speeds import speeds
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
@@ -148,7 +148,7 @@ def test_vibration_of_too_many_beams_is_reported_as_unknown_before_it_starts(tmp
 
     for place in ("kinelast.figures.theory.elastodynamic", "elastic.vibration.natural_frequencies"):
         monkeypatch.setattr(place, never)
-    count = MOST_BEAMS + 1
+    count = MAX_BEAMS + 1
     text = arm_of(count)
     file = tmp_path / "long.toml"
     file.write_text(text)
