@@ -82,7 +82,7 @@ class FigureError:
 
 @dataclass(frozen=True)
 class GradedFigure:
-    """A main figure, whose relative error is used to judge the accuracy of an answer.
+    """A main figure, by which the accuracy of an answer is judged.
 
     Attributes
     ----------
