@@ -398,7 +398,7 @@ class TestLargeStructures:
         course = scene_motion(scene, 12)
         found = []
         for large in (10**9, 0):
-            monkeypatch.setattr(matrices, "LARGE", large)
+            monkeypatch.setattr(matrices, "MAX_DENSE", large)
             found.append(natural_frequencies(course, scene.sections, positions=4, joints=scene.joints).omega)
         np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 

@@ -78,8 +78,9 @@ def _angle_errors(cycle: Cycle) -> Largest:
     """Return the largest angle error among the points of every moving link."""
     links = cycle.scene.mechanism.links[1:]
     best = [cycle.once(_angle_error, link.name) for link in links]
+    parts = ("value", "position", "xi", "row", "gain")
     return Largest(
-        *(np.array([getattr(one, part) for one in best]) for part in ("value", "position", "xi", "row", "gain"))
+        *(np.array([np.broadcast_to(getattr(one, part), np.shape(one.value)) for one in best]) for part in parts)
     )
 
 

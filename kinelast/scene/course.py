@@ -260,7 +260,7 @@ def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
 
 def _advice(error: MechanismError) -> str:
     """Return advice on an integration that stopped early."""
-    if getattr(error, "course", None) is None:
+    if getattr(error, "motion", None) is None:
         return ""
     more = "; steps under [run] allows more" if error.kind == "steps" else ""
     return f"{more}; --reachable keeps what was reached"
