@@ -255,7 +255,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     try:
         drawing = read(StringIO(text))
     except (OSError, ValueError, DXFError) as error:
-        raise ExchangeError(f"no DXF drawing, or a damaged one: {error}") from None
+        raise ExchangeError(f"not a DXF drawing, or a damaged one: {error}") from None
     paths = []
     for entity in recursive_decompose(drawing.modelspace()):
         if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):
