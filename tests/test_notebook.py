@@ -346,7 +346,7 @@ class TestShown:
         with Image.open(BytesIO(shown._repr_png_())) as image:
             assert image.size == (320, 192)
             assert len(image.getcolors(100_000)) > 20
-        with pytest.raises(ValueError, match="position 4 is not among"):
+        with pytest.raises(ValueError, match="position 4 cannot be drawn: expected 0 to 3"):
             picture(deflection(arm, 4), "deflection", 4)
 
     def test_the_report_equals_that_of_the_command(self, arm, tmp_path):
