@@ -309,3 +309,12 @@ def test_the_size_of_a_cam_is_no_base_for_errors_of_displacement():
         for accuracy in (0.05, 0.005)
     )
     assert abs(stated.value - fine.value) <= stated.error.size < 0.05 * abs(stated.value)
+
+
+def test_a_stress_is_not_known_better_than_the_force_that_causes_it():
+    """The moment at the root of the driven crank is the drive torque."""
+    figures = computed(read_scene(shipped_scenes()["quick_return"]), Request()).figures
+    torque, stress = (max(figures.peaks[key], key=lambda each: abs(each.value)) for key in ("drive_effort", "stress"))
+    shares = [each.error.parts[TIME] / abs(each.value) for each in (torque, stress)]
+    assert shares[0] > 0.001
+    assert shares[1] == pytest.approx(shares[0], rel=0.05)

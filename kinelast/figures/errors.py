@@ -123,7 +123,7 @@ class Estimate:
         Convergence error in time and coordinates, relative to the largest displacement.
     forces
         Discretization error of forces, relative to the largest force, if it is not measured by a finer answer. It
-        differs from the error of displacements because forces depend on accelerations.
+        differs from the error of displacements because forces depend on accelerations. It also applies to stresses.
     closer
         Answer with instants between the positions, which shows by how much the peaks are larger there. None for a
         single
@@ -312,7 +312,7 @@ def _of_items(
         parts[VIBRATION] = np.where(average, np.maximum(parts[VIBRATION], least), parts[VIBRATION])
     if TIME in off.shares:
         moved = np.array([unit in DISPLACEMENTS for unit in units]) & (power != 0.0)
-        pushed = np.array([unit in ("N", "N m") for unit in units]) | (power > 1.0)
+        pushed = np.array([unit in ("N", "N m", "Pa") for unit in units]) | (power > 1.0) | reciprocal
         of_moved, of_forces = np.where(moved, off.shares[TIME] * scale, 0.0), np.where(pushed, off.forces * power, 0.0)
         parts[TIME] = np.maximum.reduce([parts[TIME], of_moved, of_forces * wide])
     if off.settled and any(figure.remains_of for figure in figures):

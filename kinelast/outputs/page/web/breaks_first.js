@@ -61,8 +61,9 @@ function breaksFirst() {
     "Reserves",
     "What breaks first",
     soft(
-      "Reserve: load factor until a link yields, breaks or buckles, or a limit is exceeded. Below 1 this has " +
-        `happened.${firstSpot() ? " The red ring on the mechanism marks the first failure." : ""}`,
+      "Reserve: load factor at which a link yields, breaks, buckles or exceeds one of its limits, or the output " +
+        "exceeds its limit. Below 1 this has happened. Limits on joints, drives and machine parts are under Limits." +
+        (firstSpot() ? " The red ring on the mechanism marks the smallest reserve." : ""),
     ),
     longTable(rows, [
       { name: "Link or output", text: (row) => row.link },

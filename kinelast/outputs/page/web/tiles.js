@@ -66,7 +66,7 @@ function tiles() {
       : `; vibration changes the main deflections, stresses and forces by up to ${share(theory.without_vibration)}`;
     shown.push(
       tile(
-        "Accuracy of the main figures",
+        "Accuracy of deflection, stress, output and limits",
         `± ${errorShare(theory.error)}`,
         `${summary.links.length ? `${theory.name} theory` : "rigid links"}${
           theory.figure ? `; largest error: ${theory.figure}` : ""
@@ -197,8 +197,7 @@ function driveTile(name, { effort, rms, power }) {
     rms && `rms ${figureWords(rms)}${unreliableMark(rms)}`,
     power && `peak power ${figureWords(power)}${unreliableMark(power)}${power.value ? ` at ${atWords(power)}` : ""}`,
   ];
-  const size = { ...effort, value: effort.value === null ? null : Math.abs(effort.value) };
-  return tile(`Drive of ${name}`, figureWords(size) + errorWords(size), words.filter(Boolean).join("; "), {
+  return tile(`Drive of ${name}`, figureWords(effort) + errorWords(effort), words.filter(Boolean).join("; "), {
     at: effort,
   });
 }
