@@ -40,7 +40,7 @@ class Motion:
     origin, velocity, acceleration
         Origin of each link's axes and its time derivatives (complex) [m, m/s, m/s^2], shape (links, ..., positions).
     direction
-        Unit vector of each link's x' axis (complex), shape (links, ..., positions).
+        Unit vector of each link's x axis (complex), shape (links, ..., positions).
     angular_velocity
         Angular velocity of each link [rad/s], shape (links, ..., positions).
     turning
@@ -91,9 +91,9 @@ class Motion:
     def condition(self) -> Reals:
         """Amplification of round-off, at least 1, shape (..., positions).
 
-        Relative errors are about this number times the machine precision (2e-16). Above `rigid.SINGULAR`, it is
-        returned as infinity; velocities and accelerations of this group's links, and of links that depend on them,
-        are then nan. The number is nan if the mechanism does not close.
+        Relative errors are about this number times the machine precision (2e-16). It is the largest number of all
+        groups of links. If it exceeds `rigid.SINGULAR`, it is infinite, and the velocities and accelerations of the
+        group's links, and of links that depend on them, are nan. It is nan if the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -113,7 +113,8 @@ class Motion:
     def sine(self) -> Reals:
         """Smallest sine of the angle between links of a group, shape (..., positions); 0 at a singular position.
 
-        A short lever at a slider that closes a group limits the sine as well.
+        If a slider closes a group, the sine is at most the opening of this slider / the displacement that the opening
+        causes at the links, which is small for a short lever.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -142,7 +143,8 @@ def motion(
         Time of each position [s], shape (positions,) or (designs, positions) (default: 0, 1, 2, ...).
     near
         Approximate posture at each position, or one posture for all positions. If given, it selects the branch
-        (otherwise the drawing does), and the positions need not be neighbours.
+        at each position, and successive positions may be far apart. By default, the branch is followed from the
+        drawing.
     lead
         Drive coordinates on the path from the drawing to the first position, shape (drives, n) (default: a straight
         path).
@@ -177,7 +179,7 @@ def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
 def _placed(
     mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
 ) -> tuple[Posture, tuple[Closure, ...]]:
-    """Place all links at the drive coordinates `drives[0]`; rates may follow, for the number of designs."""
+    """Place all links at the drive coordinates `drives[0]`. Later entries only count for the number of designs."""
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit
@@ -284,7 +286,7 @@ def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], 
 def _accelerations(
     closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Reals
 ) -> tuple[list[Columns], list[Columns], Openings]:
-    """Return the accelerations of the origins, i eps - w^2 of the links, and the openings of the cut joints.
+    """Return the accelerations of the origins, `Motion.turning` of the links, and the openings of the cut joints.
 
     Coriolis accelerations enter as prescribed gaps.
     """

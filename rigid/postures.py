@@ -18,7 +18,7 @@ class Posture:
     origin
         Origin of each link's axes (complex) [m], shape (links, ...), in the order of `Mechanism.links`.
     direction
-        Unit vector of each link's x' axis (complex), shape (links, ...).
+        Unit vector of each link's x axis (complex), shape (links, ...).
     """
 
     mechanism: Mechanism

@@ -35,7 +35,7 @@ ONE_POSITION = "only one position of the cycle is computed: increase --positions
 WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are correct within this factor
 SPARE = 1e-4  # margin in addition to the error, relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""For each figure along beams, the field that has the location of the extreme value."""
+"""For each figure along beams, the field whose extreme value gives the location of the figure."""
 
 
 def severity(limit: Limit, value: Any, error: Any) -> Integers:
@@ -52,7 +52,7 @@ def severity(limit: Limit, value: Any, error: Any) -> Integers:
 def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
     """Return the smallest and largest values that figures can have within their errors.
 
-    The errors of unreliable figures are multiplied by `WIDENED`. The error of a safety factor is the error of the
+    The errors of unreliable figures are multiplied by `WIDENED`. A safety factor has the relative error of the
     stress in its denominator.
     """
     error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
@@ -69,8 +69,8 @@ def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, An
     ----------
     figures
         Magnitudes of the figures in SI units by key, shape (items, ...).
-        Items (links, joints, ...) are in the order of `items_of`. A limit cannot be
-        judged if its figure is missing or out of range, if a link yields, or if a cam does not work.
+        Items (links, joints, ...) are in the order of `items_of`. A limit cannot be judged if its figure is missing or
+        its formula is used outside its range of validity, if a link yields, or if a cam does not work.
     errors
         Errors with the same shapes. Without them, errors count as zero, and the outcomes are not verdicts.
     """
@@ -266,7 +266,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """Return the value of a measure and its error, including figures that are computed only on request."""
+    """Return the value and the error of a measure, also if its figure is computed only on request."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -303,7 +303,8 @@ def adjusted_bound(
 ) -> float:
     """Return a bound for the quasi-static figure.
 
-    With the full answer and its error, a design at this bound should just meet the limit.
+    A design whose quasi-static figure equals this bound should just meet the limit when its full answer and error are
+    judged.
 
     The full answer is assumed to be proportional to the quasi-static one, with the ratio found for the judged design.
     If `before` is given, the full answer is extrapolated linearly from both designs.

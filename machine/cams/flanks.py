@@ -39,7 +39,8 @@ class Cam:
     face
         Two points of the flat face in link axes [m], for a follower without a roller.
     flank
-        `INNER` for a cam between its shaft and the follower, `OUTER` for a ring around the roller, `BOTH` for a groove.
+        `INNER` if the profile lies between the shaft and the follower, `OUTER` for a ring around the roller, `BOTH` for
+        a groove.
     width
         Contact width [m]; nan if unknown.
     modulus
@@ -130,7 +131,7 @@ class CamFlank:
 
     @property
     def pressure_angle(self) -> Reals:
-        """Angle between the normal and the displacement of the contact by the drive [rad], between -pi/2 and pi/2.
+        """Angle from -pi/2 to pi/2 between the normal and the direction in which the follower moves [rad].
 
         The angle is also defined in a dwell. It is nan if the drive does not move the contact.
         """

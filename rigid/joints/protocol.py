@@ -35,7 +35,7 @@ class Placed(Protocol):
 
     @property
     def direction(self) -> Sequence[Columns] | Complexes:
-        """Unit vector of each link's x' axis (complex)."""
+        """Unit vector of each link's x axis (complex)."""
 
 
 class Drawn(Protocol):
