@@ -41,7 +41,7 @@ WITHIN = {
     "yield": "no link exceeds {:.0f} % of its yield stress",
 }
 IN_THE_ERROR = {  # effects that the answer or its error includes; they raise no caution
-    "slenderness": "the stated error includes this",
+    "slenderness": "the stated errors of deflections include this, and stresses are those of beam theory",
     "deflection": "the answer or its error includes this",
     "axial force": "the answer or its error includes its effect on bending",
 }
