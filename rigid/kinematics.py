@@ -48,7 +48,8 @@ class Motion:
         positions). Multiplied by a vector on the link, it gives the acceleration of the vector's end relative to its
         start.
     closures
-        Factorised linear problem of each group, for small displacements and forces.
+        Factorised linear problem of each group of links (see `rigid.decomposition`). It gives small displacements, and
+        joint forces.
     """
 
     mechanism: Mechanism
@@ -91,9 +92,10 @@ class Motion:
     def condition(self) -> Reals:
         """Amplification of round-off, at least 1, shape (..., positions).
 
-        Relative errors are about this number times the machine precision (2e-16). It is the largest number of all
-        groups of links. If it exceeds `rigid.SINGULAR`, it is infinite, and the velocities and accelerations of the
-        group's links, and of links that depend on them, are nan. It is nan if the mechanism does not close.
+        Relative errors are about this number times the machine precision (2e-16). It is the largest
+        condition number of all groups of links. If that of a group exceeds `rigid.SINGULAR`, it is infinite, and the
+        velocities and accelerations of this group's links, and of links that depend on them, are nan. It is nan if the
+        mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -111,10 +113,10 @@ class Motion:
 
     @property
     def sine(self) -> Reals:
-        """Smallest sine of the angle between links of a group, shape (..., positions); 0 at a singular position.
+        """Smallest sine of all groups of links, shape (..., positions); 0 at a singular position.
 
-        If a slider closes a group, the sine is at most the opening of this slider / the displacement that the opening
-        causes at the links, which is small for a short lever.
+        For two links on pins it is the sine of the transmission angle. If a group closes at a slider, a small opening
+        of the slider displaces the ends of the links, and the sine is at most opening / displacement.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -179,7 +181,10 @@ def postures(mechanism: Mechanism, drive: ArrayLike) -> Posture:
 def _placed(
     mechanism: Mechanism, drives: Sequence[Reals], near: Posture | None, lead: Reals | None
 ) -> tuple[Posture, tuple[Closure, ...]]:
-    """Place all links at the drive coordinates `drives[0]`. Later entries only count for the number of designs."""
+    """Place all links at the drive coordinates `drives[0]`.
+
+    Of the other entries (rates, accelerations), only the shapes are used, to find the number of designs.
+    """
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
         from rigid.topology.planar import require_fit
@@ -273,7 +278,7 @@ def _velocities(
 
 
 def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
-    """Return the gaps and turns that drive rates or accelerations prescribe at each joint (child from parent)."""
+    """Return the gap and turn (of child relative to parent) that drive rates or accelerations prescribe."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         driven = hinge.joint.drive is not None

@@ -64,7 +64,7 @@ class Amplitudes:
     slide
         Part of w due to shear on tapered beams, in its own taper functions, or None.
     free
-        Part of u, w, phi due to free strains, in powers of xi, shape (3, n, ...), or None.
+        Part of u, w, phi due to the free strains of `AddedLoads`, in powers of xi, shape (3, n, ...), or None.
     """
 
     N: Coefficients

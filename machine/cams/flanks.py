@@ -39,8 +39,8 @@ class Cam:
     face
         Two points of the flat face in link axes [m], for a follower without a roller.
     flank
-        `INNER` if the profile lies between the shaft and the follower, `OUTER` for a ring around the roller, `BOTH` for
-        a groove.
+        `INNER` if the profile lies between the shaft and the follower, `OUTER` for a ring around the path of the
+        roller, `BOTH` for a groove.
     width
         Contact width [m]; nan if unknown.
     modulus
@@ -133,7 +133,7 @@ class CamFlank:
     def pressure_angle(self) -> Reals:
         """Angle from -pi/2 to pi/2 between the normal and the direction in which the follower moves [rad].
 
-        The angle is also defined in a dwell. It is nan if the drive does not move the contact.
+        The direction is that of `influence`, so the angle is also defined in a dwell. It is nan if `influence` is zero.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -197,7 +197,7 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     pace
         Ratio of the cam's speed during this motion to its nominal speed; broadcasts to (..., positions).
     outer
-        Whether the flank belongs to a ring around the roller.
+        Whether the flank belongs to a ring around the path of the roller.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)
@@ -230,7 +230,8 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
     The face passes through P along the unit vector e, with the normal n = i e. Let u be the velocity of P relative to
     the cam and D the angular velocity of the face relative to the cam. The contact is then at the distance s = -n.u/D
-    from P. The radius of curvature of the cam is the speed of the contact along the cam divided by D.
+    from P. If n points away from the cam, the radius of curvature of the cam is the speed of the contact along e,
+    relative to the cam, divided by -D.
     """
     assert cam.face is not None
     start, end = cam.face
@@ -253,7 +254,7 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
 
 def cut_depth(flank: CamFlank) -> Reals:
-    """Return how deep the follower at other positions cuts into each profile point [m], shape (positions,).
+    """Return how deep each profile point would lie inside the follower at its other positions [m], shape (positions,).
 
     The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
     over one turn of the cam.
