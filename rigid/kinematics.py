@@ -92,10 +92,10 @@ class Motion:
     def condition(self) -> Reals:
         """Amplification of round-off, at least 1, shape (..., positions).
 
-        Relative errors are about this number times the machine precision (2e-16). It is the largest
-        condition number of all groups of links. If that of a group exceeds `rigid.SINGULAR`, it is infinite, and the
-        velocities and accelerations of this group's links, and of links that depend on them, are nan. It is nan if the
-        mechanism does not close.
+        Relative errors are about this number times the machine precision (2e-16). It is the largest condition number of
+        all groups of links. If that of a group exceeds `rigid.SINGULAR`, `condition` is infinite, and the velocities
+        and accelerations of the links of this group, and of links that depend on them, are nan. `condition` is nan if
+        the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -115,8 +115,8 @@ class Motion:
     def sine(self) -> Reals:
         """Smallest sine of all groups of links, shape (..., positions); 0 at a singular position.
 
-        For two links on pins it is the sine of the transmission angle. If a group closes at a slider, a small opening
-        of the slider displaces the ends of the links, and the sine is at most opening / displacement.
+        For two links on pins it is the sine of the transmission angle. If the cut joint of a group is a slider, a small
+        opening of this joint moves the ends of the links. The sine is then at most opening / displacement of the ends.
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))

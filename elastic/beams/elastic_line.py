@@ -62,7 +62,7 @@ class Amplitudes:
     Attributes
     ----------
     slide
-        Part of w due to shear on tapered beams, in its own taper functions, or None.
+        Part of w due to shear on tapered beams (see `elastic.beams.taper`), or None if there is none.
     free
         Part of u, w, phi due to the free strains of `AddedLoads`, in powers of xi, shape (3, n, ...), or None.
     """
@@ -138,5 +138,5 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
 
 
 def _sum_at_end(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
-    """Evaluate a field at the ends of the beams from its amplitudes and the values of its functions there."""
+    """Evaluate a field at the ends of beams: the sum of amplitudes times values of the taper functions."""
     return (amplitudes * ends[: len(amplitudes)]).sum(0)

@@ -1,8 +1,8 @@
 """Cam geometry from the motion of the follower: pitch curve, profile, pressure angle, curvature, force and torque.
 
-A cam rotates at constant speed about a fixed shaft. The follower is a roller or a flat face of any link, and the
-profile is the envelope of the follower in cam axes. Tangents and curvatures are computed from exact velocities and
-accelerations, without numerical differentiation.
+A cam rotates with its shaft at constant speed about a fixed centre. The follower is a roller or a flat face of any
+link, and the profile is the envelope of the follower in cam axes. Tangents and curvatures are computed from exact
+velocities and accelerations, without numerical differentiation.
 """
 
 from dataclasses import dataclass
@@ -197,7 +197,7 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     pace
         Ratio of the cam's speed during this motion to its nominal speed; broadcasts to (..., positions).
     outer
-        Whether the flank belongs to a ring around the path of the roller.
+        Whether the flank is an outer one: that of a ring, or the outer flank of a groove.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)
@@ -254,9 +254,9 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
 
 def cut_depth(flank: CamFlank) -> Reals:
-    """Return how deep each profile point would lie inside the follower at its other positions [m], shape (positions,).
+    """Return how deep each profile point lies inside the follower when the follower is at other positions [m].
 
-    The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
+    The result has the shape (positions,). The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
     over one turn of the cam.
     """
     profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
