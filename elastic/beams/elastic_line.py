@@ -84,7 +84,7 @@ class Amplitudes:
 def elastic_line(
     N: Coefficients, V: Coefficients, M: Coefficients, compliance: BeamCompliance
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
-    """Compute u, w, phi of beams clamped at their start by integrating N/EA once and M/EI twice, and adding shear.
+    """Integrate N/EA and free strain once and M/EI twice, and add shear: u, w, phi of beams clamped at their start.
 
     This follows equations (2) to (5) of Utenov et al. with zero constants of integration, and EA in place of the
     misprinted EI in (4), see docs/errata.md. phi is the rotation of the section, so w' = phi - V/kGA with shear

@@ -84,7 +84,8 @@ class CamFlank:
     cam
         The cam.
     turn
-        Unit vector of the cam axes, which coincide with the ground axes at time 0.
+        Unit vector of the cam's x axis. The cam axes have their origin at the shaft, and are parallel to the ground axes at
+        time 0.
     follower
         Vector from the shaft to the roller centre, or to the first point of the face [m].
     contact
@@ -94,7 +95,8 @@ class CamFlank:
     influence
         Displacement of the follower at the contact (or of the roller centre) per unit of the drive coordinate.
     pitch_curvature
-        Curvature of the roller centre's path in cam axes [1/m], positive if convex; nan for a face.
+        Curvature of the roller centre's path in cam axes [1/m], positive where this flank of the cam is convex; nan for a
+        face.
     radius
         Radius of curvature of the cam [m], negative if concave; meaningless if `undercut`.
     undercut
@@ -230,8 +232,8 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
     The face passes through P along the unit vector e, with the normal n = i e. Let u be the velocity of P relative to
     the cam and D the angular velocity of the face relative to the cam. The contact is then at the distance s = -n.u/D
-    from P. If n points away from the cam, the radius of curvature of the cam is the speed of the contact along e,
-    relative to the cam, divided by -D.
+    from P. If n points away from the cam, the radius of curvature of the cam is -v/D, where v is the component
+    along e of the velocity of the contact relative to the cam.
     """
     assert cam.face is not None
     start, end = cam.face
@@ -254,10 +256,10 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
 
 def cut_depth(flank: CamFlank) -> Reals:
-    """Return how deep each profile point lies inside the follower when the follower is at other positions [m].
+    """Return the largest depth of each profile point inside the follower, over all positions of the follower [m].
 
-    The result has the shape (positions,). The depth is zero for a feasible cam, within the resolution of the positions. The flank must be of a single design
-    over one turn of the cam.
+    The result has the shape (positions,). The depth is zero for a feasible cam, within the resolution of the positions.
+    The flank must be of a single design over one turn of the cam.
     """
     profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
     lines = np.ravel(flank.normal * np.conj(flank.turn))
