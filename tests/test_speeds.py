@@ -160,8 +160,8 @@ class TestYield:
         scene = scene_from_text(CRANK_ROCKER)
         found = speeds(scene, (requested[0] * RPM, requested[1] * RPM, requested[2]))
         assert found.highest / RPM == pytest.approx(453, rel=2e-3)
-        assert found.yielding == (found.limit.above, 0)
-        beside = np.searchsorted(found.speed, [found.highest, found.limit.above])
+        assert found.yielding == (found.limit.broken, 0)
+        beside = np.searchsorted(found.speed, [found.highest, found.limit.broken])
         safety = found.figures["safety"][1]
         assert 1.0 < safety[beside[0]] < 1.005
         assert 0.995 < safety[beside[1]] < 1.0
@@ -170,7 +170,7 @@ class TestYield:
         assert limits == f"all limits hold up to {rpm(found.highest)} (crank yields)"
         rows = Counter(verdict for verdict, least in zip(found.verdicts, safety, strict=True) if least < 1.0)
         assert yields == (
-            f"a link yields at {rows.total()} of {len(found.speed)} speeds, from {rpm(found.limit.above)} (crank) on: "
+            f"a link yields at {rows.total()} of {len(found.speed)} speeds, from {rpm(found.limit.broken)} (crank) on: "
             f"{', '.join(f'{count} {verdict}' for verdict, count in rows.items())}"
         )
 

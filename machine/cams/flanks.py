@@ -84,8 +84,8 @@ class CamFlank:
     cam
         The cam.
     turn
-        Unit vector of the cam's x axis. The cam axes have their origin at the shaft, and are parallel to the ground axes at
-        time 0.
+        Unit vector of the cam's x axis. The cam axes have their origin at the shaft, and are parallel to the ground
+        axes at time 0.
     follower
         Vector from the shaft to the roller centre, or to the first point of the face [m].
     contact
