@@ -95,8 +95,8 @@ class CamFlank:
     influence
         Displacement of the follower at the contact (or of the roller centre) per unit of the drive coordinate.
     pitch_curvature
-        Curvature of the roller centre's path in cam axes [1/m], positive where this flank of the cam is convex; nan for a
-        face.
+        Curvature of the roller centre's path in cam axes [1/m], positive where this flank of the cam is convex; nan
+        for a face.
     radius
         Radius of curvature of the cam [m], negative if concave; meaningless if `undercut`.
     undercut
