@@ -14,7 +14,8 @@ from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Flags, Integers
 from rigid.kinematics import repeated
 
-TOLERANCE = 1e-3  # accepted relative error of a frequency
+TOLERANCE = 1e-3
+"""Accepted relative error of a natural frequency."""
 ERROR_PER_CHANGE = 0.1  # bound on (error after a refinement / change by it); 50 mechanisms had at most 0.05
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # number of inner polynomials per beam and direction in successive refinements
 ASSEMBLED = (5, 7, 12)  # numbers for which matrices are assembled; those for smaller numbers are submatrices
