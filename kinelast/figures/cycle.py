@@ -325,7 +325,7 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
         return unknown
     try:
         return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints, searched=True)
-    except np.linalg.LinAlgError:  # unrealistic dimensions, for which the deflection may quasi_static be known
+    except np.linalg.LinAlgError:  # unrealistic dimensions, for which the deflection may still be known
         return unknown
 
 

@@ -166,12 +166,12 @@ def figure_errors(
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     limited = limited_figures(answer.scene, others)
-    small = [
-        each
+    corrected = [
+        replace(each, follows=None)
+        if each in limited or np.max(values[each.key], initial=0.0) > MIN_COMPUTED_RATIO
+        else each
         for each in others
-        if each not in limited and not np.max(values[each.key], initial=0.0) > MIN_COMPUTED_RATIO
     ]
-    corrected = [each if each in small else replace(each, follows=None) for each in others]
     stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in off.stages.items()}
     bent = (
         others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
@@ -184,7 +184,7 @@ def figure_errors(
     if off.moving is not None:
         before = stages[VIBRATION]
         closer = {
-            key: _more_extreme(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before
+            key: _larger_change(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before
         }
     return none | errors | _of_items(answer, others, values, stages, bodies, closer, off, scales)
 
@@ -204,11 +204,11 @@ def _of_forces(answer: Cycle, figure: Figure) -> bool:
     return all(unit in FORCE_UNITS for unit in figure.units(answer.scene))
 
 
-def _more_extreme(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
+def _larger_change(key: str, closer: Any, here: Any, after: Any, before: Any) -> Any:
     """Return `closer`, or `here` plus the change from `before` to `after` if that change is larger."""
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
-            return 1.0 / _more_extreme("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
+            return 1.0 / _larger_change("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
     change = _difference(after, before)
     return np.where(np.abs(change) > np.abs(_difference(closer, here)), here + change, closer)
 
