@@ -14,9 +14,10 @@ from rigid.arrays import Integers
 
 CLIP_DISTANCE = 1e4  # [pixels] distance of the clipping planes from the middle plane, which contains the solid bodies
 FLAT_HEIGHT = 4e3  # [pixels] z of flat shapes, which are drawn over solid bodies
-BACK_LEVELS = ("guide",)  # levels that are drawn under solid bodies
+BACK_LEVELS = ("guide",)  # `FlatShape.level` of shapes that are drawn under solid bodies
 SHADING = {"ambient": 0.5, "diffuse": 0.6, "specular": 0.25, "specular_power": 25}
-COLOUR_SHADING = SHADING | {"ambient": 0.75, "diffuse": 0.4}  # faces towards the viewer have the colours of the legend
+# With this shading, faces towards the viewer have the colours of the legend.
+COLOUR_SHADING = SHADING | {"ambient": 0.75, "diffuse": 0.4}
 COLOURS = {True: "coolwarm", False: "YlOrRd"}  # matplotlib colour maps for signed and unsigned fields
 LABEL_OPACITY = 0.75  # opacity of the background of labels
 
@@ -30,7 +31,7 @@ class Canvas:
         self._paints, self._unit = paints(style.background), style.unit
         self._plotter: Any = pv.Plotter(off_screen=True, window_size=list(style.size))
         window: Any = self._plotter.render_window
-        window.SetDPI(72)  # a text height of one point is one pixel
+        window.SetDPI(72)  # with 72 dpi, a text height of one point is one pixel
         self._plotter.renderer.SetBackground(*self._paints["paper"])
         self._plotter.renderer.SetUseOIT(False)  # order-independent blending is 50 % slower
         self._plotter.enable_anti_aliasing("msaa", multi_samples=8)
@@ -53,7 +54,7 @@ class Canvas:
         return self._plotter.screenshot(None, return_img=True)
 
     def flat(self, shape: FlatShape, points: Complexes) -> Any:
-        """Add a flat shape, with one actor for its faces and one for its lines on the same points."""
+        """Add a flat shape, with one actor for its faces, and one for its lines, on the same points."""
         import pyvista as pv
 
         mesh = pv.PolyData()
@@ -76,7 +77,10 @@ class Canvas:
         return mesh
 
     def solid(self, body: SolidShape, points: Reals, normals: Reals, most: float, signed: bool) -> Any:
-        """Add a solid body. If it has values, they colour it on a scale that ends at `most`."""
+        """Add a solid body.
+
+        If the body has values, colours show them. The scale starts at 0, or at -`most` if `signed`, and ends at `most`.
+        """
         import pyvista as pv
 
         mesh = pv.PolyData()
@@ -94,7 +98,7 @@ class Canvas:
         return mesh
 
     def colour_bar(self, low: complex, high: complex, signed: bool) -> None:
-        """Add a horizontal colour bar between two opposite corners."""
+        """Add a horizontal colour bar; `low` and `high` are its lower left and upper right corners [pixels]."""
         import pyvista as pv
 
         x = np.linspace(low.real, high.real, 65)
@@ -116,7 +120,7 @@ class Canvas:
         )
 
     def write(self, words: Words, over: bool = False) -> Any:
-        """Add text. If `over` is True, the drawing behind it is dimmed."""
+        """Add text. If `over` is True, the drawing behind the text is dimmed."""
         from vtkmodules.vtkRenderingCore import vtkTextActor
         from vtkmodules.vtkRenderingFreeType import vtkMathTextFreeTypeTextRenderer  # noqa: F401
 

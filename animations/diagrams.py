@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import FIELDS, Deflection, extremes, sample
 from rigid.arrays import Complexes, Reals
@@ -14,12 +14,11 @@ STATIONS = np.linspace(0.0, 1.0, 49)
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
-@dataclass(frozen=True)
-class Diagram:
+class Diagram(Struct, frozen=True):
     """Field that is drawn across the links.
 
-    `field` is a key of `elastic.FIELDS`, or None for the deformed shape and for the motion alone. `signed` is True if
-    the field can be negative.
+    `field` is a key of `elastic.FIELDS`, or None for `SHAPE` and `MOTION`. `signed` is True if the field can be
+    negative.
     """
 
     title: str
@@ -58,7 +57,7 @@ def displacements(deflection: Deflection) -> Complexes:
 
 
 def values_of(deflection: Deflection, diagram: Diagram) -> Reals:
-    """Return the field of a diagram, or the magnitude of the displacement, at `STATIONS`.
+    """Return the field of a diagram, or the magnitude of the displacement if it has no field, at `STATIONS`.
 
     The shape is (beams, positions, stations).
     """
@@ -68,7 +67,7 @@ def values_of(deflection: Deflection, diagram: Diagram) -> Reals:
 
 
 def peak(deflection: Deflection, diagram: Diagram) -> float:
-    """Return the largest magnitude of the field of a diagram, or the largest displacement [m] of the deformed shape."""
+    """Return the largest magnitude of the field of a diagram, or the largest displacement [m] for `SHAPE`."""
     if diagram is MOTION:
         return 0.0
     if diagram.field is None:
@@ -93,7 +92,7 @@ def round_below(value: float) -> float:
 def steady(greatest: float, unit: str) -> Callable[[float], str]:
     """Return a formatter that uses the same prefix and number of decimals for all values up to `greatest`.
 
-    It keeps the width of the text constant in films.
+    This keeps the width of the text constant in films.
 
     >>> written = steady(0.0627, "s")
     >>> written(0.0005), written(0.0627)
@@ -131,5 +130,5 @@ def times(exaggeration: float) -> str:
 
 
 def _exponent(size: float) -> int:
-    """Return the exponent of the SI prefix for a value, which is a multiple of three."""
+    """Return the power of ten of the SI prefix for a value, a multiple of three from -12 to 9."""
     return min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0

@@ -5,13 +5,13 @@ import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import replace
 from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from animations.diagrams import diagram_named
 from animations.layout import drawable
@@ -27,13 +27,15 @@ CODECS: dict[str, dict[str, Any]] = {
     ".mp4": {
         "codec": "libx264",
         "quality": 8,
-        "output_params": ["-preset", "veryfast"],  # takes half the time of "medium" for the same file size
+        "output_params": ["-preset", "veryfast"],  # takes half the time of "medium", for the same file size
     },
-    ".gif": {  # the palette is that of the first frames, which include the legend; all frames would exhaust the memory
+    ".gif": {
+        # The palette is computed from the first 8 frames, which include the legend.
+        # A palette for all frames would need too much memory.
         "codec": "gif",
         "pix_fmt_out": "pal8",
         "quality": None,
-        "bitrate": "1M",  # ignored by the codec, but set to prevent a guess
+        "bitrate": "1M",  # the codec ignores it, but without it a bit rate would be guessed
         "output_params": [
             "-filter_complex",
             "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
@@ -253,7 +255,7 @@ def probe() -> str | None:
     """
     chosen: tuple[str | None, ...] = (None,)
     if sys.platform.startswith("linux") and WINDOW not in os.environ:
-        chosen = (*OFF_SCREEN, None)  # these need no display, and the display named in the environment may not exist
+        chosen = (*OFF_SCREEN, None)  # `OFF_SCREEN` first: it needs no display, and $DISPLAY may be invalid
     for window in chosen:
         if _renders(window):
             return window

@@ -1,14 +1,15 @@
 """Labels that move with the mechanism: names of points and links, and the peak value."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
-from animations.diagrams import Diagram, steady, values_of
+from animations.diagrams import STATIONS, Diagram, steady, values_of
 from animations.layers import Stack
 from animations.layout import Scales, View
+from animations.leaders import is_clear, link_edges, longest, with_leader
 from animations.placing import COVER_COST, Ink, Label, half_of, kept_inside, within
 from animations.shapes import Complexes, FlatShape, beams, moved_beams
 from animations.solid_mechanism import sections_of
@@ -18,17 +19,23 @@ from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
 
-# candidate directions from a point to its name, and from the end of the peak's ordinate to its value
+# Candidate directions from a point to its name (`SIDES`), and from the end of the largest ordinate to its value.
+# `PEAK_SIDES` are relative to the direction of that ordinate.
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))
 PEAK_SIDES = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))
 PLACES = (24, 17, 31, 10, 38)  # indices of the `STATIONS` at which the name of a link may be placed
-GAPS = (0.25, 1.0, 2.0, 3.0)  # distances of a label from its point or link, in letter heights
-PEAK_GAPS = (0.0, 0.8, 1.6)  # additional distances from the end of the ordinate, in letter heights
+GAPS = (0.25, 1.0, 2.0, 3.0)  # [letter heights] possible distances of a name from its point or link
+PEAK_GAPS = (0.0, 0.8, 1.6)  # [letter heights] possible additional distances of the peak value from the ordinate
+MIN_LENGTH = 4.0  # [pin radii] a name is placed beside a line of its link only if the line is longer than this
 DOT_RADIUS = 0.35  # radius of the dot at the peak, relative to the diameter of a pin
-# Costs of a label at a position, relative to hiding a line that is one letter height long and one pixel wide.
-FARTHER_COST, LATER_COST = 2.0, 0.2  # for the next distance, for the next place along the link
-WRONG_POINT_COST, OUTSIDE_COST, LEFT_OUT_COST = 25.0, 50.0, 200.0  # nearer to another point, partly outside, hidden
-CHANGE_COST = 100.0  # for a label that changes its side, distance or visibility between two sampled positions
+# Costs of the place of a label. The unit is the cost of hiding a line one letter height long and one pixel wide.
+FARTHER_COST = 2.0  # for each further step in `GAPS` or `PEAK_GAPS`
+LATER_COST = 0.2  # for each further step in `PLACES`
+WRONG_POINT_COST = 25.0  # if the name is nearer to another point than to its own
+OUTSIDE_COST = 50.0  # if the label had to be shifted to be inside the picture
+LEFT_OUT_COST = 200.0  # if the label is hidden
+LEADER_COST = 10.0  # if the name of a link needs a leader line
+CHANGE_COST = 100.0  # for each change in side, distance or visibility from one sampled position to the next
 
 
 def name_labels(
@@ -36,7 +43,8 @@ def name_labels(
 ) -> list[Label]:
     """Place the requested names so that they cover no link and few other lines, and seldom change sides.
 
-    A name is hidden at positions at which this is impossible. Names of points are placed before names of links.
+    A name is hidden at positions of the mechanism at which hiding costs less than every possible place. Names of points
+    are placed before names of links.
 
     Parameters
     ----------
@@ -59,26 +67,37 @@ def name_labels(
             nearest = np.min(np.abs(there - points[:, None]), axis=0)
             cost = cost + WRONG_POINT_COST * (nearest < (1 - 1e-9) * np.abs(there - place))
             labels.append(_label(name, height, "ink", there, cost, style, ink, labels))
+    if "links" not in style.show:
+        return labels
     beam_of = {at: beam for beam, (at, _) in reversed(list(enumerate(mechanism.beams)))}
     axes = moved_beams(deflection, moved)
     lines = np.array([axes(position) for position in range(deflection.motion.columns[-1])])
-    for at, link in enumerate(mechanism.links[1:] if "links" in style.show else (), 1):
+    edges = link_edges(deflection, scales, view, style, moved, stack)
+    for at, link in enumerate(mechanism.links[1:], 1):
+        if " " in link.name:
+            continue  # do not label the block of a slot
         half = half_of(link.name, height)
         aside = view.aside(stack.middle[at]) if stack else 0.0
+        line = longest(edges[at], STATIONS) if at in edges else None
         if at in beam_of:
             depth = sections_of(deflection, scales)[beam_of[at]].depth.max() if stack else 0.0
             there, cost = _beside(view.flat(lines[:, beam_of[at]] + aside), half, 0.5 * depth * view.pixels, height)
+        elif line is not None and np.abs(line[0, -1] - line[0, 0]) > MIN_LENGTH * pin:
+            there, cost = _beside(line, half, pin, height)
         else:
             middle = np.mean([moved_place(deflection, at, name, moved) for name in link.points], axis=0)
             there, cost = _around(view.flat(middle + aside), half, pin * (len(link.points) == 1), height)
-        labels.append(_label(link.name, height, "soft", there, cost, style, ink, labels))
+        cost = cost + LEADER_COST * ~is_clear(there, half, height, edges, at)
+        label = _label(link.name, height, "soft", there, cost, style, ink, labels)
+        labels.append(with_leader(label, edges, at) if at in edges else label)
     return labels
 
 
 def _around(place: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
-    """Return candidate positions of a name around a point, shape (candidates, positions), and their costs.
+    """Return possible places of a name around a point [pixels], and the cost of each place.
 
-    `half` is the half size of the text and `free` the radius to keep free around the point.
+    The places have the shape (candidates, positions) and the costs (candidates, 1). `half` is half the size of the
+    text. `free` is the radius to keep free around the point.
     """
     corners = SIDES / np.maximum(np.abs(SIDES.real), np.abs(SIDES.imag))
     ways = np.concatenate([_reach(corners, half) + SIDES * (free + gap * height) for gap in GAPS])
@@ -88,7 +107,9 @@ def _around(place: Complexes, half: complex, free: float, height: float) -> tupl
 
 
 def _beside(line: Complexes, half: complex, free: float, height: float) -> tuple[Complexes, Reals]:
-    """Return candidate positions of a name on both sides of a beam, shape (candidates, positions), and their costs.
+    """Return possible places of a name on both sides of a beam [pixels], and the cost of each place.
+
+    The places have the shape (candidates, positions) and the costs (candidates, 1).
 
     Parameters
     ----------
@@ -107,7 +128,7 @@ def _beside(line: Complexes, half: complex, free: float, height: float) -> tuple
 def _label(
     text: str, height: float, colour: str, there: Complexes, cost: Reals, style: Style, ink: Ink, others: list[Label]
 ) -> Label:
-    """Choose one of the candidate positions of a name at each position of the mechanism, or hide the name."""
+    """Choose one of the places `there` for a name at each position of the mechanism, or hide the name."""
     half, steps = half_of(text, height), np.arange(there.shape[1])
     inside = kept_inside(there, half, style)
     cost = cost + OUTSIDE_COST * (np.abs(inside - there) > 0)
@@ -122,7 +143,10 @@ def _label(
 
 
 def _sides(cost: Reals) -> Integers:
-    """Choose the side at each position for which the total of `cost`, (positions, sides), and changes is smallest."""
+    """Choose a place at each sampled position so that the total cost is smallest.
+
+    The total is the sum of `cost`, shape (positions, places), plus `CHANGE_COST` for each change in place.
+    """
     best, before = cost[0], []
     for here in cost[1:]:
         stays = best <= best.min() + CHANGE_COST
@@ -134,21 +158,25 @@ def _sides(cost: Reals) -> Integers:
     return np.array(sides[::-1])
 
 
-def _reach(way: Complexes, half: complex) -> Complexes:
-    """Return the offset from the edge of a text box to its centre, in a given direction [pixels]."""
-    return way.real * half.real + 1j * way.imag * half.imag
+def _reach(direction: Complexes, half: complex) -> Complexes:
+    """Return the vector from a point to the centre of a text box that touches the point [pixels].
+
+    `direction` is the direction of the vector, scaled so that the larger of |x| and |y| is 1.
+    """
+    return direction.real * half.real + 1j * direction.imag * half.imag
 
 
-@dataclass(frozen=True, eq=False)
-class LargestValue:
-    """Value of the largest magnitude of a diagram at each position, over `STATIONS` of all beams.
+class LargestValue(Struct, frozen=True, eq=False):
+    """Value with the largest magnitude in a diagram at each position, among the `STATIONS` of all beams.
 
     Attributes
     ----------
-    value, place, along
-        Value, end of its ordinate [m] and direction of its beam, complex.
+    value
+        Value with its sign [unit of the field].
+    place, along
+        End of the ordinate of the value [m], and unit vector of the beam that has the value, complex.
     depth
-        Depth of its beam [m], zero unless the links are solid.
+        Depth of that beam at the value [m]; zero unless the links are drawn solid.
     """
 
     value: Reals
@@ -160,7 +188,7 @@ class LargestValue:
 def peak_of(
     deflection: Deflection, diagram: Diagram, scales: Scales, view: View, stack: Stack | None = None
 ) -> LargestValue:
-    """Find the value of the largest magnitude at each position."""
+    """Find the value with the largest magnitude at each position."""
     values = values_of(deflection, diagram)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0).swapaxes(0, 1)  # positions, beams, stations
     beam, station = np.unravel_index(sizes.reshape(len(sizes), -1).argmax(-1), sizes.shape[1:])
@@ -193,7 +221,7 @@ def peak_label(
     stack: Stack | None = None,
     ink: Ink | None = None,
 ) -> tuple[Complexes, Label]:
-    """Label the value of the largest magnitude at each position.
+    """Place a label at the value with the largest magnitude at each position.
 
     Parameters
     ----------
@@ -202,11 +230,11 @@ def peak_label(
     stack
         Layers of the links, if they are drawn solid.
     ink
-        Everything drawn, at a sample of positions.
+        Everything that is drawn, at a sample of positions.
 
     Returns
     -------
-    Position of the value [m], complex, shape (positions,), and the label.
+    End of the ordinate of the value [m], complex, shape (positions,), and the label.
     """
     peak = peak_of(deflection, diagram, scales, view, stack)
     value, place, along, depth = peak.value, peak.place, peak.along, peak.depth

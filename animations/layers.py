@@ -1,31 +1,30 @@
 """Layers of solid links, chosen such that overlapping links are in different layers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from animations.shapes import Complexes
 from rigid import Reals
 
-LAYER_PITCH = 1.2  # distance between neighbouring layers, relative to their mean thickness
+LAYER_PITCH = 1.2  # distance between the mid-planes of neighbouring layers, relative to the mean of both thicknesses
 SIDES = np.exp(2j * np.pi * np.arange(64) / 64)  # directions in which the extents of bodies are measured
-PIERCING_COST = 3.0  # [layers] an axle may be this much longer to avoid one unrelated link
+PIERCING_COST = 3.0  # [layers] axle length that costs as much as passing through a link that is not on the axle
 
 
-@dataclass(frozen=True, eq=False)
-class Stack:
+class Stack(Struct, frozen=True, eq=False):
     """Positions of the links normal to the plane of motion.
 
     Attributes
     ----------
     layer
-        Index of the layer of each link. The ground is behind all others and has the index -1.
+        Index of the layer of each link. The ground is behind all other links and has the index -1.
     middle, thick
-        z of the mid-plane of each link, and thickness of its layer [m].
+        z of the mid-plane of each link, and thickness of the layer of each link [m].
     """
 
     layer: Sequence[int]
@@ -34,7 +33,7 @@ class Stack:
 
 
 def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
-    """Stack the layers. Each is as thick as its thickest link, and that of the ground as thick as the first one."""
+    """Stack the layers. Each layer is as thick as its thickest link; the layer of the ground is as thick as layer 0."""
     of_layer = [0.0] * (max(layer_of) + 1)
     for layer, each in zip(layer_of[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)
@@ -57,7 +56,7 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
     bodies
         Extents of the parts of each link, see `reach`; empty for the ground.
     pins
-        For each axle, the set of links that it joins, and its extent.
+        For each axle, the set of links that it joins, and the extent of the axle (see `reach`).
     """
     links = range(len(bodies))
     meeting = [(a, b) for a, b in combinations(links, 2) if meet(bodies[a], bodies[b])]
@@ -92,7 +91,7 @@ def _without_gaps(assigned: Sequence[int]) -> list[int]:
 
 
 def reach(points: Complexes, radius: float) -> Reals:
-    """Return the extent of points in each direction of `SIDES`, plus a margin [m].
+    """Return the largest coordinate of points along each direction of `SIDES`, plus the margin `radius` [m].
 
     Parameters
     ----------
@@ -107,7 +106,10 @@ def reach(points: Complexes, radius: float) -> Reals:
 
 
 def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
-    """Return whether the convex hulls of any parts of two bodies overlap at any position."""
+    """Return whether a part of one body overlaps a part of the other body at some position.
+
+    Parts are represented by their convex hulls.
+    """
     if not some or not others:
         return False
     near = _over(np.max(some, axis=0), np.max(others, axis=0))  # a comparison of whole bodies rules out most pairs
@@ -115,5 +117,5 @@ def meet(some: Sequence[Reals], others: Sequence[Reals]) -> bool:
 
 
 def _over(one: Reals, other: Reals) -> NDArray[Any]:
-    """Return for each position whether two hulls overlap, i.e. no direction of `SIDES` separates them."""
+    """Return for each position whether two hulls overlap, i.e. whether no direction of `SIDES` separates the hulls."""
     return np.all(one + np.roll(other, len(SIDES) // 2, axis=-1) > 0, axis=-1)

@@ -1,11 +1,11 @@
 """Scales and view of a picture, which are the same at all positions."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from animations.diagrams import MOTION, SHAPE, Diagram, peak, round_below
@@ -17,14 +17,13 @@ from symbols import PIN_RADIUS
 
 MAX_ORDINATE = 0.17  # largest ordinate, relative to the size of the mechanism
 MAX_DISPLACEMENT = 0.10  # largest displacement with automatic exaggeration, relative to the size of the mechanism
-# diameter of a pin and its minimum, relative to the size of the mechanism; its maximum, relative to the shortest link
-PIN_SIZE, MIN_PIN_SIZE, MAX_PIN_SHARE = 0.026, 0.009, 0.4
+PIN_SIZE, MIN_PIN_SIZE = 0.026, 0.009  # largest and smallest diameter of a pin, relative to the size of the mechanism
+MAX_PIN_SHARE = 0.4  # largest diameter of a pin, relative to the shortest link; `MIN_PIN_SIZE` takes precedence
 HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # heights of title and legend, and width of the margin, relative to `Style.unit`
-TILT, YAW = np.radians(28.0), np.radians(-18.0)  # view of solid links, from above and from the left
+TILT, YAW = np.radians(28.0), np.radians(-18.0)  # view of solid links: angles to look from above and from the left
 
 
-@dataclass(frozen=True, eq=False)
-class Scales:
+class Scales(Struct, frozen=True, eq=False):
     """Scales of a diagram.
 
     Attributes
@@ -53,8 +52,7 @@ class Scales:
         return self.pin / (2 * PIN_RADIUS)
 
 
-@dataclass(frozen=True, eq=False)
-class View:
+class View(Struct, frozen=True, eq=False):
     """Transformation from mechanism coordinates to pixels.
 
     Attributes
@@ -74,7 +72,7 @@ class View:
         return (_seen(points, self.turn) - self.corner) * self.pixels
 
     def aside(self, z: float) -> complex:
-        """Return the shift in the plane of motion [m] that looks the same as a shift by z."""
+        """Return the shift in the plane of motion [m] that looks the same in the picture as a shift by `z` [m]."""
         right, up = np.linalg.solve(self.turn[:2, :2], self.turn[:2, 2] * z)
         return complex(right, up)
 
@@ -144,7 +142,7 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
 
 
 def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
-    """Return the view that fits all points, given in view coordinates [m], between title and legend."""
+    """Return the view in which all `places` (view coordinates [m]) fit between the title and the legend."""
     seen = list(places)
     (left, right), (low, high) = (
         (min(part.min() for part in parts), max(part.max() for part in parts))
@@ -178,7 +176,7 @@ def _skeleton(deflection: Deflection) -> Complexes:
 
 
 def _shortest(deflection: Deflection) -> float:
-    """Return the shortest distance between two points of a moving link [m], or infinity if there is none."""
+    """Return the shortest distance between two points of a moving link [m]; infinity if no link has two points."""
     links = deflection.motion.mechanism.links[1:]
     ways = (abs(complex(one - other)) for link in links for one, other in combinations(link.points.values(), 2))
     return min((way for way in ways if way), default=np.inf)

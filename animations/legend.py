@@ -1,9 +1,9 @@
 """Title, scales, colour legend and drive coordinates around the drawing."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from animations.diagrams import MOTION, SHAPE, Diagram, quantity, round_below, steady, times
 from animations.layout import FOOT, HEAD, MARGIN, Scales, View
@@ -15,8 +15,7 @@ LETTER_WIDTH = 0.62  # average width of a letter, relative to its height
 MIN_LETTER_HEIGHT = 7.0  # [pixels] smallest readable letter height
 
 
-@dataclass(frozen=True)
-class Words:
+class Words(Struct, frozen=True):
     """Line of text at a position in pixels from the lower left corner.
 
     `side` is its alignment: -1 if the text starts at the position, 0 if it is centred, +1 if it ends there.
@@ -30,7 +29,7 @@ class Words:
 
 
 def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
-    """Return the title and diagram name at the top left, and an empty line for the drives at the top right."""
+    """Return the title and the diagram name (top left), and an empty line for the drive coordinates (top right)."""
     (width, height), unit = style.size, style.unit
     left = MARGIN * unit
     kind = f"{diagram.title} {diagram.symbol}".strip()
@@ -67,14 +66,13 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
 
 
 def _within_turn(angle: float) -> float:
-    """Return an angle in degrees that is from 0 to less than 360 after rounding to one decimal."""
+    """Convert an angle to degrees between 0 and 360; return 0 if it would be printed as 360.0."""
     within = float(np.degrees(angle)) % 360.0
     return 0.0 if within >= 359.95 else within
 
 
-@dataclass(frozen=True)
-class Legend:
-    """Scale bars, text, and the corners of the colour bar if there is one [pixels]."""
+class Legend(Struct, frozen=True):
+    """Scale bars, lines of text, and the corners of the colour bar (None if there is no colour bar) [pixels]."""
 
     shapes: list[FlatShape]
     words: list[Words]
@@ -107,9 +105,9 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
             add(f"deformed {times(scales.exaggeration)}", -0.6 * letter)
         return Legend(shapes, words, bar)
     if scales.exaggeration:
-        add(f"deformed {times(scales.exaggeration)}", 2.2 * letter, _stroke(ends, 3.0, BENT))
+        add(f"deformed {times(scales.exaggeration)}", 2.2 * letter, _stroke(ends, BENT))
     if diagram is SHAPE:
-        add("rigid", 2.2 * letter, _stroke(left + middle + np.array([0.0, 2.2 * letter]), 3.0, QUIET))
+        add("rigid", 2.2 * letter, _stroke(left + middle + np.array([0.0, 2.2 * letter]), QUIET))
     if diagram.field is None or not scales.peak:
         return Legend(shapes, words)
     value = round_below(0.8 * FOOT * unit / (scales.scale * view.pixels))
@@ -126,9 +124,9 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
 
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[FlatShape], list[Words]]:
-    """Return the length scale on the right with its label."""
+    """Return the bar and the label of the length scale; `right` and `middle` are x and y [pixels]."""
     start, end = view.flat(np.array([0j, 1.0]))
-    metre = float(abs(end - start))  # horizontal lengths are foreshortened in a rotated view
+    metre = float(abs(end - start))  # pixels per metre along x, which a rotated view foreshortens
     value = round_below(9.0 * letter / metre)
     ends = np.array([right - value * metre, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)
@@ -143,8 +141,8 @@ def _bar(ends: Complexes, tick: float) -> FlatShape:
     return FlatShape("link", lambda position: points, lines=lines, width=1.5)
 
 
-def _stroke(ends: Complexes, width: float, ink: str = INK) -> FlatShape:
-    return FlatShape("link", lambda position: ends, lines=(np.array([0, 1]),), ink=ink, width=width)
+def _stroke(ends: Complexes, ink: str) -> FlatShape:
+    return FlatShape("link", lambda position: ends, lines=(np.array([0, 1]),), ink=ink, width=3.0)
 
 
 def _patch(corners: Complexes, fill: str) -> FlatShape:

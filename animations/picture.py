@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
+from msgspec.structs import replace
 
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, STATIONS, Diagram, diagram_named
@@ -15,6 +16,7 @@ from animations.layout import Scales, View, drawable, scales_of, seen_solid, tur
 from animations.legend import Words, drive_words, headings, legend
 from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import (
+    FINE,
     INK,
     QUIET,
     Complexes,
@@ -33,12 +35,12 @@ from animations.symbols import moved_place, path_shapes, symbol_shapes
 from elastic import Deflection
 from rigid import Reals
 from rigid.arrays import Integers
-from symbols import DRIVE, JOINTS, hull, marks_of
+from symbols import DRIVE, JOINTS, ROLLER, UNDER, hull, marks_of
 
 MAX_SAMPLES = 120  # maximum number of positions used to fit the view and to place the labels
-MAX_SOLID_SAMPLES = 40  # same, for the solid bodies in the view
+MAX_SOLID_SAMPLES = 40  # maximum number of positions at which the view is fitted to solid bodies
 MIN_SYMBOL_SIZE = 0.0145  # smallest size of the arrow of a drive, relative to the size of the mechanism
-PARTS = 6  # number of convex pieces that approximate a bent beam
+CONVEX_PIECES = 6  # number of convex pieces that approximate a bent beam in tests for overlaps
 
 
 class Picture:
@@ -76,6 +78,7 @@ class Picture:
             self._canvas.solid(body, *self._placed(body, first), self.scales.peak, signed) for body in self.bodies
         ]
         self._write_around(deflection, diagram, style, signed)
+        self._leaders = self._canvas.flat(_pairs(len(self._labels)), self._leader_ends(first))
         self._texts = [self._canvas.write(Words(" ", 0j, label.height, 0, label.ink), True) for label in self._labels]
 
     def __enter__(self) -> Self:
@@ -107,11 +110,16 @@ class Picture:
             text.SetVisibility(bool(words))
             text.SetInput(words or " ")
             text.SetPosition(label.middle[position].real, label.middle[position].imag)
+        move(self._leaders, self._leader_ends(position))
         self._drive.SetInput(self._drive_words(position))
         return self._canvas.image()
 
+    def _leader_ends(self, position: int) -> Complexes:
+        """Return zero twice, and then both ends of the leader line of each label [pixels], see `_pairs`."""
+        return np.concatenate([np.zeros(2, complex), *(label.leader(position) for label in self._labels)])
+
     def _placed(self, body: SolidShape, position: int) -> tuple[Reals, Reals]:
-        """Return the points [pixels] and normals of a body in view coordinates."""
+        """Return the points [pixels] and the unit normals of a body at a position, both in the axes of the view."""
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
 
@@ -162,6 +170,8 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
         if diagram.field is not None:
             shapes += diagram_shapes(deflection, diagram.field, scales.scale)
         if scales.exaggeration:
+            rollers = [replace(mark, stroke=QUIET, level=UNDER) for mark in marks if mark.kind == ROLLER]
+            shapes += symbol_shapes(deflection, rollers, scales.symbol)  # an undeformed roller touches its cam
             shapes += deformed_shapes(deflection, scales.exaggeration)
     bodies = () if style.look == "plain" else JOINTS
     shown = [mark for mark in marks if mark.kind != DRIVE and mark.kind not in bodies]
@@ -177,6 +187,12 @@ def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, 
     some = positions[:: -(-len(positions) // MAX_SOLID_SAMPLES)]
     solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in some)
     return view_of([*flat, *solid], style, turn)
+
+
+def _pairs(count: int) -> FlatShape:
+    """Return a shape of `count` separate lines, after a first line that always has zero length."""
+    lines = tuple(np.arange(2 * count + 2).reshape(-1, 2))
+    return FlatShape("mark", lambda _: np.zeros(2 * count + 2, complex), lines=lines, ink=FINE, width=0.8)
 
 
 def _dot(place: Complexes, radius: float) -> FlatShape:
@@ -206,7 +222,7 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
     axes = moved_beams(deflection, moved) if sections else None
     bent = np.array([axes(position) for position in positions]) if axes else np.zeros((0, 0, 0), complex)
     for beam, ((at, _), section) in enumerate(zip(motion.mechanism.beams, sections, strict=True)):
-        for one, other in pairwise(np.linspace(0, len(STATIONS) - 1, PARTS + 1).astype(int)):
+        for one, other in pairwise(np.linspace(0, len(STATIONS) - 1, CONVEX_PIECES + 1).astype(int)):
             bodies[at].append(reach(bent[:, beam, one : other + 1], float(section.depth.max()) / 2))
     for at, link in enumerate(links[1:], 1):
         for point in link.points:
@@ -229,7 +245,7 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
 
 
 def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[set[int], Reals]]:
-    """Return for each axle or block the set of links that it joins, and its extent (see `reach`)."""
+    """Return for each axle or block the set of links that it joins, and the extent of this body (see `reach`)."""
     motion = deflection.motion
     joined: dict[str, set[int]] = {}
     axles: dict[str, Reals] = {}
@@ -240,6 +256,6 @@ def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[
         elif joint.parent:
             axles[joint.name] = reach(block(deflection, motion.mechanism.slider(joint.name), scales)[positions], 0.0)
         else:
-            continue  # the block slides on the rail of the ground
+            continue  # the ground guides this block by a rail
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
     return [(joined[name], axles[name]) for name in axles]

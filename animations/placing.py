@@ -1,10 +1,11 @@
 """Placement of moving labels: cost of hiding parts of the drawing, and removal of overlaps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from animations.layout import FOOT, HEAD, View
@@ -15,21 +16,28 @@ from animations.style import Style
 from rigid import Reals
 from rigid.arrays import Flags, Integers
 
-LINKS = ("link", "curve", "outline")  # levels of shapes that belong to links, except thin lines in the colour `QUIET`
-CROSSING_COST, COVER_COST = 10.0, 1000.0  # costs of a label that covers a thin line, a link or another label
-POINT_COST = 0.35  # area of a point of a solid body / area of a step of a line one pixel wide
+# `FlatShape.level` of shapes that belong to links. Shapes in the colour `QUIET` are exceptions.
+LINKS = ("link", "curve", "outline")
+CROSSING_COST = 10.0  # cost of a label that covers anything that is drawn (unit: see the costs in `labels`)
+COVER_COST = 1000.0  # additional cost if it covers a link or another label
+POINT_AREA = 0.35  # area in `Ink` for each point of a solid body, relative to `step` (see `ink_of`) times one pixel
 
 
-@dataclass(frozen=True, eq=False)
-class Label:
-    """Text, constant or for each position, and the position of its centre [pixels], complex.
+class Label(Struct, frozen=True, eq=False):
+    """Text that moves with the mechanism.
 
     Attributes
     ----------
+    text
+        Text, either constant or one text for each position.
+    middle
+        Centre of the text at each position [pixels], complex.
     half
         Half width + i half height [pixels].
     shown
         True at positions at which the label is visible; None if it is always visible.
+    foot
+        End of the leader line at each position [pixels], complex; nan at positions without a leader line.
     """
 
     text: str | Sequence[str]
@@ -38,6 +46,17 @@ class Label:
     ink: str
     half: complex
     shown: NDArray[Any] | None = None
+    foot: Complexes | None = None
+
+    def leader(self, position: int) -> Complexes:
+        """Return both ends of the leader line at a position [pixels], or the text's centre twice if there is none."""
+        middle = self.middle[position]
+        foot = middle if self.foot is None or not self.at(position) else self.foot[position]
+        if np.isnan(foot):
+            foot = middle
+        way, half = foot - middle, self.half
+        edge = complex(np.clip(way.real, -half.real, half.real), np.clip(way.imag, -half.imag, half.imag))
+        return np.array([foot, middle + edge])
 
     def at(self, position: int) -> str:
         """Return the text at a position, or "" if the label is hidden."""
@@ -52,7 +71,7 @@ def half_of(text: str, height: float) -> complex:
 
 
 def within(way: Complexes, half: Any) -> Flags:
-    """Return whether a point is inside a box, given its offset from the centre and the half size of the box."""
+    """Return whether a point is inside a box. `way` is its offset from the centre, `half` half the size of the box."""
     return (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
 
 
@@ -80,8 +99,7 @@ def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Ink:
+class Ink(Struct, frozen=True, eq=False):
     """Everything that is drawn at a sample of positions, divided into small pieces.
 
     Attributes
@@ -89,8 +107,8 @@ class Ink:
     positions
         Indices of the positions.
     places, areas
-        Centres [pixels], complex, and areas of the pieces, one array per position. An area is the length [pixels] times
-        `FlatShape.width`.
+        Centres [pixels], complex, and areas of the pieces, one array per position. The area of a piece of a line is its
+        length [pixels] times `FlatShape.width`.
     of_links
         True for pieces that belong to a link, one array per position.
     """
@@ -101,26 +119,32 @@ class Ink:
     of_links: list[Flags]
 
     def nearest(self, positions: Integers) -> Integers:
-        """Return the index of the sample nearest to each position."""
+        """Return the index in `self.positions` of the sampled position nearest to each of `positions`."""
         return np.abs(positions[:, None] - self.positions).argmin(axis=1)
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Return the area that texts of equal size hide at the sampled positions, shape (positions, texts).
+        """Return the area [pixels^2] that each text hides at each sampled position, shape (positions, texts).
 
         Parameters
         ----------
         middle
-            Centres of the texts at all positions of the mechanism, shape (texts, positions).
+            Centres of the texts at all positions of the mechanism [pixels], complex, shape (texts, positions).
+        half
+            Half width + i half height, equal for all texts [pixels].
         """
         return self._hidden(middle, half)[..., 0]
 
     def cost(self, middle: Complexes, half: complex, height: float) -> Reals:
-        """Return the cost of texts for the arguments of `hidden`, in letter heights of a line one pixel wide."""
+        """Return the cost of each text at each sampled position, shape (positions, texts).
+
+        The cost 1 is that of hiding a line one letter height long and one pixel wide. `middle` and `half` are as in
+        `hidden`.
+        """
         area, links = np.moveaxis(self._hidden(middle, half), -1, 0)
         return area / height + CROSSING_COST * (area > 0) + COVER_COST * (links > 0)
 
     def _hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Return the hidden area of everything and of links, shape (positions, texts, 2)."""
+        """Return two hidden areas: of everything drawn, and of links alone, shape (positions, texts, 2)."""
         areas_hidden = []
         for position, places, areas, links in zip(self.positions, self.places, self.areas, self.of_links, strict=True):
             here = middle[:, position]
@@ -153,6 +177,6 @@ def ink_of(
         share = (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[piece]
         solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
         places.append(np.append(points[start][piece] + share * vector[piece], solid[:, 0] + 1j * solid[:, 1]))
-        areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), POINT_COST * step)))
+        areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), POINT_AREA * step)))
         of_links.append(np.append(is_link[piece], np.ones(len(solid), bool)))
     return Ink(list(positions), places, areas, of_links)

@@ -4,10 +4,10 @@ Each shape computes the coordinates of its points in the plane of motion at a po
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from animations.diagrams import STATIONS, displacements
@@ -21,18 +21,19 @@ Cells = tuple[Any, ...]  # arrays of point indices, one per polygon or polyline
 
 INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # keys of `paints`
 POSITIVE, NEGATIVE, PAPER = "positive", "negative", "paper"
-FILL_OPACITY = 0.55  # opacity of diagrams, which mix their colours if they overlap
+FILL_OPACITY = 0.55  # opacity of diagrams; overlapping diagrams mix their colours
+HATCH = 4  # every HATCH-th ordinate of a diagram is drawn
+# drawing order of flat shapes: shapes of later levels cover shapes of earlier levels
 LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin", "mark")
 
 
-@dataclass(frozen=True, eq=False)
-class FlatShape:
+class FlatShape(Struct, frozen=True, eq=False):
     """Points with polygons and polylines between them.
 
     Attributes
     ----------
     level
-        One of `LEVELS`, from back to front.
+        Place in the drawing order, one of `LEVELS`.
     place
         Function that returns the points at a position [m], complex, shape (points,).
     faces, lines
@@ -55,8 +56,7 @@ class FlatShape:
     opacity: float = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class BeamPlaces:
+class BeamPlaces(Struct, frozen=True, eq=False):
     """Starts [m] and unit vectors of the undeformed beams, complex, shape (beams, positions), and their lengths [m]."""
 
     start: Complexes
@@ -77,15 +77,13 @@ def beams(deflection: Deflection) -> BeamPlaces:
     return BeamPlaces(np.reshape(start, shape) + 0j, beam_directions(motion), deflection.length.reshape(len(start)))
 
 
-def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[FlatShape]:
+def diagram_shapes(deflection: Deflection, field: str, scale: float) -> list[FlatShape]:
     """Draw a field across each beam, with an outline, ordinates, and a fill for each sign.
 
     Parameters
     ----------
     scale
         Length of an ordinate per unit of the field [m]. Positive ordinates point along y' of the beam.
-    hatch
-        Draw every `hatch`-th ordinate.
 
     Returns
     -------
@@ -110,7 +108,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
     corners = np.stack([numbers[:, :-1], numbers[:, 1:], tops[:, 1:], tops[:, :-1]], -1).reshape(-1, 4)
     outlines = [np.concatenate([numbers[k, :1], tops[k], numbers[k, -1:]]) for k in range(count)]
     strokes = [
-        np.array(pair) for pair in zip(numbers[:, hatch:-1:hatch].flat, tops[:, hatch:-1:hatch].flat, strict=True)
+        np.array(pair) for pair in zip(numbers[:, HATCH:-1:HATCH].flat, tops[:, HATCH:-1:HATCH].flat, strict=True)
     ]
     return [
         filled(POSITIVE, lambda position: ends(position, lambda v: np.maximum(v, 0.0))),
@@ -121,30 +119,34 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
 
 
 def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], Complexes]:
-    """Return a function for the exaggerated, deformed axes at a position [m], complex, shape (beams, stations)."""
+    """Return a function from a position to the axes of the beams with exaggerated displacements.
+
+    The axes are complex [m] and have the shape (beams, stations).
+    """
     place = beams(deflection)
     moved = displacements(deflection)
     return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
 
 
-def deformed_shapes(
-    deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0
-) -> list[FlatShape]:
+def deformed_shapes(deflection: Deflection, exaggeration: float) -> list[FlatShape]:
     """Draw the deformed mechanism with exaggerated displacements; links without beams move rigidly."""
     axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
-    shapes = [FlatShape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
+    shapes = [FlatShape("curve", lambda position: axes(position).ravel(), lines=lines, ink=BENT, width=3.0)]
     for at, link in _moving_links(deflection):
         if not link.beams and len(link.points) > 1:
             corners = hull(np.array(list(link.points.values()), complex))
             shapes.append(
-                _closed("curve", carried(deflection, at, corners, exaggeration), len(corners), ink, width, filled=False)
+                _closed("curve", carried(deflection, at, corners, exaggeration), len(corners), BENT, 3.0, filled=False)
             )
     return shapes
 
 
 def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[FlatShape]:
-    """Draw the undeformed links: elastic beams as lines, and rigid ones as bodies with rounded ends of a radius [m]."""
+    """Draw the undeformed links.
+
+    Elastic beams are lines. Rigid beams, and links without beams, are outlines with corners of radius `radius` [m].
+    """
     place, mechanism = beams(deflection), deflection.motion.mechanism
     rigid = [bool(np.all(np.isinf(section.EA)) and np.all(np.isinf(section.EI))) for section in deflection.sections]
     slender = [k for k, stiff in enumerate(rigid) if not stiff]
@@ -189,7 +191,7 @@ def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
 
 
 def carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
-    """Return a function for points fixed to a link, with the exaggerated displacement of the link."""
+    """Return a function that moves points with a link, including the exaggerated displacement of the link."""
     motion = deflection.motion
 
     def place(position: int) -> Complexes:

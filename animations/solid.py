@@ -4,9 +4,9 @@ Coordinates are x and y in the plane of motion, and z towards the viewer [m].
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from animations.diagrams import STATIONS
 from animations.shapes import Cells, Complexes
@@ -17,8 +17,7 @@ from rigid.arrays import Integers
 CIRCLE_CORNERS = 24  # number of corners of a circle
 
 
-@dataclass(frozen=True, eq=False)
-class SolidShape:
+class SolidShape(Struct, frozen=True, eq=False):
     """Points with polygons between them.
 
     Attributes
@@ -85,9 +84,11 @@ def _along(taper: Sequence[float]) -> Reals:
     return np.polynomial.polynomial.polyval(STATIONS, np.array(taper)) * np.ones(len(STATIONS))
 
 
-@dataclass(frozen=True, eq=False)
-class CrossSections:
-    """Depth in the plane and width normal to it [m] at the stations of a beam, and whether the section is round."""
+class CrossSections(Struct, frozen=True, eq=False):
+    """Depth (in the plane of motion) and width (normal to the plane) at the stations of a beam [m].
+
+    `round` is True if the section is round.
+    """
 
     depth: Reals
     width: Reals
@@ -97,8 +98,8 @@ class CrossSections:
 def cross_sections(section: Section, thin: float) -> CrossSections:
     """Return the cross-sections of a beam.
 
-    If the dimensions are unknown, the section is round with the diameter `thin` [m]. If only the width is unknown, it
-    is a rectangle of the same area and depth.
+    If the dimensions are unknown, the section is round with the diameter `thin` [m]. If only the width is unknown, the
+    section is a rectangle with the given area and depth.
     """
     fibre, area, width = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.width))
     if not np.isfinite(fibre):
@@ -120,9 +121,9 @@ def beam_bodies(
     Parameters
     ----------
     axes
-        Function that returns the axes at a position [m], complex, shape (beams, stations).
+        Function that returns the axes of the beams at a position [m], complex, shape (beams, stations).
     layers
-        z of each axis [m].
+        z of the axis of each beam [m].
     values
         Function that returns the values of a field at a position, shape (beams, stations).
     """
@@ -152,7 +153,11 @@ def beam_bodies(
 
 
 def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
-    """Return a unit section: y, z and normal y + i z of its points, and pairs of neighbouring points."""
+    """Return a section of depth 1 and width 1, as a ring of points.
+
+    The result contains the coordinates y and z of the points, the normals at the points as complex numbers y + i z, and
+    the index pairs of neighbouring points.
+    """
     if is_round:
         turn = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
         return (
@@ -167,5 +172,5 @@ def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
 
 
 def spatial(plane: Complexes, z: Reals) -> Reals:
-    """Combine points in the plane with z, shape (points, 3)."""
+    """Return points in space from points in the plane (complex) and their z, shape (points, 3)."""
     return np.stack([plane.real.ravel(), plane.imag.ravel(), np.ravel(z)], -1)

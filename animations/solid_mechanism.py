@@ -1,9 +1,9 @@
 """Mechanism as solid bodies: links in layers on axles, in front of the ground."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from animations.diagrams import Diagram, values_of
 from animations.layers import Stack
@@ -22,7 +22,9 @@ CIRCLE = np.exp(2j * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS)
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 DEFAULT_THICKNESS = 0.55  # thickness of links with unknown dimensions, relative to the diameter of a pin
 SLAB_SHARE = 0.52  # half thickness of a body / thickness of its link; slightly over 0.5, to cover the faces of beams
-AXLE_REACH, HEAD_REACH, RAIL_REACH = 0.55, 0.58, 0.65  # [layer thicknesses] distance of ends from the mid-plane
+# distances of the ends of axles and blocks, of axle heads and of rails from the mid-plane of the outermost link,
+# relative to the thickness of the layer of that link
+AXLE_REACH, HEAD_REACH, RAIL_REACH = 0.55, 0.58, 0.65
 EYE_RADIUS, AXLE_RADIUS = 0.62, 0.34  # radii of link ends and of axles, relative to the diameter of a pin
 OUTLINE_OPACITY = 0.4  # opacity of outlines
 GREYS = "metal", "iron"  # alternating colours of rigid bodies in neighbouring layers
@@ -48,15 +50,14 @@ def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
 
 
 def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
-    """Return the thickness of each link [m]: the width of its widest beam, or the thickness of a rigid body."""
+    """Return the thickness of each link [m]: the width of its widest beam, or the default if that is larger."""
     thick = [DEFAULT_THICKNESS * scales.pin] * len(deflection.motion.mechanism.links)
     for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
         thick[at] = max(thick[at], float(section.width.max()))
     return thick
 
 
-@dataclass(frozen=True, eq=False)
-class _Bodies:
+class _Bodies(Struct, frozen=True, eq=False):
     """Builder of the solid bodies of a mechanism."""
 
     deflection: Deflection
@@ -132,11 +133,15 @@ class _Bodies:
                 yield _fixed(foot, *self._between({0}, 0.5, 0.5))
 
     def _on_link(self, at: int, corners: Complexes) -> Place:
-        """Return a function for corners given in link axes [m]."""
+        """Return a function from a position to the corners [m], which are fixed to a link and given in link axes."""
         return carried(self.deflection, at, corners, self.scales.exaggeration)
 
     def _about(self, at: int, point: str, corners: Complexes, direction: Complexes | None = None) -> Place:
-        """Return a function for corners relative to a point of a link [m], in ground axes or rotated to a direction."""
+        """Return a function from a position to corners around a point of a link [m].
+
+        `corners` are relative to the point. Their x axis has the `direction` at each position; if `direction` is None,
+        the axes are those of the ground.
+        """
         middle = moved_place(self.deflection, at, point, self.scales.exaggeration)
         if direction is None:
             return lambda position: middle[position] + corners
@@ -157,7 +162,10 @@ class _Bodies:
         return prism(place, corners, z - half, z + half, fill, opacity, smooth)
 
     def _between(self, links: Collection[int], below: float, above: float) -> tuple[float, float]:
-        """Return the range of z of some links [m], with ends given in multiples of their thicknesses."""
+        """Return the range of z that spans some links [m].
+
+        The range begins `below`, and ends `above`, layer thicknesses from the mid-planes of the outermost links.
+        """
         middle, thick = self.stack.middle, self.stack.thick
         low = min(middle[at] - below * thick[at] for at in links)
         return low, max(middle[at] + above * thick[at] for at in links)
@@ -177,14 +185,14 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
 
 
 def slide(deflection: Deflection, slider: Slider, pin: float) -> tuple[complex, complex]:
-    """Return the ends of the path of a slider, slightly extended, in the axes of the link that guides it [m]."""
+    """Return the ends of the path of a slider in the axes of the guiding link [m]; the path is slightly extended."""
     low, high = travel(deflection.motion, slider) or (0.0, 0.0)
     start, end = (complex(slider.origin + slider.direction * way) for way in (low - 2.6 * pin, high + 2.6 * pin))
     return start, end
 
 
 def under(way: complex) -> complex:
-    """Return the unit normal of a line on the ground that points downwards, or to the left of a vertical line."""
+    """Return the unit normal of a line on the ground. It points downwards, or to the left if the line is vertical."""
     side = 1j * way / abs(way)
     return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
 

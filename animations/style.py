@@ -1,7 +1,8 @@
 """Style and colours of a picture."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from symbols import Mark
 
@@ -13,7 +14,8 @@ LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1
 DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
         "metal": "#8b93a0", "iron": "#6b7380", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
         "negative": "#f27a4d"}  # fmt: skip
-SYMBOL_PAINTS = {"load": "accent", "link": "ink", "shade": "quiet", "none": "paper"}  # colours of marks by their name
+# key of the colour in `paints` for each colour name of a mark
+SYMBOL_PAINTS = {"load": "accent", "link": "ink", "shade": "quiet", "none": "paper"}
 MAX_DARK_LUMINANCE = 0.45  # a background with a smaller luminance is dark
 
 
@@ -58,13 +60,12 @@ def colour(name: str) -> Colour:
 
 LOOKS = ("plain", "solid")
 """Looks of the links: lines or shaded bodies."""
-MAX_ASPECT = 0.62  # largest height / width of the picture that is used for the size of letters
+MAX_ASPECT = 0.62  # letters do not grow further with the height if height / width is larger
 SHOWN = ("names", "links", "peak", "drives", "paths", "deformed")
 """Optional parts of a picture."""
 
 
-@dataclass(frozen=True)
-class Style:
+class Style(Struct, frozen=True):
     """Choices for a picture.
 
     Attributes
@@ -92,7 +93,7 @@ class Style:
     outlines
         Corners of the outlines of links in link axes [m], complex, by link name.
     marks
-        Symbols of parts other than joints, springs, gears, loads and drives.
+        Additional symbols, for parts that are not joints, springs, gears, loads or drives.
     """
 
     title: str = ""
@@ -123,5 +124,5 @@ class Style:
 
     @property
     def unit(self) -> float:
-        """Reference length for letters, margins and lines [pixels]: the height, limited for tall pictures."""
+        """Reference length for letters, margins and lines [pixels]: height, or `MAX_ASPECT` times width if smaller."""
         return min(float(self.size[1]), MAX_ASPECT * self.size[0])

@@ -9,13 +9,13 @@ from animations.shapes import Complexes, FlatShape, carried
 from elastic import Deflection, displacement_of
 from rigid import position_of
 from rigid.arrays import Integers
-from symbols import NONE, SHADE, Mark, Spot
+from symbols import NONE, SHADE, Anchor, Mark
 
 
 def symbol_shapes(
     deflection: Deflection, marks: Iterable[Mark], size: float, exaggeration: float = 0.0
 ) -> list[FlatShape]:
-    """Draw marks. The arrow of a drive at rest is reduced to a point.
+    """Draw marks. The arrow of a drive at rest or of a load without force is reduced to a point.
 
     Parameters
     ----------
@@ -35,20 +35,20 @@ def moved_place(deflection: Deflection, link: str | int, point: str, exaggeratio
     return place
 
 
-def _spot(deflection: Deflection, spot: Spot, exaggeration: float) -> Any:
-    """Return the positions of a spot, shape (positions,)."""
-    if spot.point:
-        return moved_place(deflection, spot.link, spot.point, exaggeration)
-    at = deflection.motion.mechanism.index[spot.link]
-    place = carried(deflection, at, np.array([spot.local]), exaggeration)
+def _moved_anchor(deflection: Deflection, anchor: Anchor, exaggeration: float) -> Any:
+    """Return the positions of an anchor, shape (positions,)."""
+    if anchor.point:
+        return moved_place(deflection, anchor.link, anchor.point, exaggeration)
+    at = deflection.motion.mechanism.index[anchor.link]
+    place = carried(deflection, at, np.array([anchor.local]), exaggeration)
     return np.array([place(position)[0] for position in range(len(deflection.motion.time))])
 
 
 def _shape(deflection: Deflection, mark: Mark, size: float, exaggeration: float) -> FlatShape:
     motion = deflection.motion
-    place = _spot(deflection, mark.at, exaggeration)
+    place = _moved_anchor(deflection, mark.at, exaggeration)
     x_axis = np.broadcast_to(mark.direction(motion), motion.columns)
-    end = None if mark.to is None else _spot(deflection, mark.to, exaggeration)
+    end = None if mark.to is None else _moved_anchor(deflection, mark.to, exaggeration)
     sense = np.ones(motion.columns) if mark.drive is None else np.sign(np.nan_to_num(motion.drive_rate[mark.drive]))
 
     def points(position: int) -> Complexes:
@@ -57,14 +57,14 @@ def _shape(deflection: Deflection, mark: Mark, size: float, exaggeration: float)
         return found if sense[position] else np.full_like(found, place[position])
 
     cells = [(cell, line.closed) for cell, line in zip(mark.cells, mark.outlines, strict=True)]
-    faces = [cell for cell, closed in cells if closed and mark.body != NONE]
+    faces = [cell for cell, closed in cells if closed and mark.polygon_fill != NONE]
     lines = [np.append(cell, cell[0]) if closed else cell for cell, closed in cells]
     opacity = 0.4 if mark.fill == SHADE else 1.0
     return FlatShape(mark.level, points, tuple(faces), tuple(lines) if mark.stroke != NONE else (), mark.fill,
                      mark.stroke, mark.width, opacity)  # fmt: skip
 
 
-MAX_CLOSING_GAP = 1.5  # a path with a smaller gap between its ends is closed; relative to the longest step
+MAX_CLOSING_GAP = 1.5  # a path is closed if the gap between its ends is at most this; relative to the longest step
 
 
 def path_shapes(deflection: Deflection, positions: Integers, exaggeration: float = 0.0) -> list[FlatShape]:

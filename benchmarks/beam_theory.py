@@ -1,11 +1,11 @@
 """Error of beam theory: the estimate compared with plane-stress bodies; docs/validity.md has the tables."""
 
-from dataclasses import replace
 from typing import Any
 
 import measuring
 import numpy as np
 from jobs import steel_four_bar
+from msgspec.structs import replace
 
 from elastic import Deflection, Section, deflection, reference_deflection
 from elastic.assessment import introduction_share, shear_share

@@ -10,13 +10,14 @@ import csv
 import sys
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from branch_tracker import Body, Tie, Track, tracked
+from msgspec.structs import replace
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, motion
 

@@ -48,7 +48,7 @@ def vibrating(elements: int, stages: int, inner: int) -> Any:
     found = vibration(terms, deflection(course, SECTIONS))
     x = grid.sampler(TIMES - 1e-12 * PERIOD)(found.history[0])
     amounts = basis @ x[..., None]
-    ends = [np.real(move) for move, _ in structure.nodes.values()]
+    ends = [np.real(move) for move, _ in structure.point_shapes.values()]
     return (np.array(ends) @ amounts)[..., 0]
 
 

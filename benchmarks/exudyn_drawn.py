@@ -17,13 +17,13 @@ import math
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import measuring
 import numpy as np
 from exudyn_model import FIELDS, STATIONS, Course, integrated
+from msgspec.structs import replace
 from random_scenes import scenes, sheared
 
 from elastic import sample, with_rotary_inertia
@@ -38,7 +38,7 @@ KINDS = (
     "constant speed", "end masses", "springs", "stops that repeat", "from rest to rest", "two cranks",
     "arm of two drives",
 )  # fmt: skip
-COMPARED, MAX_BEAMS, MAX_TURNS = 20, 5, 8
+COMPARED, MAX_BEAMS, MAX_TURNS = 20, 5, 32
 ACCURACY, DAMPING = 0.005, 0.04
 POSITIONS = 120  # a turn, or a course
 ELEMENTS = 24, 48  # to a beam

@@ -11,7 +11,6 @@ reference is known to a quarter of it.
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,9 @@ import exudyn_drawn as drawn
 import measuring
 import numpy as np
 from exudyn_model import FIELDS, Course, integrated
+from msgspec.structs import replace
 
-from kinelast.figures.courses import JOINT_FORCES
+from kinelast.figures.answer import JOINT_FORCES
 from kinelast.runs import computed
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request
@@ -35,7 +35,7 @@ TARGET = measuring.RESULTS / "exudyn_errors.csv"
 
 
 def reference(scene: Scene, results: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the courses of exudyn by name, extrapolated in elements and time steps, and those of its finest models."""
+    """Return the courses of exudyn by name, extrapolated in elements and time steps, and of its finest models."""
     beta, times = results.answer.vibrating.damping.beams, results.motion.time
     span, turns, from_rest = drawn.integration(scene, results)
     first = (turns - 1) * drawn.POSITIONS
@@ -93,7 +93,13 @@ def show() -> None:
     """Print the counts, and every row that is off by more than a factor of two."""
     counts = {"errors": 0, "within a factor of two": 0, "three times too low": 0, "three times too high": 0,
               "false met": 0, "false not reached": 0}  # fmt: skip
-    for row in measuring.read_rows(TARGET):
+    rows = measuring.read_rows(TARGET)
+    missed = {
+        (row["scene"], row["accuracy"])
+        for row in rows
+        if not row.get("unanswered") and float(row["true"]) + float(row["of reference"]) >= float(row["accuracy"])
+    }  # answers with at least one course that does not reach the accuracy
+    for row in rows:
         if row.get("unanswered"):
             print(row["scene"], row["kind"], row["accuracy"], row["unanswered"])
             continue
@@ -101,7 +107,7 @@ def show() -> None:
         accuracy, notes = float(row["accuracy"]), []
         if row["reached"] == "True" and true - own > accuracy:
             notes.append("false met")
-        if row["reached"] == "False" and stated > accuracy and true + own < accuracy:
+        if row["reached"] == "False" and stated > accuracy and (row["scene"], row["accuracy"]) not in missed:
             notes.append("false not reached")
         if max(stated, true) > LEAST and own < KNOWN * max(stated, true):
             counts["errors"] += 1

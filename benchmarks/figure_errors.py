@@ -24,12 +24,12 @@ import numpy as np
 from random_scenes import scenes
 
 from elastic import sample
-from elastic.elastodynamics import Elastodynamic, discretized_finer, finer_vibration, geometrically_exact
+from elastic.elastodynamics import Elastodynamic, finer_solution, finer_vibration, geometrically_exact
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_deflection
 from kinelast.figures.answer import Answer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT, NOT_OF_MOTION
+from kinelast.figures.measures import magnitudes
 from kinelast.figures.results import Results
 from kinelast.figures.theory import _Answers, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
@@ -60,7 +60,7 @@ def relative_errors(scene: Scene, result: Answer, reference: Reference) -> Itera
         for unit, value in zip(units[key], values, strict=True):
             if np.isfinite(value):
                 greatest[unit] = max(greatest.get(unit, 0.0), float(abs(value)))
-    graded = {(each.key, each.item) for each in result.graded}
+    graded = {(each.key, each.item) for each in result.main_figures}
     for key, values in here.items():
         for item, (value, true) in enumerate(zip(values, there[key], strict=True)):
             base = max(abs(float(value)), MIN_SHARE_OF_UNIT * greatest.get(units[key][item], 0.0))
@@ -122,8 +122,8 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
     results = Results(scene, plain)
     fine = _vibrating(scene, plain, scene.course.at, results.period, FINE)
     exact = geometrically_exact(fine, FINE)
-    finer, left = discretized_finer(exact, finer_vibration(exact), FINE)
-    settled = exact.exact and max(exact.exact.open, left, exact.time_error) < MAX_RESIDUAL
+    finer, left = finer_solution(exact, finer_vibration(exact), FINE)
+    settled = exact.exact and max(exact.exact.convergence_error, left, exact.time_error) < MAX_RESIDUAL
     if fine.stable and not settled:
         raise SceneError("", "", "", "the reference does not settle")
     bent = finer.deflection, exact.deflection

@@ -1,9 +1,10 @@
 """Mechanisms that the benchmarks move: a steel four-bar, many four-bars at once, a chain of dyads."""
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import Section
 from rigid import Beam, Link, Mechanism, Motion, PinDrive, motion
@@ -17,8 +18,7 @@ STEEL = Section(EA=E * AREA, EI=E * INERTIA)
 SHEARED = replace(STEEL, kGA=10 * (1 + POISSON) / (12 + 11 * POISSON) * E / (2 * (1 + POISSON)) * AREA)
 
 
-@dataclass(frozen=True)
-class Job:
+class Job(Struct, frozen=True):
     """A mechanism with beam sections, drive positions and drive rate."""
 
     mechanism: Mechanism

@@ -4,16 +4,16 @@ import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import Any
 
 import measuring
 import numpy as np
+from msgspec.structs import replace
 from random_scenes import FEATURES, scenes
 
 from elastic import cycle_maxima
-from elastic.elastodynamics import Bounded, SpeedAnswers, SpeedMap, SpeedSearch, prominences
+from elastic.elastodynamics import BoundUtilisation, SpeedMap, SpeedSearch, SpeedSolutions, prominences
 from kinelast.figures.bounds import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.document import read_scene
@@ -31,7 +31,7 @@ MIN_PROMINENCE = 0.02  # of a counted peak, relative to its height
 MIN_PEAK = 1e-3  # height of a counted peak, relative to the largest link's
 
 
-def answers_of(scene: Scene) -> SpeedAnswers:
+def answers_of(scene: Scene) -> SpeedSolutions:
     """Answers at speeds, with the maxima of `FIELDS` on every beam."""
 
     def measure(bent: Any, _: Any) -> Any:
@@ -39,7 +39,7 @@ def answers_of(scene: Scene) -> SpeedAnswers:
         return np.concatenate([found[field].value for field in FIELDS])
 
     course = scene.course
-    return SpeedAnswers(course.at, float(scene.run.cycle), scene.sections, measure, scene.joints, damping_of(scene))
+    return SpeedSolutions(course.at, float(scene.run.cycle), scene.sections, measure, scene.joints, damping_of(scene))
 
 
 def curves(known: SpeedMap) -> Any:
@@ -79,9 +79,9 @@ def row(scene: Scene, count: int) -> measuring.Row:
     answers.find(np.linspace(low, high, REQUESTED).tolist())
     search = SpeedSearch(answers, curves)
     search.find_peaks()
-    unstable = search.find_borders()
+    unstable = search.find_stability_limits()
     beams = range(len(scene.labels))
-    bracket = search.find_limit(Bounded(lambda known: curves(known)[1] / bound, [1] * len(beams), beams))
+    bracket = search.find_limit(BoundUtilisation(lambda known: curves(known)[1] / bound, [1] * len(beams), beams))
     taken = time.process_time() - start
     found = answers.map()
     seen, worst = missed(found, dense, search.width)

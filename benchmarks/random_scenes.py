@@ -3,10 +3,10 @@
 import cmath
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from random_mechanisms import Draw, Drawn, apex, drawn, reached
 
 from elastic import JointCompliance, Section, with_rotary_inertia

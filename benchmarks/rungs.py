@@ -11,12 +11,12 @@ elements; the geometrically exact time includes the linear answer that starts th
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import measuring
 import numpy as np
 from jobs import AREA, INERTIA, SHEARED, steel_four_bar
+from msgspec.structs import replace
 
 from elastic import Deflection, deflection, reference_deflection, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact

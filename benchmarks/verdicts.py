@@ -30,8 +30,8 @@ from drawn_scenes import text_of
 from random_mechanisms import Drawn, drawn
 from scipy.stats import beta
 
-from kinelast.figures.entry import measures_of
 from kinelast.figures.limits import VERDICTS, acceptance
+from kinelast.figures.measures import measures_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.results import Results
 from kinelast.runs import computed

@@ -1,7 +1,7 @@
 """Closed-form section forces and displacements of the elastic links of a moving mechanism.
 
-This package depends only on numpy and `rigid`. See also `elastic.assessment` (stress, stability, validity of beam
-theory), `elastic.vibration` (natural frequencies) and `elastic.elastodynamics` (vibrating links).
+This package depends only on numpy and `rigid`. Its subpackages include `elastic.assessment` (stress, stability,
+validity of beam theory), `elastic.vibration` (natural frequencies) and `elastic.elastodynamics` (vibrating links).
 """
 
 from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, tube
@@ -13,13 +13,14 @@ from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, FieldKind
 from elastic.largest import Largest, largest, largest_row, peak_gain
 from elastic.sampling import displacement_of, larger_magnitude, reference_deflection, rotation_of, sample
-from elastic.solution import Deflection, deflection, marked
+from elastic.solution import Deflection, deflection, without_positions
 
 __all__ = [
     "FIELDS", "PRIMARY", "RIGID", "SHAPES", "Deflection", "Extreme", "Field", "FieldKind", "JointCompliance", "Largest",
     "Section", "Shape", "Taper", "box", "circle", "coefficients", "cycle_maxima", "deflection", "displacement_of",
-    "extremes", "i_section", "larger_magnitude", "largest", "largest_row", "marked", "peak_gain", "rectangle",
+    "extremes", "i_section", "larger_magnitude", "largest", "largest_row", "peak_gain", "rectangle",
     "reference_deflection", "rotation_of", "sample", "section_of", "tapered", "tube", "with_rotary_inertia",
+    "without_positions",
 ]  # fmt: skip
 
 

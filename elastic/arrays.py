@@ -1,7 +1,7 @@
 """Array types for quantities on beams.
 
-The names describe the axes. In shapes, `...` stands for the axis of designs, which is present only if there are
-several designs.
+The name of a type describes the axes. In shapes, `...` stands for the axis of designs. This axis exists only if there
+are several designs.
 """
 
 from rigid.arrays import Complexes, Reals

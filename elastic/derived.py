@@ -1,4 +1,4 @@
-"""Fields as polynomials on the pieces of the beams: those of the solution, and those derived from them.
+"""Fields as polynomials on the pieces of beams: fields of the solution, and fields that are computed from these.
 
 The bending stress of a symmetric section is -M y/I. The left fibre is on the +y' side of the beam and the right fibre
 on the -y' side.
@@ -26,7 +26,10 @@ STRESSES: dict[str, tuple[tuple[float, str, str, str, str], ...]] = {
     "right": ((1.0, "M", "fibre", "inertia", "EI"), _AXIAL),
     "shear": ((1.0, "V", "peak_shear", "area", "EA"),),
 }
-"""Terms of each stress: sign, section force, the section properties that multiply and divide it, and their taper."""
+"""Terms of each stress: sign, section force, property that multiplies it, property that divides it, and a rigidity.
+
+Along a tapered beam, the property that divides the force is proportional to this rigidity.
+"""
 
 
 def coefficients(deflection: Deflection, field: str) -> Coefficients:
@@ -35,7 +38,7 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     Parameters
     ----------
     field
-        Key of a polynomial field in `FIELDS`, i.e. one without `greatest_of` and `root_of`.
+        Key in `FIELDS` of a field that is a polynomial, i.e. a field without `greatest_of` and `root_of`.
 
     Raises
     ------
@@ -50,10 +53,10 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     entry = field_named(field)
     if entry.integral_of:
         return getattr(deflection, entry.key)
-    if entry.key not in _MADE:
-        polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
+    if entry.key not in _DERIVED:
+        polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _DERIVED)
         raise ValueError(f'the field "{field}" is not a polynomial: choose from {polynomials}')
-    values = _MADE[entry.key](deflection)
+    values = _DERIVED[entry.key](deflection)
     return values
 
 
@@ -81,7 +84,7 @@ def _chord(deflection: Deflection) -> Coefficients:
 
 
 def _stress(deflection: Deflection, key: str) -> Coefficients:
-    """Return a stress: the sum of the section forces times their factors."""
+    """Return a stress as the sum of section forces, each multiplied by its factor."""
     parts = (
         _lowered(deflection, multiplied(getattr(deflection, force), factor))
         for force, factor in stress_factors(deflection, key)
@@ -90,12 +93,12 @@ def _stress(deflection: Deflection, key: str) -> Coefficients:
 
 
 def stress_factors(deflection: Deflection, key: str) -> list[tuple[str, Coefficients]]:
-    """Return the section forces that cause a stress and the stress per unit force, shape (n, pieces, ..., 1)."""
+    """Return the section forces that cause a stress, each with its stress per unit force, shape (n, pieces, ..., 1)."""
     return [(force, side * _quotient(deflection, *quotient)) for side, force, *quotient in STRESSES[key]]
 
 
 def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Coefficients:
-    """Return the coefficients of a weighted sum of squares of fields, in the form of `coefficients`."""
+    """Return the coefficients of a weighted sum of squares of fields, with the same shape as `coefficients`."""
     squares = []
     for weight, key in parts:
         values = coefficients(deflection, key)
@@ -104,7 +107,7 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
 
 
 def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
-    """Lower the degree of products of polynomials on tapered beams, where the highest powers are only round-off."""
+    """Lower the degree of a product of polynomials if a beam is tapered; its highest powers contain only round-off."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
@@ -121,7 +124,7 @@ def _at_start(sections: tuple[Section, ...], over: str, under: str, ndim: int) -
 def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Coefficients:
     """Return the quotient of two section properties on each piece, shape (n, pieces, ..., 1).
 
-    The denominator tapers like the rigidity `rigidity`.
+    Along a tapered beam, the denominator is proportional to `rigidity`.
     """
     ndim, division = len(deflection.motion.columns), deflection.division
     at_start = _at_start(deflection.sections, over, under, ndim)
@@ -136,7 +139,7 @@ def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> C
     return values
 
 
-_MADE: dict[str, Callable[[Deflection], Coefficients]] = {
+_DERIVED: dict[str, Callable[[Deflection], Coefficients]] = {
     "q_x": lambda deflection: _load(deflection, np.real),
     "q_y": lambda deflection: _load(deflection, np.imag),
     "chord": _chord,

@@ -1,11 +1,11 @@
-"""Exact extreme values of the fields along every beam, from the turning points of their polynomials."""
+"""Exact extreme values of fields along every beam, from the turning points of polynomials."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.beams.polynomials import greatest_on
 from elastic.derived import coefficients, sum_of_squares
@@ -14,9 +14,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Extreme:
-    """Value of the largest magnitude along every beam, and its station xi, shape (beams, ..., positions)."""
+class Extreme(Struct, frozen=True, eq=False):
+    """Value with the largest magnitude along each beam, and its station xi, each of shape (beams, ..., positions)."""
 
     value: Reals
     xi: Reals
@@ -26,7 +25,9 @@ class Extreme:
 
 
 def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[str, Extreme]:
-    """Find the value of the largest magnitude along every beam to round-off (nan at singular positions).
+    """Find the value with the largest magnitude along each beam.
+
+    The values are exact except for round-off. They are nan at singular positions.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
-    """Return the fields together with all fields that their `greatest_of` refers to, recursively."""
+    """Return fields together with the fields in their `greatest_of`, recursively."""
     wanted: dict[str, None] = {}
     for key in fields:
         wanted |= dict.fromkeys((*_with_parts(field_named(key).greatest_of), key))
@@ -75,7 +76,7 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Extremes of fields that are polynomials; fields of the same degree are processed together."""
+    """Find the extremes of fields that are polynomials. Fields of the same degree are processed together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)
@@ -93,8 +94,8 @@ def _extremes_of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dic
 def _root_extreme(deflection: Deflection, key: str, lower_bound: Extreme | None = None) -> Extreme:
     """Find the extreme of a root of a sum of squares.
 
-    If it cannot exceed the extreme `lower_bound`, 0 is returned instead. The check uses the sum of the coefficients'
-    magnitudes, which bounds a polynomial on [0, 1].
+    If the field certainly does not exceed `lower_bound`, 0 is returned instead. To check this, the sum of the
+    magnitudes of the coefficients is used: it is a bound on a polynomial on [0, 1].
     """
     squares = sum_of_squares(deflection, field_named(key).root_of)
     near = np.ones(squares.shape[1:], bool)
@@ -108,7 +109,7 @@ def _root_extreme(deflection: Deflection, key: str, lower_bound: Extreme | None 
 
 
 def _largest_of_pieces(pieces: Extreme, deflection: Deflection) -> Extreme:
-    """Return the largest value over the pieces of each beam."""
+    """Return the extreme with the largest magnitude over the pieces of each beam."""
     division = deflection.division
     if division.whole:
         return pieces

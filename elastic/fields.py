@@ -1,14 +1,15 @@
 """Registry of fields along a beam: key, symbol, name, unit and definition.
 
-The registry is used for sampling, extremes, tables, diagrams, maps and meshes. To add a field that is the largest of
-existing fields, or the root of a sum of their squares, add one entry here. A field with its own formula also needs a
-function in `elastic.derived`.
+The registry is used for sampling, extremes, tables, diagrams, maps and meshes. To add a field, add one entry here. This
+is enough if the field is the largest of existing fields, or the root of a sum of squares of existing fields. For all
+other fields, also add a function to `elastic.derived`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
+
+from msgspec import Struct
 
 
 class FieldKind(Enum):
@@ -20,8 +21,7 @@ class FieldKind(Enum):
     STRESS = "stress"
 
 
-@dataclass(frozen=True)
-class Field:
+class Field(Struct, frozen=True):
     """Quantity that varies along every beam.
 
     Attributes
@@ -33,12 +33,13 @@ class Field:
     kind
         Kind of quantity.
     integral_of
-        Key of the field whose integral along the beam is this field, up to a factor and a constant: q_x for N, V for M,
-        phi for w.
+        Key of the field that is integrated along the beam to obtain this field (except for a factor and a constant):
+        q_x for N, V for M, phi for w.
     greatest_of
-        Keys of the fields of which this field is the one with the largest magnitude.
+        Keys of several fields. At each station, this field equals the field among these that has the largest magnitude.
     root_of
-        Weights and keys of the fields of which this field is the root of the weighted sum of squares.
+        Weights and keys of several fields. This field is the square root of the weighted sum of the squares of these
+        fields.
     signed
         True if values may be negative. Diagrams and colour scales then extend to both sides of zero.
     main

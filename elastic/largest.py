@@ -1,31 +1,31 @@
 """Largest magnitude over the positions, and the position at which it occurs."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Integers, Numbers, Reals
 
-JUMP_WIDTH = 1e-8  # positions closer than this are the two sides of a jump; relative to the duration of the run
+# two positions that are closer in time than this are the two sides of a jump; relative to the duration of the run
+JUMP_WIDTH = 1e-8
 
 
-@dataclass(frozen=True, eq=False)
-class Largest:
+class Largest(Struct, frozen=True, eq=False):
     """Largest magnitude over the positions.
 
     Attributes
     ----------
     value
-        Value with the largest magnitude, including its sign if known, shape (...); nan if no value is known.
+        Value with the largest magnitude, including its sign if known, shape (...); nan if there is no value.
     position
-        Index of the position; -1 if no value is known.
+        Index of the position; -1 if there is no value.
     xi
         Station on the beam; nan if it does not apply or was not requested.
     row
-        Index of the row with the largest value, set by `largest_row`.
+        Index of the row with the largest magnitude, set by `largest_row`.
     gain
-        Amount by which the peak between the positions exceeds the value; zero if not computed.
+        Estimated amount by which a peak between the positions exceeds the value; zero if not computed.
     """
 
     value: Reals
@@ -43,7 +43,7 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
     values
         Values of shape (..., positions). Complex values are replaced by their magnitudes.
     counted
-        Boolean mask of the positions to include, shape (..., positions); by default all.
+        Boolean mask of the positions to include, shape (..., positions), by default all.
     xi
         Station of each value, same shape as `values`.
 
@@ -70,7 +70,10 @@ def largest(values: Any, counted: Any = None, xi: Any = None) -> Largest:
 
 
 def largest_row(rows: Largest, least: bool = False) -> Largest:
-    """Return the largest known magnitude over the first axis (rows), or the smallest value if `least` is True."""
+    """Return the entry with the largest magnitude over the first axis (rows).
+
+    If `least` is True, return the entry with the smallest value instead.
+    """
     value = np.asarray(rows.value)
     row = value.argmin(axis=0) if least else np.where(np.isnan(value), -1.0, np.abs(value)).argmax(axis=0)
     known = (rows.value, rows.position, rows.xi, rows.gain)
@@ -82,7 +85,7 @@ def largest_row(rows: Largest, least: bool = False) -> Largest:
 
 
 def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -> Reals:
-    """Estimate by how much the peak between the positions exceeds the largest value.
+    """Estimate by how much a peak between the positions exceeds the largest value at a position.
 
     The peak is the vertex of the parabola through the largest value and its two neighbours in time. The result is zero
     at the ends of a run and at a jump.
@@ -92,9 +95,9 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
     size
         Magnitudes, shape (..., positions).
     position
-        Index of the maximum, shape (...); -1 if unknown.
+        Index of the position with the largest value, shape (...); -1 if there is none.
     time, period
-        Times of the positions [s], shape (positions,), and the period if they form a cycle [s].
+        Times of the positions [s], shape (positions,), and the period [s] if the positions form a cycle.
 
     Examples
     --------
@@ -105,19 +108,30 @@ def peak_gain(size: Reals, position: Any, time: Reals, period: float = np.nan) -
     count, at = len(time), np.maximum(position, 0)
     places = (at - 1) % count, at, (at + 1) % count
     before, here, after = (taken(size, np.broadcast_to(place, size.shape[:-1])) for place in places)
+    left, right = time[places[1]] - time[places[0]], time[places[2]] - time[places[1]]
+    left, right = (np.where(step < 0.0, step + period, step) for step in (left, right))
+    more = vertex_gain(before, here, after, left, right)
+    with np.errstate(invalid="ignore"):
+        # limit for unequal time steps; with equal steps, the vertex exceeds the value by at most half of this limit
+        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)
+    near = np.minimum(left, right) <= JUMP_WIDTH * np.ptp(time)
+    return np.where((more != 0.0) & ~near & (np.asarray(position) >= 0), limited, 0.0)
+
+
+def vertex_gain(before: Reals, here: Reals, after: Reals, left: Reals, right: Reals) -> Reals:
+    """Return by how much the vertex of a parabola exceeds the largest of the three values that determine it.
+
+    `here` is the largest value. `before` and `after` are its neighbours, at the distances `left` and `right` in time.
+    The result is zero if `here` is not a maximum.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        left, right = time[places[1]] - time[places[0]], time[places[2]] - time[places[1]]
-        left, right = (np.where(step < 0.0, step + period, step) for step in (left, right))
         rise, fall = (here - before) / left, (here - after) / right
         bend = rise + fall
         more = (rise * right - fall * left) ** 2 / (4.0 * bend * (left + right))
-        near = np.minimum(left, right) <= JUMP_WIDTH * np.ptp(time)
-        limited = np.minimum(more, np.maximum(here - before, here - after) / 4)  # twice the limit for equal steps
-        known = (rise >= 0.0) & (fall >= 0.0) & (bend > 0.0) & ~near & (np.asarray(position) >= 0)
-    return np.where(known, limited, 0.0)
+    return np.where((rise >= 0.0) & (fall >= 0.0) & (bend > 0.0), more, 0.0)
 
 
 def taken(values: Numbers, at: Integers) -> Numbers:
-    """Take one value per row from the last axis. This is faster than `take_along_axis`."""
+    """Return one value per row: the value with the index `at` on the last axis. Faster than `take_along_axis`."""
     flat = values.reshape(-1, values.shape[-1])
     return flat[np.arange(len(flat)), at.ravel()].reshape(at.shape)

@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 from functools import reduce
+from typing import Any
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import at_station, evaluated
+from elastic.beams.polynomials import evaluate, gauss_points
 from elastic.derived import STRESSES, coefficients, stress_factors
 from elastic.fields import Field, field_named
 from elastic.links.beam_trees import in_line
@@ -15,7 +18,8 @@ from rigid import Beam
 from rigid.arrays import ArrayLike, Complexes, Reals
 
 STATIONS = 101
-MIN_DEFLECTION_SHARE = 0.01  # smallest reference deflection of a beam, relative to the largest deflection of all beams
+# the reference deflection of a beam is at least this, relative to the largest deflection of all beams
+MIN_DEFLECTION_SHARE = 0.01
 
 
 def sample(
@@ -28,14 +32,14 @@ def sample(
     field
         Name on the command line ("deflection", "bending-moment"), or key of `FIELDS`: "N", "V", "M", "u", "w", "phi",
         "chord", "q_x", "q_y", or one of the following stresses. "axial" is N/A. "left" and "right" are the normal
-        stresses in the outermost fibres, N/A - M c/I and N/A + M c/I. "normal" is the one with the larger magnitude.
-        "shear" is the largest shear stress in the section, f V/A. "axis" is sqrt((N/A)^2 + 3 (f V/A)^2). "mises" is the
-        largest von Mises stress of the outermost fibres and the axis.
+        stresses in the outermost fibres, N/A - M c/I and N/A + M c/I. "normal" equals "left" or "right", whichever has
+        the larger magnitude. "shear" is the largest shear stress in the section, f V/A. "axis" is sqrt((N/A)^2 + 3 (f
+        V/A)^2). "mises" is the largest von Mises stress of the outermost fibres and the axis.
     stations
         Values of xi = x'/l between 0 and 1, shape (stations,), or a number of evenly spaced stations.
     known
-        Cache of values of this deflection at these stations, by key. Values in it are reused and new ones are added,
-        because stresses share components.
+        Cache of values of this deflection at these stations, by key. Values in the cache are reused, and new values are
+        added to it. This saves time because several stresses depend on the same fields.
 
     Raises
     ------
@@ -44,8 +48,9 @@ def sample(
 
     Returns
     -------
-    Array of shape (beams, ..., positions, stations) in the unit of the field. At a sliding block the value is the one
-    before the block. Stresses are nan if the dimensions of the section are unknown.
+    Array of shape (beams, ..., positions, stations) in the unit of the field. If a field jumps at a sliding block, the
+    value at the block is the value just before the block. Stresses are nan if the dimensions of the section are
+    unknown.
 
     Examples
     --------
@@ -90,7 +95,7 @@ def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, A
 
 def larger_magnitude(one: AtStations, other: AtStations) -> AtStations:
     """Return, element by element, the value with the larger magnitude."""
-    larger = one.copy(order="K")  # unlike `where`, this keeps the memory order, which is faster
+    larger = one.copy(order="K")  # keeps the memory order, unlike `where`, and is therefore faster
     np.copyto(larger, other, where=np.abs(other) > np.abs(one))
     return larger
 
@@ -113,7 +118,7 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
     """Return the rotation of a link at a point [rad], shape (..., positions).
 
-    It is the rotation of the section if the point is on a beam, and otherwise that of the link's axes.
+    If the point is on a beam, this is the rotation of the section there. Otherwise it is the rotation of the link axes.
     """
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
@@ -124,9 +129,10 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
 def _fields_at_point(
     deflection: Deflection, at: int, point: str, fields: Sequence[str]
 ) -> tuple[Beam, list[Reals]] | None:
-    """Return the first beam that ends at a point, or else passes through it, with its fields there.
+    """Return a beam that reaches a point, and its fields at the point.
 
-    Return None if no beam reaches the point.
+    The first beam that starts or ends at the point is chosen, or else the first that passes through it. If no beam
+    reaches the point, return None.
     """
     beams = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
     for number, beam in beams:
@@ -145,8 +151,38 @@ def _fields_at_point(
 
 
 def reference_deflection(largest: PerBeam) -> PerBeam:
-    """Return the reference deflection of each beam for relative errors, shape (beams, ...).
+    """Return the reference value for relative errors in the deflection of each beam, shape (beams, ...).
 
-    It is the largest deflection of the beam, or `MIN_DEFLECTION_SHARE` times the largest of all beams if that is more.
+    The reference value is the largest deflection of the beam, but at least `MIN_DEFLECTION_SHARE` times the largest
+    deflection of all beams.
     """
     return np.maximum(largest, MIN_DEFLECTION_SHARE * largest.max(axis=0, initial=0.0))
+
+
+def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
+    """Evaluate a field at Gauss points, shape (..., positions, beams, points).
+
+    Under a sliding block, a field has a kink or a jump. The values at a Gauss point would therefore change abruptly
+    when the block passes this point. To avoid this, the values on a beam with a block are taken from a smooth
+    polynomial: the best least-squares approximation to the field. The integral of this polynomial times a shape of the
+    beam equals the integral of the field times this shape.
+    """
+    values = np.moveaxis(sample(bent, field, xi), 0, -2)
+    division = bent.division
+    for beam in {block.beam for block in bent.blocks}:
+        rows = division.of_beam(beam)
+        parts = getattr(bent, field)[:, rows]
+        values[..., beam, :] = _nearest(parts, division.start[rows], division.width[rows], xi)
+    return values
+
+
+def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
+    """Evaluate the best least-squares approximation to a piecewise polynomial at xi, shape (..., positions, points)."""
+    order = len(xi) - 1
+    points = gauss_points((len(parts) + order) // 2 + 1)
+    nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in points)
+    places = start + width * nodes
+    heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
+    basis = legendre.legvander(2 * places - 1, order)
+    series = np.einsum("gr...,gr...k->...k", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
+    return series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T

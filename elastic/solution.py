@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple, replace
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients
 from elastic.beams.blocks import Block
@@ -33,23 +34,23 @@ from rigid.closures import (
     self_stresses,
 )
 from rigid.kinematics import repeated, stacked
-from rigid.kinetostatics import MAX_FLANK_ROUNDS, balancing_forces, force_condition, with_friction
+from rigid.kinetostatics import MAX_FLANK_ROUNDS, balancing_forces, force_condition, forces_with_friction
 from rigid.plane import ZERO
 
 
 def _field_property(field: str) -> cached_property[Coefficients]:
-    """Create a property that computes a field on the pieces when first used."""
+    """Create a property that computes a field on all pieces when it is first read."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Deflection:
+class Deflection(Struct, frozen=True, eq=False, dict=True):
     """Exact section forces and displacements of every beam.
 
-    N, V, M, u, w and phi are polynomials in t, which runs from 0 to 1 on each piece. They are in beam axes and are
-    computed when first used. Each is an array of shape (coefficients, pieces, ..., positions) with ascending powers.
-    The pieces are the beams in the order of `Mechanism.beams`, unless sliding blocks or tapers divide them; see
-    `division`. Use `sample` and `extremes` to evaluate fields.
+    N, V, M, u, w and phi are components in beam axes. Each of them is a polynomial in t on each piece of a beam; t runs
+    from 0 to 1 along the piece. It is stored as an array of shape (coefficients, pieces, ..., positions), with
+    coefficients of ascending powers, and computed when it is first read. A beam with sliding blocks or a taper has
+    several pieces, see `division`. All other beams are a single piece. Beams are in the order of `Mechanism.beams`. Use
+    `sample` and `extremes` to evaluate fields.
 
     Attributes
     ----------
@@ -68,17 +69,18 @@ class Deflection:
         Coefficients of the fields on whole beams, before division into pieces.
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of the axes of every link, shape (links, ...,
-        positions): the rigid-body part of the displacement, to which bending is added.
+        positions). This is the rigid-body part of the displacement, without the bending of the link.
     gaps
-        Gaps that the bent links would leave at the joints without `shift` and `angle`.
+        Gaps that the bent links would have at the joints if `shift` and `angle` were zero.
     blocks
         Sliding blocks on the beams.
     compliance
         Flexibilities of the beams.
-    unmarked
-        The deflection before `marked` set some positions to nan, or None.
+    complete
+        If `without_positions` has set some positions to nan: the deflection with its values at all positions. Otherwise
+        None.
     added
-        Loads applied in addition to those of the rigid motion, such as inertia loads of a vibration.
+        Loads that act in addition to those of the rigid motion, such as inertia loads of a vibration, or None.
     couple
         Distributed moment [N] in powers of xi, shape (k, beams, ..., positions), or None.
     """
@@ -94,7 +96,7 @@ class Deflection:
     gaps: JointGaps
     blocks: tuple[Block, ...]
     compliance: BeamCompliance
-    unmarked: Deflection | None = None
+    complete: Deflection | None = None
     added: AddedLoads | None = None
     couple: Coefficients | None = None
 
@@ -108,26 +110,21 @@ class Deflection:
 
     @cached_property
     def division(self) -> Division:
-        """The pieces of the beams."""
+        """Division of the beams into pieces."""
         return division_of(self.sections, self.blocks, self.motion.columns)
 
     N, V, M = _field_property("N"), _field_property("V"), _field_property("M")
     u, w, phi = _field_property("u"), _field_property("w"), _field_property("phi")
 
-    @property
-    def is_turned(self) -> bool:
-        """True if section forces refer to the axes of rotated sections, so that no field is the integral of another."""
-        return self.amplitudes.free is not None
-
     @cached_property
     def condition(self) -> Reals:
-        """Condition number of the fields, shape (..., positions): their relative errors are about condition * eps.
+        """Condition number of the fields, shape (..., positions). Relative errors of fields are about condition * eps.
 
-        It is at least `Motion.condition`. It grows if the joint forces, or the displacements that close the joints, are
-        small differences of large numbers. The fields are nan if it exceeds SINGULAR.
+        The condition number is at least `Motion.condition`. It is larger if the joint forces, or the displacements that
+        close the joints, are small differences between large numbers. If it exceeds SINGULAR, the fields are nan.
         """
-        if self.unmarked is not None:
-            return self.unmarked.condition
+        if self.complete is not None:
+            return self.complete.condition
         with np.errstate(all="ignore"):
             growth = force_condition(self.motion, self.forces)
             if self.sections:
@@ -151,8 +148,8 @@ class Deflection:
     def lost(self) -> Flags:
         """True at positions without a result, shape (..., positions).
 
-        The mechanism is locked by friction there, or the position is so close to a singular one that the result would
-        be mere round-off.
+        At such a position, either friction locks the mechanism, or a singular position is so close that the result
+        would be mere round-off.
         """
         singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.may_be_singular:
@@ -171,26 +168,26 @@ def deflection(
     Parameters
     ----------
     motion
-        Motion of a mechanism; its elastic links consist of straight beams.
+        Motion of a mechanism. Its elastic links must consist of straight beams.
     sections
-        One per beam, in the order of `Mechanism.beams`.
+        One section per beam, in the order of `Mechanism.beams`.
     joints
-        Compliance and clearance of joints, by name of the joint; other joints are rigid.
+        Compliance and clearance of joints, by name of the joint. Joints that are not listed are rigid.
     added
-        Loads applied in addition to those of the rigid motion.
+        Loads that act in addition to those of the rigid motion.
 
     Raises
     ------
     MechanismError
-        If the beams of a link are not connected, or form a ring and are all rigid, or if a slider moves on a tapered
-        beam.
+        If the beams of a link are not connected, if all beams of a link with a ring are rigid, or if a slider moves on
+        a tapered beam.
     ValueError
         If the number of sections is wrong, or a name in `joints` is not the name of a joint.
 
     Returns
     -------
-    The deflection, with nan at singular positions. Statically indeterminate joint forces follow from the compatibility
-    of the bent links; they are nan if all links involved are rigid.
+    The deflection, with nan at singular positions. Statically indeterminate joint forces are determined by the
+    condition that the bent links fit together. These forces are nan if all links on which they act are rigid.
 
     Examples
     --------
@@ -245,11 +242,11 @@ def deflection(
         return solved
     lost = solved.lost
     forces.mark(lost)
-    return marked(solved, lost)
+    return without_positions(solved, lost)
 
 
 def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, JointGaps]:
-    """Return the joint forces, the response of the links, and the gaps of the bent links at the joints."""
+    """Return the joint forces, the response of the links, and the gaps at the joints between the bent links."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.redundancy for closed in motion.closures)
@@ -260,7 +257,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
         return balancing_forces(motion, more, flank, friction)
 
     vibrating = {number: (rate, creep) for number, rate, creep in added.sliding} if added is not None else {}
-    forces = with_friction(motion, balance, vibrating)
+    forces = forces_with_friction(motion, balance, vibrating)
     return forces, *bent_links(problem, forces)
 
 
@@ -270,9 +267,9 @@ def _indeterminate_forces(
     friction: Mapping[int, Columns] | None,
     given: Mapping[int, Columns] | None,
 ) -> JointForces:
-    """Return the joint forces of a statically indeterminate mechanism, for which the bent links fit together.
+    """Return the joint forces with which the bent links of a statically indeterminate mechanism fit together.
 
-    `given` contains the loaded flanks of the gears. If it is None, they are found by iteration.
+    `given` contains the loaded tooth flank of each gear. If `given` is None, these flanks are found by iteration.
     """
     motion, flank = problem.motion, given
     for _ in range(MAX_FLANK_ROUNDS):
@@ -285,20 +282,26 @@ def _indeterminate_forces(
     return forces
 
 
-def marked(deflection: Deflection, lost: Flags) -> Deflection:
-    """Return the deflection with all fields set to nan where the mask `lost` is True, shape (..., positions)."""
+def without_positions(deflection: Deflection, lost: Flags | bool = True) -> Deflection:
+    """Return the deflection with all fields set to nan at the positions at which `lost` is True.
+
+    Parameters
+    ----------
+    lost
+        Mask of shape (..., positions). By default, it is True at all positions.
+    """
 
     def known(values: Any) -> Any:
         return None if values is None else np.where(lost, np.nan, values)
 
-    amplitudes = Amplitudes(*(known(values) for values in vars(deflection.amplitudes).values()))
+    amplitudes = Amplitudes(*(known(values) for values in astuple(deflection.amplitudes)))
     shift, angle = known(deflection.shift), known(deflection.angle)
-    unmarked = deflection.unmarked or deflection
-    return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
+    complete = deflection.complete or deflection
+    return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, complete=complete)
 
 
 def _largest_magnitude(values: Coefficients) -> Reals:
-    """Return the largest magnitude of a field at the ends and midpoints of all pieces."""
+    """Return the largest magnitude of a field over the ends and midpoints of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
@@ -317,7 +320,7 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
     """Raise MechanismError if a slider moves on a tapered beam.
 
-    The fields beyond its block have no closed form.
+    On a tapered beam, the fields beyond the block of a slider have no closed form.
     """
     if all(section.taper is None for section in sections):
         return
@@ -335,7 +338,7 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
 
 
 def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: BeamCompliance) -> None:
-    """Raise MechanismError if all beams of a ring are rigid, because their forces are then indeterminate."""
+    """Raise MechanismError if all beams of a link with a ring are rigid, which makes the forces indeterminate."""
     for cut in trees.cuts:
         numbers = [branch.number for branch in trees.trees[cut.link]]
         if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):

@@ -1,7 +1,8 @@
-"""Import and export of mechanisms of other programs, DXF and SVG drawings, and CSV columns."""
+"""Import and export of mechanisms of other programs, DXF and SVG drawings, and columns of CSV files."""
 
 from exchange.columns import Columns, columns_of
-from exchange.drawing import (
+from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
+from exchange.foreign_mechanism import (
     Drive,
     ExchangeError,
     ForeignGear,
@@ -12,7 +13,6 @@ from exchange.drawing import (
     Slot,
     to_and_fro,
 )
-from exchange.dxf import DrawnLink, dxf_text, section_of_dxf
 from exchange.reading import FORMATS, of_text, read, written
 from exchange.scene import elastic, scene_text
 from exchange.svg import svg_text

@@ -3,28 +3,29 @@
 import csv
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
-from exchange.drawing import ExchangeError
+from msgspec import Struct
+from msgspec.structs import replace
 
-SEPARATORS = ";\t,"  # in order of preference; a comma comes last, because it may be a decimal comma
-UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # as in "angle [deg]", "angle (deg)", "angle / deg"
+from exchange.foreign_mechanism import ExchangeError
+
+SEPARATORS = ";\t,"  # separators of columns in order of preference; a comma is last, because it may be a decimal comma
+UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # examples: "angle [deg]", "angle (deg)", "angle / deg"
 NUMBER = re.compile(r"[-+]?\.?\d")
 COMMENT = "#%"  # characters that start a comment
 
 
-@dataclass(frozen=True)
-class Columns:
+class Columns(Struct, frozen=True):
     """Cells of a CSV file.
 
     Attributes
     ----------
     headings
-        Line number (from 1) and cells of each heading line before the first row of numbers. The last of these lines has
-        precedence.
+        Line number (from 1) and cells of each heading line before the first row of numbers. If several of these lines
+        contain a unit, the last one counts.
     rows
-        Line number and cells of each row of numbers. The cells have decimal points.
+        Line number and cells of each row of numbers, with decimal points instead of decimal commas.
     titles
         Line number and text of all other lines before the first row of numbers.
     """
@@ -34,7 +35,7 @@ class Columns:
     titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
-        """Return the line number and unit in the heading of a column, or in a line of units below it.
+        """Return line number and unit from the heading of a column, or from a line of units below the heading.
 
         Return (0, "") if there is no unit.
         """
@@ -49,9 +50,10 @@ class Columns:
 
 
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
-    r"""Return the first columns of a CSV text with commas, semicolons or tabs.
+    r"""Return the first columns of a CSV text, which may use commas, semicolons or tabs as separators.
 
-    Further columns are ignored if they are empty, or if they have headings and the first columns have units.
+    All other columns are ignored if they are empty. They are also ignored if they have headings and the first columns
+    have units.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(texts: list[str], line: str, count: int) -> list[str]:
-    """Return the cells of a line that has at least `count` headings, possibly with another separator, or else []."""
+    """Return the cells of a line of headings with any separator, or [] if there are fewer than `count`."""
     while texts and not texts[-1]:  # spreadsheets append empty cells
         texts.pop()
     if len(texts) >= count:
@@ -114,7 +116,7 @@ def _heading(texts: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """Return the expected cells of a row of numbers; further cells must be empty or have a heading."""
+    """Return the expected cells of a row of numbers. All other cells must be empty or have a heading."""
     width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell contains a number
     if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))

@@ -4,28 +4,28 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from exchange.drawing import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, Names
+from msgspec import Struct, field
+
+from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, Names
 
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
-CHORD = 1e-4  # largest distance between an arc and its chords / size of the section
-SAME = 1e-4  # ends closer than this count as one point; relative to the size of the drawing
+CHORD = 1e-4  # largest distance between an arc and the chords that replace it, relative to the size of the section
+SAME = 1e-4  # ends with a smaller distance, relative to the size of the drawing, count as one point
 TURN = "60 rpm"
 FIXED = 1.0  # radius of the circle at a fixed point
-CRANKS = "CRANKS"  # layer on which pylinkage draws driven joints
-AXIS = "axis "  # prefix of the layers with the axes of links in drawings by kinelast
+CRANKS = "CRANKS"  # layer on which the program pylinkage draws driven joints
+AXIS = "axis "  # prefix of the layers on which kinelast draws the axes of links
 
 
-@dataclass(frozen=True)
-class DrawnLink:
+class DrawnLink(Struct, frozen=True):
     """Link of an exported drawing.
 
     Attributes
@@ -33,7 +33,8 @@ class DrawnLink:
     points
         Position of each point, by name.
     beams
-        Start, end, and half depths at start and end of every beam; the half depths are nan if unknown.
+        For each beam: names of its start and end points, and half of its depth at the start and at the end. Unknown
+        half depths are nan.
     holes
         Diameters of the holes at points, if known.
     """
@@ -44,7 +45,7 @@ class DrawnLink:
     holes: Mapping[str, float] = field(default_factory=dict)
 
     def outlines(self) -> Iterator[tuple[complex, complex, complex, complex]]:
-        """Yield the corners of every beam with a known depth, from the left corner at its start in clockwise order."""
+        """Yield the corners of every beam with a known depth, clockwise from the left corner at the beam's start."""
         for start, end, first, last in self.beams:
             if first > 0 and last > 0 and start != end:
                 across = 1j * (end - start) / abs(end - start)
@@ -74,8 +75,8 @@ def dxf_text(
 ) -> str:
     """Return a DXF drawing with a layer for the outline and holes of each link.
 
-    Axes, fixed points and paths are on further layers. Beams end in semicircles about their points. `of_dxf` reads the
-    axes and the fixed points.
+    Axes, fixed points and paths are on further layers. The outline of a beam ends in a semicircle about each end point.
+    `of_dxf` reads the axes and the fixed points.
 
     Parameters
     ----------
@@ -130,7 +131,8 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
     Blocks are exploded. Coincident ends are pinned together. Ends and circles on a layer with "ground", "fixed" or
     "base" in its name are fixed. Without such a layer, ends that belong to only one link are fixed. The driven link is
-    the one at a circle on the layer "CRANKS", or else the first link on the ground. The notes count all other entities.
+    the link at a circle on the layer "CRANKS". If there is no such circle, it is the first link on the ground. The
+    notes count all entities that are not used.
 
     Raises
     ------
@@ -158,7 +160,7 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
 
 class _SortedOut:
-    """Entities of a drawing: chains of corners, marks of fixed and driven joints, and a count of all others."""
+    """Entities of a drawing, sorted: chains of corners, marks of fixed and driven joints, numbers of unused ones."""
 
     def __init__(self) -> None:
         self.chains: list[list[complex]] = []
@@ -184,7 +186,10 @@ class _SortedOut:
 
 
 def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> ForeignMechanism:
-    """Convert the chains of a drawing to links; `axes` are their names in drawings by kinelast."""
+    """Convert chains of corners in a drawing to links.
+
+    If kinelast made the drawing, `axes` are the names of the links.
+    """
     if not entities.chains:
         raise ExchangeError(f"the drawing contains no line{_listed(entities.left, ', only ')}")
     spread = [place for chain in entities.chains for place in chain]
@@ -200,7 +205,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
         notes.append("no layer named ground, fixed or base: ends that belong to only one line are taken as fixed")
-    if not fixed or tips:  # pylinkage marks only some fixed points
+    if not fixed or tips:  # a drawing with driven joints is from pylinkage, which marks only some fixed points
         fixed |= lone - tips
     entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
     if left := _listed(+entities.left, ""):
@@ -223,13 +228,13 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
 
 
 def _listed(left: Counter[str], before: str) -> str:
-    """Return the counted kinds of entities as text, such as "2 arcs, 1 text"."""
+    """Return numbers of unused entities as text, such as "2 arcs, 1 text"."""
     words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
     return before + ", ".join(words) if words else ""
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
-    """Return the corners (x, y) of a drawn section, followed by those of each hole [m].
+    """Return the corners (x, y) of the outline of a drawn section, and then the corners of each hole [m].
 
     Arcs are replaced by chords, and blocks are exploded. Layers and line types for centre lines, hidden edges and
     dimensions are ignored.
@@ -237,7 +242,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     Parameters
     ----------
     unit
-        Unit of length if the drawing has none.
+        Unit of length, used if the drawing does not state its unit.
 
     Raises
     ------

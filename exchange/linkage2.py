@@ -2,11 +2,14 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import sqrt
 from xml.etree import ElementTree
 
-from exchange.drawing import (
+from msgspec import Struct
+from msgspec.structs import replace
+
+from exchange.foreign_mechanism import (
     GROUND,
     Drive,
     ExchangeError,
@@ -22,21 +25,20 @@ from exchange.drawing import (
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
-DRAWN_ONLY = 1 << 0  # flag of layers with drawings and dimensions, which are not part of the mechanism
-TURNS = 15.0  # [rpm or cycles per minute] default of Linkage
-MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot / length of the slot
-MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot / radius of the slot
+DRAWN_ONLY = 1 << 0  # flag of the layer for drawings and dimensions, which are not part of the mechanism
+TURNS = 15.0  # [rpm or cycles per minute] default speed in Linkage
+MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot, relative to the length of the slot
+MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot, relative to the slot's radius
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
-TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage accepts attributes without a space between them
+TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage accepts attributes without a space between them, unlike XML
 
 
-@dataclass(frozen=True)
-class Connector:
+class Connector(Struct, frozen=True):
     """Connector of Linkage.
 
-    `turns` is the counter-clockwise speed [rpm] if the connector is an input, or None. `limits` are the ends of the
-    slot. An input with a `swing` [deg] oscillates. It starts at `offset` [deg], or on the way back if this exceeds the
-    swing.
+    `turns` is the counter-clockwise speed [rpm] of an input, or None for any other connector. `limits` are the ends of
+    the slot. An input with a `swing` [deg] oscillates. Its first stroke starts after `offset` [deg]. If `offset`
+    exceeds `swing`, the motion starts in the return stroke.
     """
 
     name: str
@@ -137,7 +139,7 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
         if connectors and _moves(each):
-            key = f"{each.get('id')} {number}"  # some files use a number twice
+            key = f"{each.get('id')} {number}"  # some files use a number for two links
             read.members[key] = connectors
             (actuators if each.get("actuator") == "true" else elements)[key] = each
     for keys, grounded in _fastened(read, elements):
@@ -156,8 +158,8 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
 def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
     """Return the groups of fastened links, and whether each group is fastened to the ground.
 
-    Each group starts with its largest link. In Linkage, an input turns all links at its pin, so these also form a
-    group.
+    The first link of each group is its largest one. In Linkage, an input (driven pin) turns all links at its pin. These
+    links therefore also form a group.
     """
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -186,7 +188,7 @@ def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -
 
 
 def _read_slot(read: _LinkageReading, key: str) -> None:
-    """Read the slot of a connector, which is a fixed pin in a moving link, or a pin of a moving link."""
+    """Read the slot of a connector. The connector is a fixed pin in a moving link, or a pin of a moving link."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -224,7 +226,7 @@ def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end:
 
 
 def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
-    """Replace a curved slot by a link from its centre to its pin, which moves in the same way."""
+    """Replace a curved slot by a link from the centre of the slot to the pin, which then moves in the same way."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
         read.notes.append(f"left out: the curved slot of {pin.name}, because no arc of its radius joins its ends")
@@ -250,7 +252,7 @@ def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Conn
 
 
 def _turning(read: _LinkageReading) -> Iterator[Drive]:
-    """Yield the drives of the input connectors, each of which moves the first link at its connector."""
+    """Yield the drives of the inputs (driven connectors). Each drive moves the first link at its connector."""
     for connector in read.connectors.values():
         link = link_with(read.links, connector.name)
         if connector.turns is not None and link is not None:
@@ -266,7 +268,10 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
 
 
 def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
-    """Return the strokes of a cycle that starts at `offset`, or on the way back if this exceeds the stroke."""
+    """Return the strokes of a cycle that starts at `offset`.
+
+    If `offset` exceeds `stroke`, it starts in the return stroke.
+    """
     done = offset if stroke > 0 else -offset
     if offset <= abs(stroke):
         return stroke - done, -stroke, done
@@ -274,7 +279,10 @@ def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
 
 
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
-    """Add the barrel, rod and slider of an actuator, which extends by its throw and returns (reversed if cpm < 0)."""
+    """Add barrel, rod and slider of an actuator, and return its drive.
+
+    If `cpm` > 0, the drive extends by the throw first.
+    """
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
     head, tip = f"{name}_head", f"{name}_tip"
@@ -293,7 +301,7 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Yield the gears. Both wheels turn on the link that carries them, or on the ground; sizes give the ratio."""
+    """Yield the gears. Both wheels turn on the link that carries them, or on the ground. Their sizes give the ratio."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
@@ -309,7 +317,7 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
         on = {} if carrier is None else {"on": carrier}
         driver = {"link": first, **on, "at": pins[0].name}
         teeth, standing = ratio.get("type") == "gears", first == GROUND
-        if standing:  # relative to a fixed wheel, the carrier turns the other way
+        if standing:  # relative to the carrier, a fixed wheel turns in the direction opposite to that of the carrier
             driver = {"link": carrier or "", "at": pins[0].name}
         sign = -1 if teeth != standing else 1
         follower = {"link": second, **on, "at": pins[1].name}
@@ -317,7 +325,7 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
 
 
 def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]]) -> tuple[ForeignGear, ...]:
-    """Order and reverse gears such that each is driven by a joint with a known motion."""
+    """Order the gears, and swap driver and follower if necessary, so that each driver has a known motion."""
     moved, left, ordered = [dict(joint) for joint in driven], gears, []
     while left:
         pairs = [(gear, end in moved) for gear in left for end in (dict(gear.driver), dict(gear.follower))]
@@ -331,6 +339,6 @@ def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]])
 
 
 def _wheel(read: _LinkageReading, each: ElementTree.Element) -> tuple[str, str, float]:
-    """Return link, axle and size of a wheel; the link is "" if the file does not contain it."""
+    """Return link, axle and size of a wheel. Link and axle are "" if the file does not contain the link."""
     key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
     return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from exchange.drawing import GROUND, Drive, ExchangeError, ForeignGear, ForeignMechanism, Slot
+from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignGear, ForeignMechanism, Slot
 from exchange.linkage2 import SOURCE
 
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # extension of a slot at each end / travel of the pin
+MARGIN = 0.05  # extension of a slot beyond the travel of its pin at each end, relative to this travel
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
@@ -66,12 +66,12 @@ def _decimal(value: float) -> str:
 
 
 def _rolls_on_ground(gear: ForeignGear) -> bool:
-    """Return whether the driver of a gear is the carrier of its follower, which then rolls on a fixed wheel."""
+    """Return whether the driver of a gear is the carrier of the follower. The follower then rolls on a fixed wheel."""
     return gear.driver.get("on", GROUND) == GROUND and gear.follower.get("on") == gear.driver.get("link")
 
 
 def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> dict[str, str]:
-    """Add a link for each fixed wheel to the members, and return the fixed points to which the wheels are fastened."""
+    """Add a link for each fixed wheel to `members`, and return the fixed point to which each wheel is fastened."""
     anchors = {}
     for axle in (gear.driver["at"] for gear in drawing.gears if _rolls_on_ground(gear)):
         anchor = next((point for point in drawing.ground if point != axle), axle)
@@ -83,7 +83,7 @@ def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> d
 def _slot_limits(
     drawing: ForeignMechanism, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
 ) -> dict[str, list[str]]:
-    """Return the ends of every slot by its pin, and add them to the members, places and fixed points."""
+    """Return the two ends of every slot, by its pin; add these ends to `members`, `places` and `fixed`."""
     limits: dict[str, list[str]] = {}
     for name, slot in drawing.slots.items():
         if slot.point in limits:
@@ -110,7 +110,7 @@ def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]
 
 def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[str, str]) -> None:
     names, teeth = (gear.driver.get("link", ""), gear.follower.get("link", "")), gear.teeth
-    if _rolls_on_ground(gear):  # relative to the carrier, a wheel that rolls on a fixed one turns the other way
+    if _rolls_on_ground(gear):  # relative to the carrier, the fixed wheel turns
         names, teeth = (f"{gear.driver['at']} wheel", names[1]), gear.ratio > 0
     elif not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} does not support racks and internal gears")
@@ -122,7 +122,7 @@ def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[
 def _input(drive: Drive) -> dict[str, str]:
     """Return the attributes of an input connector. In Linkage, clockwise speeds are positive."""
     keys = {"input": "true", "rpm": f"{-drive.mean_speed:.12g}"}
-    if not drive.law:
+    if not drive.strokes:
         return keys
     swing = max(map(abs, drive.strokes))
     return keys | {"limitangle": f"{swing:.12g}", "startoffset": f"{swing - abs(drive.strokes[0]):.12g}"}

@@ -2,30 +2,31 @@
 
 import cmath
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
-from exchange.drawing import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names
+from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names
 
 SOURCE = "linkage_sim"
-TURN = "60 rpm"
-READ = ("revolute", "fixed", "prismatic")  # supported joint types
-TRIES = 60  # number of random starts in the search for an assembly
-MAX_GAP = 1e-9  # largest gap of a closed joint / size of the largest body
-MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver of linkage_sim, which starts with all bodies at the origin
-DIFFERENCE = 1e-6  # step of difference quotients [rad], or for lengths relative to the size of the largest body
+DEFAULT_SPEED = "60 rpm"
+SUPPORTED_JOINTS = ("revolute", "fixed", "prismatic")
+TRIES = 60  # number of random starting positions from which an assembly is searched
+MAX_GAP = 1e-9  # [m] largest gap of a closed joint; if bodies are larger than 1 m, it grows with their size
+MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver in linkage_sim, which starts with all bodies at the origin
+# step of difference quotients: in rad for angles, relative to the size of the largest body for lengths; singular values
+# below this share of the largest one count as zero
+DIFFERENCE = 1e-6
 
 Place = tuple[complex, float]  # origin and angle of a body
 
 
-@dataclass(frozen=True)
-class JointPair:
-    """Joint between points of two bodies, each given in the axes of its body.
+class JointPair(Struct, frozen=True):
+    """Joint between points of two bodies; each point is given in the axes of its body.
 
-    `axis` is the direction of a slider in the axes of the first body, or None. `turn` is the angle of the second body
-    relative to the first if it is constant, or None.
+    `axis` is the direction of a slider in the axes of the first body, or None for a pin. `turn` is the angle of the
+    second body relative to the first body if this angle is constant, otherwise None.
     """
 
     first: str
@@ -46,7 +47,7 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """
     bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
-    joints = {key: each for key, each in data["joints"].items() if each["type"] in READ}
+    joints = {key: each for key, each in data["joints"].items() if each["type"] in SUPPORTED_JOINTS}
     pairs = {key: _pair(each, local) for key, each in joints.items()}
     for key, each in data["joints"].items():
         if key not in joints and each["type"] != "revolute_driver":
@@ -58,39 +59,41 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
         if each["type"] != "constant_speed"
     ]
     turns = {(each["body_i"], each["body_j"]): float(each.get("theta_0", 0)) for each in drivers}
-    where, own = _assembled(list(local), list(pairs.values()), turns)
-    if not own:
+    positions, as_in_program = _assembled(list(local), list(pairs.values()), turns)
+    if not as_in_program:
         notes.append(
             "linkage_sim stores no positions, and its solver does not converge: this is one possible assembly. For"
             " another one, move the points"
         )
-    names, called = Names(), Names([GROUND])
-    host = _hosts(local, joints)
-    same = _shared(joints)
+    point_names, link_names = Names(), Names([GROUND])
+    link_of_body = _links_of_bodies(local, joints)
+    shared_names = _shared(joints)
     points: dict[str, complex] = {}
-    members: dict[str, list[str]] = {host[body]: [] for body in local}
+    members: dict[str, list[str]] = {link_of_body[body]: [] for body in local}
     for body, carried in local.items():
         for point, place in carried.items():
-            name = names(same.get((body, point), f"{body} {point}"), point)
-            points[name] = where[body][0] + cmath.exp(1j * where[body][1]) * place
-            if name not in members[host[body]]:
-                members[host[body]].append(name)
+            name = point_names(shared_names.get((body, point), f"{body} {point}"), point)
+            points[name] = positions[body][0] + cmath.exp(1j * positions[body][1]) * place
+            if name not in members[link_of_body[body]]:
+                members[link_of_body[body]].append(name)
     links = {
-        called(body): ForeignLink(
-            tuple(carried), *_mass([(bodies[part], where[part]) for part in local if host[part] == body])
+        link_names(body): ForeignLink(
+            tuple(carried), *_mass([(bodies[part], positions[part]) for part in local if link_of_body[part] == body])
         )
         for body, carried in members.items()
         if body != GROUND
     }
 
     def link(body: str) -> str:
-        return GROUND if host[body] == GROUND else called(host[body])
+        return GROUND if link_of_body[body] == GROUND else link_names(link_of_body[body])
 
     slides = {
         f"slide_{key}".replace(" ", "_"): ForeignSlider(
             link(pair.second), link(pair.first),
-            names(same.get((pair.second, joints[key]["point_j"]), f"{pair.second} {joints[key]['point_j']}")),
-            pair.axis * cmath.exp(1j * where[pair.first][1]),
+            point_names(
+                shared_names.get((pair.second, joints[key]["point_j"]), f"{pair.second} {joints[key]['point_j']}")
+            ),
+            pair.axis * cmath.exp(1j * positions[pair.first][1]),
         )
         for key, pair in pairs.items() if pair.axis is not None
     }  # fmt: skip
@@ -103,11 +106,11 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     if forces:
         notes.append(f"forces that are left out: {len(forces)}; put them under [[loads]] and [[springs]]")
     if not drives:
-        notes.append(f"no drive in the file: the first link on the ground is turned at {TURN}")
+        notes.append(f"no drive in the file: the first link on the ground is turned at {DEFAULT_SPEED}")
         turning = next((p.second for p in pairs.values() if p.first == GROUND and p.axis is None), None)
         if turning is None:
             raise ExchangeError("this file of linkage_sim has no driver, and no link that turns on the ground")
-        drives = (Drive({"link": link(turning)}, TURN),)
+        drives = (Drive({"link": link(turning)}, DEFAULT_SPEED),)
     ground = tuple(members.get(GROUND, ()))
     return ForeignMechanism(
         title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=True, notes=tuple(notes)
@@ -120,7 +123,7 @@ def _points(body: Mapping[str, Any]) -> dict[str, complex]:
 
 
 def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | None, complex | None, float | None]:
-    """Return the total mass, centre and inertia of the bodies that form a link, including their point masses."""
+    """Return the total mass, its centre, and the inertia of the bodies that form a link, including point masses."""
     lumps = []
     for body, (origin, angle) in parts:
         turn = cmath.exp(1j * angle)
@@ -147,19 +150,23 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
     )  # fmt: skip
 
 
-def _hosts(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return for each body the first body that is connected to it by fixed joints, or the ground if it is connected."""
-    host = {body: body for body in local}
+def _links_of_bodies(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return, for each body, the name of the body that represents its link.
+
+    Bodies that fixed joints connect form one link. The representative is the ground if it is one of these bodies, and
+    otherwise the first body.
+    """
+    link_of_body = {body: body for body in local}
     for each in joints.values():
         if each["type"] == "fixed":
-            one, other = host[each["body_i"]], host[each["body_j"]]
+            one, other = link_of_body[each["body_i"]], link_of_body[each["body_j"]]
             keep, merged = (other, one) if other == GROUND else (one, other)
-            host = {body: keep if now == merged else now for body, now in host.items()}
-    return host
+            link_of_body = {body: keep if now == merged else now for body, now in link_of_body.items()}
+    return link_of_body
 
 
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Return a common name for all points that joints make coincide, by body and point."""
+    """Return a name for each point, by body and point. Points that joints hold together have the same name."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
@@ -173,10 +180,11 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
 def _assembled(
     bodies: list[str], pairs: list[JointPair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
-    """Return positions that close all joints with the drivers at their start, and whether linkage_sim finds the same.
+    """Return the positions of all bodies at the start, and whether linkage_sim would find the same positions.
 
-    A file contains no positions. Like linkage_sim, this function starts Newton's method with every body at the origin.
-    If that fails, it searches from random positions.
+    A file contains no positions. All joints must close, with the drivers at their start. Like linkage_sim, this
+    function starts Newton's method with every body at the origin. If this fails, the search continues from random
+    positions.
     """
     moving = [body for body in bodies if body != GROUND]
     if not moving:
@@ -210,7 +218,7 @@ def _assembled(
 
 
 def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
-    """Solve for zero gaps by Newton's method with minimum-norm steps; return None if this fails."""
+    """Solve for zero gaps by Newton's method with minimum-norm steps. Return None if this fails."""
     steps = DIFFERENCE * np.diag(np.tile([size, size, 1.0], len(x) // 3))
     for _ in range(MAX_STEPS):
         gap = gaps(x)

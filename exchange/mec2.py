@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Drive, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
+from exchange.foreign_mechanism import Drive, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 
 SOURCE = "mec2"
 CURVES = {
@@ -15,24 +15,24 @@ CURVES = {
 
 def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     """Return the mechanism in a JSON object of mec2."""
-    names, called = Names(), Names(["ground"])
+    point_names, link_names = Names(), Names(["ground"])
     notes = ["mec2 draws in pixels: 1 pixel is taken as 1 mm"]
     nodes = {str(each["id"]): each for each in data["nodes"]}
-    points = {names(key): complex(each.get("x", 0), each.get("y", 0)) for key, each in nodes.items()}
-    fixed_points = {names(key) for key, each in nodes.items() if each.get("base")}
+    points = {point_names(key): complex(each.get("x", 0), each.get("y", 0)) for key, each in nodes.items()}
+    fixed_points = {point_names(key) for key, each in nodes.items() if each.get("base")}
     constraints = {str(each["id"]): each for each in data["constraints"]}
     members: dict[str, list[str]] = {}
-    host: dict[str, str] = {}
+    link_of: dict[str, str] = {}
     slots: dict[str, Slot] = {}
     slides: dict[str, ForeignSlider] = {}
     drives = []
     for key, each in constraints.items():
-        if lost := [str(each[end]) for end in ("p1", "p2") if str(each[end]) not in nodes]:
-            notes.append(f"constraint {key} is left out: there is no node {' and no '.join(lost)}")
+        if missing := [str(each[end]) for end in ("p1", "p2") if str(each[end]) not in nodes]:
+            notes.append(f"constraint {key} is left out: there is no node {' and no '.join(missing)}")
             continue
-        start, end = names(each["p1"]), names(each["p2"])
+        start, end = point_names(each["p1"]), point_names(each["p2"])
         length, angle = each.get("len") or {"type": "free"}, each.get("ori") or {"type": "free"}
-        reference = host.get(str(angle.get("ref", "")))
+        reference = link_of.get(str(angle.get("ref", "")))
         if (
             length["type"] == "const"
             and angle["type"] == "const"
@@ -40,18 +40,18 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
             and {start, end} & set(members[reference])
         ):
             members[reference] += [name for name in (start, end) if name not in members[reference]]
-            host[key] = reference
+            link_of[key] = reference
         elif length["type"] == "const" and angle["type"] == "const" and not angle.get("ref") and start in fixed_points:
             fixed_points.add(end)
         elif length["type"] == "const" and not angle.get("ref"):
-            link = host[key] = called(key)
+            link = link_of[key] = link_names(key)
             members[link] = [start, end]
             if angle["type"] == "drive":
                 drives.append(_drive(angle, {"link": link, "at": start}, math.tau, "rad"))
         elif length["type"] in ("free", "drive") and angle["type"] == "const" and start in fixed_points:
-            slots[called(f"{key} slot", f"slot_{key}")] = Slot(end, "", "ground", points[end] - points[start])
+            slots[link_names(f"{key} slot", f"slot_{key}")] = Slot(end, "", "ground", points[end] - points[start])
             if length["type"] == "drive":
-                slides[called(f"{key} slide", f"slide_{key}")] = ForeignSlider(
+                slides[link_names(f"{key} slide", f"slide_{key}")] = ForeignSlider(
                     "", "ground", end, points[end] - points[start]
                 )
                 drives.append(_drive(length, {"slider": f"slide_{key}"}, 100.0, "mm"))
@@ -65,11 +65,11 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     gravity = data.get("gravity")
     if isinstance(gravity, Mapping):
         notes.append("a gravity vector of mec2 is left out: put gravity = [0.0, -9.81] under [run]")
-    idle = [name for name, slot in slots.items() if _holder(slot, slides, links) is None]
-    notes += [f"a slot is left out: no link has its point {slots.pop(name).point}" for name in idle]
-    slides, slots = _with_blocks(slides, slots, links, called)
+    unattached = [name for name, slot in slots.items() if _holder(slot, slides, links) is None]
+    notes += [f"a slot is left out: no link has its point {slots.pop(name).point}" for name in unattached]
+    slides, slots = _with_blocks(slides, slots, links, link_names)
     shown = (str(view.get("of")) for view in data.get("views", ()) if view.get("as") == "trace")
-    traced = next((names(key) for key in shown if key in nodes and names(key) not in fixed_points), "")
+    traced = next((point_names(key) for key in shown if key in nodes and point_names(key) not in fixed_points), "")
     used = {name for body in links.values() for name in body.points} | fixed_points
     points = {name: place for name, place in points.items() if name in used}
     fixed = tuple(name for name in points if name in fixed_points)
@@ -80,13 +80,16 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
 
 
 def _with_blocks(
-    slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], called: Names
+    slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], link_names: Names
 ) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
-    """Complete the sliders with a block each, and the slots with the first link at their pin."""
+    """Add a block for each slider as its link. The link of each slot becomes the first link at its pin.
+
+    A slot is left out if there is no link at its pin, or if a slider moves its pin.
+    """
     driven = {slide.through for slide in slides.values()}
     blocks = {}
     for name, slide in slides.items():
-        block = called(f"block {slide.through}", f"block_{slide.through}")
+        block = link_names(f"block {slide.through}", f"block_{slide.through}")
         links[block] = ForeignLink((slide.through,))
         blocks[name] = ForeignSlider(block, slide.on, slide.through, slide.direction)
     pins = {
@@ -98,22 +101,28 @@ def _with_blocks(
 
 
 def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
-    """Return the first link at the point of a slot, or else the slider that drives the point, or None."""
+    """Return the first link at the pin of a slot or, without one, a slider through the pin.
+
+    Return None if there is neither.
+    """
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 
 
-def _drive(how: Mapping[str, Any], joint: dict[str, str], whole: float, unit: str) -> Drive:
-    """Return a drive that changes an angle or a length by `Dw` within `Dt`, by a function or a sequence of them."""
-    time, by = float(how.get("Dt", 1)), float(how.get("Dw", whole))
-    kind = how.get("func", "linear")
+def _drive(law_data: Mapping[str, Any], joint: dict[str, str], default: float, unit: str) -> Drive:
+    """Return a drive that changes an angle or a length by `Dw` within `Dt`.
+
+    The change is linear, follows another function, or is a sequence of functions. `default` replaces a missing `Dw`.
+    """
+    time, by = float(law_data.get("Dt", 1)), float(law_data.get("Dw", default))
+    kind = law_data.get("func", "linear")
     if kind == "linear":
         return Drive(joint, f"{by / time:.12g} {unit}/s")
-    parts = how["args"] if kind == "seq" else [{"func": kind, "dt": time, "dz": 1}]
-    lasting = sum(float(part["dt"]) for part in parts)
+    parts = law_data["args"] if kind == "seq" else [{"func": kind, "dt": time, "dz": 1}]
+    total = sum(float(part["dt"]) for part in parts)
     law = []
     for part in parts:
-        segment = {"curve": CURVES[part["func"]], "duration": f"{float(part['dt']) * time / lasting:.12g} s"}
+        segment = {"curve": CURVES[part["func"]], "duration": f"{float(part['dt']) * time / total:.12g} s"}
         if part["func"] != "const":
             segment["by"] = f"{by * float(part.get('dz', 1)):.12g} {unit}"
         law.append(segment)

@@ -1,11 +1,11 @@
-"""Mechanisms of PMKS+, from web links or saved files, which contain the same text."""
+"""Import of mechanisms of PMKS+, from web links or saved files. Both contain the same text."""
 
 import cmath
-from collections.abc import Mapping
-from dataclasses import replace
 from urllib.parse import parse_qs, urlsplit
 
-from exchange.drawing import (
+from msgspec.structs import replace
+
+from exchange.foreign_mechanism import (
     GROUND,
     Drive,
     ExchangeError,
@@ -32,13 +32,13 @@ from exchange.pmks_code import (
 )
 
 SOURCE = "PMKS+"
-# units of mass [kg], inertia [kg m^2] and force [N] of a file, by its unit of length
+# units of mass [kg], inertia [kg m^2] and force [N] in a file, by the file's unit of length
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
 DEFAULT_MASS = 1.0  # default mass and inertia of a link in PMKS+
-MAX_OFFSET = 0.005  # largest accepted distance of a pin from its slot / length of the slot
-BODY_DOCUMENT = "pmks2:"  # start of files that are saved by the body editor
+MAX_OFFSET = 0.005  # largest accepted distance of a pin from its slot, relative to the length of the slot
+BODY_DOCUMENT = "pmks2:"  # start of a file that the body editor saved
 
 
 def of_pmks(text: str, title: str) -> ForeignMechanism:
@@ -99,7 +99,7 @@ class _PmksReading:
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
         self.names = names
-        self.link_of: dict[str, str] = {}  # links of the file and parts of welded links, by key
+        self.link_of: dict[str, str] = {}  # names of the links, by key of the link or of a part of a welded link
         self.links: dict[str, ForeignLink] = {}
         for part in saved.parts:
             if part.whole:
@@ -108,7 +108,8 @@ class _PmksReading:
         self.slides: dict[str, ForeignSlider] = {}
         sliding = [joint for joint in saved.joints if joint.has(SLIDES)]
         moved = {joint.key for joint in sliding}
-        for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):  # ends of slots come first
+        # a slider at which another slot ends comes first
+        for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):
             self._add_slot(joint)
 
     def _add_link(self, part: PmksPart, called: Names) -> None:
@@ -121,7 +122,7 @@ class _PmksReading:
             )
 
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
-        """Return mass [kg], centre and inertia [kg m^2] of a link; the defaults of PMKS+ count as unknown."""
+        """Return mass [kg], centre and inertia [kg m^2] of a link. The default values of PMKS+ count as unknown."""
         unit = self.saved.unit
         if part.mass == part.inertia == DEFAULT_MASS:
             self.with_default_mass.append(self.link_of[part.key])
@@ -145,7 +146,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # positions are rounded to 0.001
+            self.places[point] -= 1j * across * direction  # positions in a file are rounded
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn outside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
@@ -155,7 +156,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
-            if on != GROUND and not low <= 0.0 <= high:  # the scene has no beam at the pin
+            if on != GROUND and not low <= 0.0 <= high:  # the beam along the slot does not reach the pin
                 self.links[on] = replace(self.links[on], rigid=True)
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):
@@ -164,7 +165,7 @@ class _PmksReading:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
     def _drive(self, joint: PmksJoint) -> Drive:
-        """Return the drive of a joint, which moves its first link if fixed, or its second relative to the first."""
+        """Return the drive of the first link of a fixed joint, or of the second link relative to the first."""
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):
             name = next((each for each in (f"slide_{point}", f"slot_{point}") if each in self.slides | self.slots), "")
@@ -180,7 +181,7 @@ class _PmksReading:
         return Drive({"link": links[1], "on": links[0], "at": point}, speed)
 
     def _loads(self) -> tuple[ForeignLoad, ...]:
-        """Return the forces at points of links. A position that is not a joint becomes a point."""
+        """Return the forces on links. If a force does not act at a joint, a point is added to its link."""
         loads, unit = [], self.saved.unit
         for force in self.saved.forces:
             link = self.link_of.get(force.link, "")
@@ -227,12 +228,9 @@ class _PmksReading:
         used = {point for body in self.links.values() for point in body.points}
         fixed = tuple(self.point[joint.key] for joint in saved.joints if joint.has(FIXED) and not joint.has(SLIDES))
         traced = (self.point[joint.key] for joint in saved.joints if joint.has(TRACED) and not joint.has(FIXED))
+        places = {name: place for name, place in self.places.items() if name in used or name in fixed}
         return ForeignMechanism(
-            self.title, SOURCE, saved.unit, _kept(self.places, used | {*fixed}), fixed, self.links, self.slots,
+            self.title, SOURCE, saved.unit, places, fixed, self.links, self.slots,
             self.slides, drives, traced=next((point for point in traced if point in used), ""), masses=masses,
             loads=loads, gravity=saved.gravity, notes=tuple(self.notes),
         )  # fmt: skip
-
-
-def _kept(places: Mapping[str, complex], used: set[str]) -> dict[str, complex]:
-    return {name: place for name, place in places.items() if name in used}

@@ -2,30 +2,31 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from typing import TypeVar
 from urllib.parse import unquote
 
-from exchange.drawing import ExchangeError
+from msgspec import Struct
+from msgspec.structs import replace
+
+from exchange.foreign_mechanism import ExchangeError
 
 Record = TypeVar("Record")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECKS = DIGITS[:62]
-UNITS = ("in", "cm", "m")  # indexed by the number in the file
+UNITS = ("in", "cm", "m")  # units of length; a file contains the index
 HEAD = 4  # number of records before the joints: switches, decimals, integers, units
 CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # switches
-SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing, which shows grids, names and forces
+SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing: grids, names and forces are shown
 SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # flags of a joint
-LINK_MARKS = "YAMG0123"  # marks of links that are not part of a welded one, by shape and by manual or automatic masses
+LINK_MARKS = "YAMG0123"  # marks of links that are not welded; a mark states the shape and whether masses were typed in
 PART_MARKS = "NamgN4567"  # marks of the parts of a welded link
-OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with manual inertia and with manual centre
+OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with typed-in inertia, and with typed-in centre
 CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number with more than three decimals
 DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
 
 
-@dataclass(frozen=True)
-class PmksJoint:
-    """Joint: position, angle of its line [rad] if it slides, and link and two joints of a moving slot.
+class PmksJoint(Struct, frozen=True):
+    """Joint: position, angle of the sliding direction [rad], and link (`carrier`) and end joints of a moving slot.
 
     A `speed` of 0 stands for the default speed of the file.
     """
@@ -45,9 +46,8 @@ class PmksJoint:
         return bool(self.marks & mark)
 
 
-@dataclass(frozen=True)
-class PmksPart:
-    """Link; `parts` are the links that are welded into it. In older files, the block of a slider is a `piston`."""
+class PmksPart(Struct, frozen=True):
+    """Link; `parts` are the links that form a welded link. In older files, `piston` marks the block of a slider."""
 
     key: str
     name: str
@@ -60,9 +60,8 @@ class PmksPart:
     parts: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class PmksForce:
-    """Force at `start`, directed towards `end` or away from it. A local force rotates with its link."""
+class PmksForce(Struct, frozen=True):
+    """Force at `start`, directed towards `end` or away from it. If `local`, it rotates with its link."""
 
     link: str
     name: str
@@ -73,8 +72,7 @@ class PmksForce:
     outward: bool
 
 
-@dataclass(frozen=True)
-class Saved:
+class Saved(Struct, frozen=True):
     """Records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of drives."""
 
     unit: str
@@ -87,7 +85,7 @@ class Saved:
 
 
 def integer(text: str) -> int:
-    """Decode a number in base 64. A leading 0 is a minus sign."""
+    """Decode a number in base 64. A leading 0 stands for a minus sign."""
     value = 0
     for digit in text[1:] if text[:1] == "0" else text:
         value = 64 * value + DIGITS.index(digit)
@@ -95,7 +93,7 @@ def integer(text: str) -> int:
 
 
 def coded(value: float) -> str:
-    """Encode a number, in thousandths, in base 64 with a leading 0 if it is negative."""
+    """Encode 1000 times a number in base 64, with a leading 0 if the number is negative."""
     left, text = abs(round(1000 * value)), ""
     while left or not text:
         left, digit = divmod(left, 64)
@@ -121,7 +119,7 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    # early files of version 2 have a checksum, without commas, after the forces
+    # early files of version 2 have a checksum after the forces; unlike a force, it contains no commas
     forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]

@@ -1,23 +1,24 @@
 """Export of mechanisms to PMKS+."""
 
 import cmath
-from dataclasses import replace
 
-from exchange.drawing import GROUND, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
+from msgspec.structs import replace
+
+from exchange.foreign_mechanism import GROUND, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; link keys have one letter per joint
-ON_LINE = 1e-6  # a point closer to the line of a slot is on it; relative to the size of the drawing
-SPARE = 0.1  # extension of a slot beyond the pin / size of the drawing
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; a link has the keys of its joints
+ON_LINE = 1e-6  # a point counts as on a slot's line if its distance, relative to the drawing's size, is smaller
+SPARE = 0.1  # extension of a slot beyond the pin, relative to the size of the drawing
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
-    """Return the mechanism in the format of the current PMKS+, which is the query of a web link or a whole file.
+    """Return the mechanism in the current format of PMKS+: the query of a web link, or the text of a file.
 
-    A swinging drive gets its mean speed, because PMKS+ reverses only at the limits of the mechanism. PMKS+ rounds
-    lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
+    A drive that oscillates gets its mean speed, because in PMKS+ drives reverse only at the limits of the mechanism.
+    PMKS+ rounds lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
 
     Raises
     ------
@@ -55,7 +56,7 @@ class _Writing:
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
-        """Store a slot by its pin. A moving slot needs two joints of its link on its line."""
+        """Store a slot by its pin. A moving slot needs two joints of its link on the line of the slot."""
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} does not support a pin in two slots, such as "{pin}"')
@@ -75,7 +76,7 @@ class _Writing:
         self.slot_ends[pin] = on_line[0], on_line[-1]
 
     def _own_pin(self, name: str, slide: ForeignSlider) -> str:
-        """Return a point of a link on the line of its slider that belongs to no other link, or add one."""
+        """Return a point of a slider's link that is on the slider's line and in no other link; add one if necessary."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} does not support blocks with a single point, such as "{slide.link}"')
         owned = [point for points in self.members.values() for point in points]

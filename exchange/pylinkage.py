@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exchange.drawing import Drive, ForeignLink, ForeignMechanism, Names, Slot, link_with
+from exchange.foreign_mechanism import Drive, ForeignLink, ForeignMechanism, Names, Slot, link_with
 
 SOURCE = "pylinkage"
-TURN = "60 rpm"  # assumed, because pylinkage stores angles per step without the duration of a step
+TURN = "60 rpm"  # assumed speed, because pylinkage stores the angle per step without the duration of a step
 
 
 def of_pylinkage(data: Mapping[str, Any], title: str) -> ForeignMechanism:

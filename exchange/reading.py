@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from exchange.drawing import ExchangeError, ForeignMechanism, with_closed_frames
+from exchange.foreign_mechanism import ExchangeError, ForeignMechanism, with_closed_frames
 from exchange.linkage2 import of_linkage2
 from exchange.linkage2_written import linkage2_text
 from exchange.linkage_sim import of_linkage_sim
@@ -25,7 +25,7 @@ MAX_SIZE = 20_000_000  # bytes
 
 
 def written(drawing: ForeignMechanism, kind: str) -> str:
-    """Return the text of a file for another program, which is chosen by the file extension.
+    """Return the text of a file for another program; the file extension `kind` determines the program.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _of_json(text: str, title: str) -> ForeignMechanism:
 
 @contextmanager
 def _damage_of(program: str) -> Iterator[None]:
-    """Convert exceptions that damaged files cause to ExchangeError with the reason."""
+    """Convert the exceptions that a damaged file causes to an ExchangeError that states the reason."""
     try:
         yield
     except ExchangeError:

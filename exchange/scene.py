@@ -1,12 +1,13 @@
 """Conversion of a drawing to the text of a scene, with a comment on every assumption."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from itertools import pairwise
 from math import isfinite, sqrt
 from typing import Any
 
-from exchange.drawing import (
+from msgspec.structs import replace
+
+from exchange.foreign_mechanism import (
     GROUND,
     Drive,
     ExchangeError,
@@ -17,12 +18,15 @@ from exchange.drawing import (
     Names,
 )
 
-SLENDERNESS = 20  # length of the longest beam / depth of the assumed section
+SLENDERNESS = 20  # length of the longest beam divided by the depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
-MIN_SLENDERNESS = 4  # a less slender bar with the mass in the file is made rigid
+MIN_SLENDERNESS = 4  # a link becomes rigid if a bar with its mass would have a smaller ratio of length to depth
 BLOCK = "100 g"
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-MAX_OFFSET, MAX_EXCESS = 0.02, 0.05  # accepted deviations from a uniform bar: centre / length, inertia / inertia
+MAX_OFFSET, MAX_EXCESS = (
+    0.02,
+    0.05,
+)  # accepted deviation of centre (in lengths) and inertia (relative) from a uniform bar
 POSITIONS = 180
 
 
@@ -40,7 +44,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
         raise ExchangeError("the file has no moving link")
     if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
         raise ExchangeError("a point of the file has no finite position")
-    if not drawing.ground:  # all joints with the ground are slots
+    if not drawing.ground:  # the ground may have slots but no points
         origin = Names(drawing.points)("origin")
         place = next(iter(drawing.points.values()))
         drawing = replace(drawing, points={origin: place, **drawing.points}, ground=(origin,))
@@ -73,7 +77,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
 
 
 def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with elastic links; a note lists each mass, centre or inertia that is left out."""
+    """Return the drawing with elastic links. A note lists each mass, centre or inertia that is left out."""
     links, notes = dict(drawing.links), list(drawing.notes)
     for name, body in drawing.links.items():
         link = _Link(drawing, name, body)
@@ -144,7 +148,7 @@ class _Link:
 
 
 def _own_axis(drawing: ForeignMechanism, body: ForeignLink) -> complex:
-    """Return the direction of the x' axis of a link, which points from its first to its second point."""
+    """Return the direction of the x' axis of a link: from its first to its second point."""
     along = drawing.points[body.points[1]] - drawing.points[body.points[0]]
     return along / (abs(along) or 1.0)
 
@@ -158,7 +162,7 @@ def _longest(drawing: ForeignMechanism) -> float:
 
 
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
-    """Return the table of a rectangle with this depth and half this width."""
+    """Return the table of a rectangular section with the given depth and a width of half the depth."""
     depth = float(f"{depth:.1g}") if why.startswith("of") else depth
     sizes = {"depth": f"{depth:.6g} {drawing.unit}", "width": f"{depth / 2:.6g} {drawing.unit}"}
     reasons = {"depth": why, "width": "half the depth"}
@@ -178,7 +182,7 @@ def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
 
 
 def _add_list(document: Any, kind: str, tables: Iterable[Mapping[str, Any]]) -> None:
-    """Add a list of tables to the document unless it is empty."""
+    """Add a list of tables to the document, if the list is not empty."""
     import tomlkit
 
     entries = tomlkit.aot()

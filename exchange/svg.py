@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from exchange.dxf import AXIS, FIXED, DrawnLink
 
-MARGIN = 0.02  # margin / size of the drawing
+MARGIN = 0.02  # width of the margin, relative to the size of the drawing
 At = Callable[[complex], str]  # converts a position to coordinates of the SVG file
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
@@ -18,7 +18,7 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return the drawing of `dxf_text` as SVG, with the same layers and in full size when printed.
+    """Return the drawing of `dxf_text` as SVG, with the same layers. It is printed at full size.
 
     Parameters
     ----------

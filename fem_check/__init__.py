@@ -1,7 +1,8 @@
-"""Independent check of the deflection of a mechanism by finite elements (scikit-fem), and meshes for ParaView.
+"""Independent check of the deflection of a mechanism by finite elements, and meshes for ParaView.
 
-The check uses the motion, masses, loads and sections of a mechanism, but computes distributed loads, joint forces and
-displacements itself. `fem_check.nonlinear` also computes the motion itself.
+`solve` uses scikit-fem. It takes the motion, masses, loads and sections of a mechanism from `rigid` and `elastic`, but
+computes inertia loads, joint forces and displacements independently. `fem_check.nonlinear` also computes the motion
+independently, with its own elements.
 """
 
 from fem_check.balance import MomentumBalance, balance

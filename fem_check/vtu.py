@@ -18,10 +18,13 @@ def write_vtu_series(
 ) -> Path:
     """Write one VTU file per position, and a .pvd file that lists them by time.
 
-    The points of the meshes lie on the undeformed beams. `displacement` [m] is the vector to the deformed point, which
-    ParaView's filter "Warp By Vector" can exaggerate, and `deformed` is the deformed position. The other point data are
-    the main fields of `elastic.FIELDS` by key, or N, V, M, u, w and phi for a finite element solution. The cell data
-    `beam` is the index in `Mechanism.beams`. Positions without a solution are skipped.
+    The points of the meshes lie on the undeformed beams. The point data are:
+
+    - `displacement`: vector to the deformed point [m], which ParaView's filter "Warp By Vector" can exaggerate,
+    - `deformed`: position of the deformed point [m],
+    - the main fields of `elastic.FIELDS` by key, or N, V, M, u, w and phi for a finite element solution.
+
+    The cell data `beam` is the index in `Mechanism.beams`. Positions without a solution are skipped.
 
     Parameters
     ----------

@@ -2,18 +2,19 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 import rigid
-from elastic import Deflection, displacement_of, marked, sample
+from elastic import Deflection, displacement_of, sample, without_positions
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import LIMIT_NAMES
-from kinelast.figures.entry import bounded_items, magnitudes
 from kinelast.figures.limits import decisive
+from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
@@ -31,13 +32,12 @@ from kinelast.scene.text import reader_in
 from kinelast.scene.variables import numbers, place_of
 from live.edit import BARE
 from live.marks import drawn_marks, scene_marks, sheet
-from live.mistakes import mistakes_of
-from live.text import line_of, places
+from live.text import line_of, mistakes_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
-POSITIONS, FRAMES = 72, 120  # maximum number of positions in a quick answer, and of frames in a full answer
+POSITIONS, FRAMES = 72, 120  # maximum numbers of positions in a quick answer, and of frames in a full answer
 STATIONS = np.linspace(0.0, 1.0, 9)
-MAX_BEND, SAME = 0.5, 1e-7  # change between steps / sine of the group; distance of equal points / size
+MAX_BEND, SAME = 0.5, 1e-7  # see `_near_motion`; SAME is relative to the size of the mechanism
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
         "transmission_angle", "output_error", "mass")  # fmt: skip
 MAX_NUMBERS = 400  # maximum number of sliders
@@ -46,7 +46,7 @@ Answer = dict[str, Any]
 
 @dataclass
 class Memory:
-    """Motion of the last picture, from which the next motion starts during a drag."""
+    """Motion of the last picture. During a drag, the next motion starts from it."""
 
     motion: Motion | None = None
 
@@ -90,7 +90,7 @@ def quick_answer(
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
-    """Return the numbers in a scene, each with its SI value, unit and line, and the range of a slider."""
+    """Return the numbers in a scene, each with its SI value, unit, line, and a range for the slider of the page."""
     known, table = places(text), document.table
     offers: list[Answer] = []
     written = {key[:2] for key in (*known.values, *known.tables)}
@@ -120,7 +120,7 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
 
 
 def _range(document: Document, path: str, base: float) -> tuple[float, float]:
-    """Return the range of a slider: that of a sweep or tolerance, or by default from half to twice the value."""
+    """Return the range of a slider: the range of a sweep or tolerance, by default from half to twice the value."""
     table = document.table
     swept = table.sweep.vary.get(path)
     if swept is not None and not isinstance(swept, list):
@@ -139,9 +139,8 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
 def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
     """Return the picture of a scene up to the position at which its motion stops, and describe that position.
 
-    During a drag, the last position that closes is used instead of the exact one, which takes longer to compute than
-    the
-    rest.
+    During a drag, the picture ends at the last position that closes. The exact position is not computed, because this
+    takes longer than all other computations together.
 
     Raises
     ------
@@ -159,13 +158,13 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
         if count == 0:
             require_reached(scene, moved)
         closes["share"] = count / len(times)
-        closes["words"] = _stop_words(scene, moved, count) if dragged else _reach_words(scene, moved)
+        closes["words"] = _stop_message(scene, moved, count) if dragged else _reach_message(scene, moved)
         cut = rigid.posture(moved, slice(0, count))
         moved = scene.course.at(times[:count]) if near is None else scene.course.near(times[:count], cut)
     require_tables(scene, moved)
     bent = scene_deflection(scene, moved)
     buckles, output = Results(scene, bent).buckles, output_of(scene, bent, any_instants=dragged)
-    bent = marked(bent, np.ones(moved.columns, bool)) if buckles else bent
+    bent = without_positions(bent) if buckles else bent
     cycle = Cycle(scene, moved, bent, sampled=True)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     columns = columns_of(Results(scene, cycle.deflection), graph) if graph or not dragged else ()
@@ -185,17 +184,17 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
 def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
     """Return the motion close to an earlier motion of the mechanism, or None if it may be on another branch.
 
-    The motion is on the branch of the drawing if it starts as drawn, no group changes its assembly mode, and the change
-    between successive steps is less than half the sine of the group. The sine measures the distance between the two
-    assembly modes of a dyad. Near a limit of the motion it is almost zero, so that the change is not checked. This is
-    sufficiently reliable for a picture during a drag.
+    The motion is on the branch of the drawing under three conditions: it starts as drawn, no group changes its assembly
+    mode, and the difference between successive steps is less than `MAX_BEND` times the sine of the groups. This sine
+    measures the distance between the two assembly modes of a dyad. Near a limit of the motion, the sine is almost zero,
+    and the third condition is not checked. These conditions are reliable enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     free = [closed.group for closed in before.closures if closed.group.free]
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
-    known = np.arange(len(times)) < _reached(before)  # beyond, use the drawn assembly mode
+    known = np.arange(len(times)) < _reached(before)  # at all later positions, use the drawn assembly mode
     here = rigid.posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
@@ -230,8 +229,8 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
     return [[link.name, *link.points] for link in of.mechanism.links]
 
 
-def _reach_words(scene: Scene, moved: Motion) -> str:
-    """Return the position at which a motion stops, and the joint that opens, in words."""
+def _reach_message(scene: Scene, moved: Motion) -> str:
+    """Return a message that states the position at which a motion stops, and the joint that opens."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -239,8 +238,8 @@ def _reach_words(scene: Scene, moved: Motion) -> str:
     return ""
 
 
-def _stop_words(scene: Scene, moved: Motion, count: int) -> str:
-    """Return the last position of a motion that closes, and the joint that opens, in words."""
+def _stop_message(scene: Scene, moved: Motion, count: int) -> str:
+    """Return a message that states the last position that closes, and the joint that opens."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
     return rigid.reach_message(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
@@ -334,7 +333,7 @@ def _points(bent: Deflection) -> dict[str, Any]:
 
 
 def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
-    """Return rigid ends [m], displacements [m] and stresses [Pa] of the beams, (beams, positions, stations, ...)."""
+    """Return rigid ends [m], displacements [m] and stresses [Pa] of beams, each of shape (beams, positions, ...)."""
     moved, mechanism = bent.motion, bent.motion.mechanism
     ends, ways = [], []
     for at, beam in mechanism.beams:
@@ -356,7 +355,7 @@ def _pairs(values: Any) -> Any:
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
-    """Return the main figures in display order, each with the item that governs it."""
+    """Return the main figures in display order, each with the worst item and its value."""
     rows, known = [], {figure.key: figure for figure in chosen}
     for key in SHOWN:
         sizes = values.get(key, np.zeros(0))
@@ -371,7 +370,7 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Return the limits of a scene with the values that govern them, without errors."""
+    """Return the limits of a scene, each with the value that decides about it; errors are not considered."""
     names = {figure.key: figure.name for figure in figures_of(None)}
 
     def judged(limit: Limit) -> bool:

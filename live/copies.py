@@ -1,4 +1,4 @@
-"""Copies of links, which are shifted or mirrored. Attached parts except loads, springs and gears are included."""
+"""Copies of links, shifted or mirrored. Attached parts are also copied, except for loads, springs and gears."""
 
 import tomllib
 from cmath import rect
@@ -10,15 +10,15 @@ from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_
 from live.text import with_table, with_value
 from rigid import GROUND
 
-APART = 1.2  # offset of a copy / width of the links
-ON_LINE = 1e-9  # largest distance of a point on the mirror line / width of the links
+APART = 1.2  # offset of a copy, relative to the width of the links
+ON_LINE = 1e-9  # a point counts as on the mirror line up to this distance, relative to the width of the links
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
-    """Copy a link or all moving links, either shifted or mirrored in the vertical line through the point `about`.
+    """Copy one link or all moving links. The copy is shifted, or mirrored in the vertical line through `about`.
 
-    Points on the mirror line are shared. The default of `about` is the first support or, without supports, the first
-    point.
+    Points on the mirror line belong to both the original and the copy. By default, `about` is the first support. If
+    there is no support, it is the first point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -73,14 +73,14 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """Return a position in link axes. For a mirrored link, the second coordinate changes its sign."""
+    """Return a position in link axes for the copy. If the link is mirrored, the second coordinate changes its sign."""
     return [place[0], opposite(place[1])] if mirror else place
 
 
 def _attached_parts(
     tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool
 ) -> Iterator[tuple[Any, Any]]:
-    """Yield the paths and entries of the copied masses, welds, slots, sliders, and drives at constant speed."""
+    """Yield paths and entries of the copied masses, welds, slots, sliders, and drives (only at constant speed)."""
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:
             yield ("masses", named[point]), mass

@@ -18,7 +18,7 @@ STROKE_DURATION = "1 s"  # of a sliding drive
 CONSTANT, SPLINE = "constant speed", "spline through points"
 MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
 """Menu of motions: constant speed, strokes from rest to rest, and a spline."""
-UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # of a coordinate and its rate, by "is a slider"
+UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # units of coordinate and rate, by "is a slider"
 
 
 def _shared(tables: Tables, link: str, other: str) -> list[str]:
@@ -28,7 +28,7 @@ def _shared(tables: Tables, link: str, other: str) -> list[str]:
 
 
 def _carriers(tables: Tables, *links: str) -> Iterator[str]:
-    """Yield the links to which all given links are pinned, starting with the ones closest to the ground."""
+    """Yield the links to which all given links are pinned, in order of their distance from the ground in joints."""
     near, seen = [GROUND], {GROUND}
     for each in near:
         found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
@@ -47,8 +47,8 @@ def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
     """Add a drive to a link at its pin, or to a point along its slot. If there is a drive already, remove it.
 
-    A link rotates at constant speed relative to the ground or, if it is not pinned to the ground, relative to the link
-    with the fewest joints between it and the ground. A point moves along its slot and back.
+    A link rotates at constant speed relative to the ground. If it is not pinned to the ground, it rotates relative to a
+    link to which it is pinned: the one with the fewest joints from the ground. A point moves along its slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -64,7 +64,7 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _there_and_back(way: float) -> list[dict[str, str]]:
-    """Return a law that moves by a distance [m], which is rounded to two digits, and back."""
+    """Return a law that moves by a distance [m] and back. The distance is rounded to two digits."""
     by = f"{float(f'{1000 * way:.2g}'):g} mm"
     return [{"curve": LAW, "duration": STROKE_DURATION, "by": each} for each in (by, edits.opposite(by))]
 
@@ -142,9 +142,10 @@ def add_gear(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
-    """Add a gear and a rack. One argument is the name of a link, the other a table with the `point` of the rack.
+    """Add a gear and a rack.
 
-    The ratio follows from the distance between the line of the slot and the pin of the gear.
+    One of the arguments `driver` and `follower` is the name of a link, the other one a table with the `point` of the
+    rack. The ratio follows from the distance between the line of the slot and the pin of the gear.
     """
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
@@ -171,15 +172,8 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
     return with_table(text, ("gears", 0), {**ends, "ratio": float(f"{ratio if turns else 1 / ratio:.{edits.EXACT}g}")})
 
 
-def _pin(tables: Tables, joint: Tables) -> str | None:
-    """Return the first pin that both links of a joint share, or None."""
-    link, carrier = joint.get("link"), joint.get("on", GROUND)
-    known = isinstance(link, str) and isinstance(carrier, str)
-    return next(iter(_shared(tables, str(link), str(carrier))), None) if known else None
-
-
 def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
-    """Yield the names of the joints, the pins (None for a rack) and the ratio of each gear pair."""
+    """Yield for each gear pair the names of the joints, the pins (None for a rack), and the ratio."""
     for gear in tables.get("gears", ()):
         ends = [gear.get(end) if isinstance(gear.get(end), dict) else {} for end in ("driver", "follower")]
         pins = [
@@ -190,7 +184,7 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 
 
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cylinder between two points: barrel, rod, slider, and a drive by a tenth of the length and back.
+    """Add a cylinder between two points: barrel, rod, slider, and a drive that extends by 1/10 of the length and back.
 
     A new point is fixed to the ground.
     """
@@ -203,7 +197,7 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
         text = edits.fix(text, tables, {"point": start})
     if start == end:
         raise EditError("a cylinder needs two different points")
-    for point in (start, end):  # this pin stays a pin even if other links are welded here
+    for point in (start, end):  # this pin stays a pin, even if there is a weld at the point
         if point in tables.get("welds", {}):
             text = with_value(text, ("welds", point, "links"), edits.welded(tables, point))
     return _with_cylinder(text, tables, start, end)
@@ -236,7 +230,7 @@ def _is_moving(tables: Tables, point: str) -> bool:
 def with_cylinders(before: Tables, text: str, point: str) -> str:
     """Realign the cylinders that end at a point after the point has moved.
 
-    The `length` of a cylinder is updated if it was equal to the distance between its ends.
+    The `length` of a cylinder is updated if it was equal to the distance between the ends of the cylinder.
     """
     if "cylinders" not in before:
         return text

@@ -26,7 +26,7 @@ from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
 STRAIGHT = 1e-3  # [rad] largest angle between two parts of a straight bar
-BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are not written in a file
+BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are omitted in a file
 EMPTY = """title = "New mechanism"
 
 [points]
@@ -45,7 +45,7 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
     Parameters
     ----------
     change
-        Name of an edit in `EDITS` as `do`, and the arguments of the edit in SI units.
+        Arguments of the edit in SI units, and under the key `do` the name of the edit in `EDITS`.
     folder
         Folder of the files to which the scene refers.
 
@@ -67,7 +67,7 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
 
 
 def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Add a point to a link for each position on the link in an edit; return the text and the edit with these points.
+    """Replace each position on a link in an edit by a new point of the link; return the text and the edit.
 
     A position on a link is given as {link, between, share}, see `add_to_link`.
     """
@@ -84,7 +84,7 @@ def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[st
 
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
-    """Return the tables of a text. Cached for the steps of a drag."""
+    """Return the tables of a text. They are cached, because each step of a drag needs them."""
     return read_toml(text)
 
 
@@ -111,7 +111,7 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0, digits: int = parts.DIGITS) -> Any:
-    """Return an SI value in the form of an existing number, or without a unit if its unit does not fit."""
+    """Return an SI value in the form (unit, string or number) of an existing number; without a unit if that fails."""
     with suppress(ValueError):
         return written_like(there, value, unit, digits, per_bare)
     return written_like(None, value, unit, digits, per_bare)
@@ -126,8 +126,8 @@ def _place(tables: Tables, there: Any, place: complex, digits: int) -> str:
 def move(text: str, tables: Tables, change: Tables) -> str:
     """Move a point: update its drawn position and the lengths of links with two points.
 
-    Points on a straight bar that ends at the moved point stay on the bar. If links do not start as drawn, the same
-    displacement, rotated to the drawn position of the link, is applied to the drawing.
+    Points on a straight bar that ends at the moved point stay on the bar. If a link does not start as drawn, the
+    displacement is first rotated by the angle from the start of the motion to the drawing.
     """
     now, ways = start_of(text, change["folder"])
     sheet, spans = drawn(tables), places(text).values
@@ -157,12 +157,12 @@ def _links_at(tables: Tables, point: str) -> Tables:
 
 
 def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: complex) -> dict[str, complex]:
-    """Return the new positions of a moved point and of the points on straight bars that end at it."""
+    """Return the new positions of a moved point, and of the points on straight bars that end at this point."""
     moved = {point: to}
     for each in (queue := [point]):
         for name, link in _links_at(tables, each).items():
             if name == GROUND or (isinstance(link["points"], dict) and each == next(iter(link["points"]))):
-                continue  # the coordinates of the other points do not change
+                continue  # all other points of the link keep their coordinates
             for bar in _bars_from(link, seen, each):
                 end = seen[bar[-1]]
                 fresh = [other for other in bar[1:-1] if other not in moved]
@@ -174,7 +174,7 @@ def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: comple
 
 
 def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[list[str]]:
-    """Return the points of each straight bar of a link that ends at a point; empty if the point divides a bar."""
+    """Return for each straight bar that ends at a point the points of the bar; empty if the point is inside a bar."""
     known = {each: seen[each] for each in parts.points_of(link) if each in seen}
     pairs = [pair for pair in parts.beams_of(link) or pairwise(in_order(known, STRAIGHT)) if known.keys() >= {*pair}]
     pairs += [pair[::-1] for pair in pairs]
@@ -193,7 +193,7 @@ def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[li
 
 
 def _drawn_shapes(links: Tables) -> Tables:
-    """Return the links with a shape that is given by the drawing."""
+    """Return the links that get their shape from the drawing."""
     return {name: link for name, link in links.items() if "length" not in link and not isinstance(link["points"], dict)}
 
 
@@ -209,7 +209,7 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, after: Any, ways: Any, digits: int
 ) -> Iterator[Any]:
-    """Yield the changes of a link with a moved point: its length, or the coordinates of the point in link axes."""
+    """Yield the edits of a link with a moved point: length of the link, or coordinates of the point in link axes."""
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
@@ -227,7 +227,7 @@ def _of_link(
 
 
 def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, after: Any) -> Iterator[Any]:
-    """Yield the changes of the start angles of drives on links that end at a moved point."""
+    """Yield the edits of start angles of drives, for links with the moved point as one of their first two points."""
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
         if "start" not in drive or point not in ends or len(ends) < 2 or not before.keys() >= {*ends}:
@@ -242,8 +242,8 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
     """Add a point to a link: an existing point, which is then pinned to the link, or a new point.
 
-    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides the beam, so that the
-    points of the link stay in order. A point that is not on a beam carries no load.
+    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides the beam; the points
+    of the link are kept in order. A point off the beams carries no load.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = parts.points_of(link)
@@ -319,7 +319,7 @@ def _is_number(written: str) -> bool:
 
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
-    """Set a number by its path. Its new value is in the SI unit, or a text with a unit."""
+    """Set a number by its path. The new value is a number in the SI unit, or a text with a unit."""
     document = document_from_text(text, read=reader_in(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
@@ -338,7 +338,7 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
         node = node[name] if not isinstance(name, int) or isinstance(node, list) else node
     names = place.names
     if names not in places(text).values and isinstance(names[-1], int):
-        names = names[:-1]  # a single value for both ends of a beam
+        names = names[:-1]  # the file contains a single value for both ends of a beam
     if isinstance(place.leaf, int):
         return with_value(text, names, round(value))
     if isinstance(written, str) and unit not in BARE:

@@ -23,7 +23,7 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "sensitivities": {"figures": ["deflection"]},
 }
 """Initial contents of tables without a symbol in the drawing."""
-APART = 0.3  # distance of the shaft of a new cam below its roller / size of the drawing
+APART = 0.3  # distance of a new camshaft below the roller, relative to the size of the drawing
 COUNT, TOLERANCE = 11, "1 %"  # initial number of designs in a sweep, and initial tolerance
 
 
@@ -44,7 +44,7 @@ def keys() -> dict[str, list[tuple[str, str]]]:
 
 
 def _tables(entry: Any) -> Iterator[str]:
-    """Yield the names of the tables that an entry of the schema can be or contain."""
+    """Yield the names of the tables that an entry of the schema refers to or contains."""
     if "$ref" in entry:
         yield entry["$ref"].rpartition("/")[2]
     for each in (entry.get("additionalProperties"), entry.get("items"), *entry.get("anyOf", ())):
@@ -75,7 +75,7 @@ def entry(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_table(text: str, tables: Tables, change: Tables) -> str:
-    """Add a table without a symbol: section, material, limits, joint of a point, sweep of a number, ...
+    """Add a table without a symbol in the drawing: section, material, limits, joint of a point, sweep of a number, ...
 
     `of` is the path of the drive or link for a new motor, section or material.
     """

@@ -1,8 +1,9 @@
-"""File of a live scene, which is read, watched, and overwritten unless it has changed on disk."""
+"""File of a live scene: reading, watching, and overwriting if the file has not changed on disk."""
 
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+
+from msgspec import Struct
 
 from kinelast.outputs.outbox import put
 from kinelast.scene.error import MissingFileError, SceneError
@@ -16,8 +17,7 @@ class ChangedError(Exception):
     """The file on disk has changed since it was read."""
 
 
-@dataclass(frozen=True)
-class SceneFile:
+class SceneFile(Struct, frozen=True):
     """The only file that the editor reads and writes.
 
     Attributes
@@ -44,7 +44,7 @@ class SceneFile:
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """Return the checksum of the file on disk, `MISSING`, or `UNREADABLE` (a pipe, a folder or a large file)."""
+        """Return the checksum of the file on disk, `MISSING`, or (for a pipe, folder or large file) `UNREADABLE`."""
         try:
             return MISSING if self.path is None else _digest(file_bytes(self.path))
         except MissingFileError:
@@ -64,7 +64,7 @@ class SceneFile:
         ------
         ChangedError
             The file has changed since then. It is not overwritten.
-            OSError
+        OSError
             The file cannot be written. It stays unchanged.
         """
         if self.path is None:

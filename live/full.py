@@ -1,4 +1,4 @@
-"""Full answer by the theory and accuracy of the scene, computed in a process that can be killed."""
+"""Full answer with the theory and accuracy that the scene requests, computed in a process that can be killed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     from kinelast.scene.text import reader_in
     from kinelast.tasks.request import Request
     from live.answer import most_used_first, whole_picture
-    from live.mistakes import mistakes_of
+    from live.text import mistakes_of
 
     empty: dict[str, Any] = {"mistakes": [], "picture": None, "line": ""}
     try:
@@ -57,12 +57,12 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
                 "limits": most_used_first(_limit(row) for row in report.acceptance.limits or ()),
             }
             return {**empty, "picture": drawn, "line": headline(report)}, data, report_page(results, report)
-    except (ValueError, ArithmeticError) as error:  # errors of the scene, the mechanism or the request
+    except (ValueError, ArithmeticError) as error:  # errors in the scene, the mechanism or the request
         return {**empty, "mistakes": mistakes_of(error, text, reader_in(folder))}, b"", b""
 
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:
-    """Return a limit with the value that governs it, and its outcome, which includes the error."""
+    """Return a limit with the value that decides about it, and with its outcome, which considers the error."""
     from kinelast.figures.doubted import LIMIT_NAMES
 
     return {
@@ -88,7 +88,7 @@ def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
 
 
 def _context() -> Any:
-    """Return the context for processes, with preloaded modules if the system supports this."""
+    """Return the multiprocessing context, with preloaded modules if the system supports this."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -101,7 +101,7 @@ STARTING = threading.Lock()
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide `__main__` while a process starts, because it would run the user's script and start another editor."""
+    """Hide `__main__` from a process while it starts, or it would run the user's script and start another editor."""
     with STARTING:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
@@ -120,7 +120,7 @@ class Worker:
         self._process: Any = None
 
     def begin(self) -> None:
-        """Start loading modules for the first answer."""
+        """Load modules in the background, so that the first answer is faster."""
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         process = self._context.Process(target=str, daemon=True)
         with _without_main():

@@ -1,4 +1,4 @@
-"""Marks in the editor, from the moving scene or, if it cannot move, from its tables."""
+"""Marks in the editor. They come from the moving scene, or from its tables if the scene cannot move."""
 
 import math
 import re
@@ -15,22 +15,22 @@ from kinelast.scene.parts import symbols_of
 from live.drives import wheels
 from live.parts import beams_of, cylinders_of, drawn, ground_points, points_of
 from rigid import GROUND, Motion
-from symbols import Mark, Spot
+from symbols import Anchor, Mark
 
 Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the marks of a scene (without points and masses), the corners of the scene, and complex arrays.
+    """Return the marks of a scene (without points and masses) with its two extreme corners, and complex arrays.
 
-    The arrays are `origin` and `direction` of the links, and `spin` of bodies that are not links, shape (items,
+    The arrays are `origin` and `direction` of the links, and `x_axis` of bodies that are not links, shape (items,
     positions).
     """
     on_points = (*symbols.POINTS, symbols.MASS)  # drawn from the tables
     marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in on_points]
     corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
-    spins = [mark.direction(motion) for mark in marks if mark.spin]
-    rows = {"origin": motion.origin, "direction": motion.direction, "spin": spins}
+    x_axes = [mark.direction(motion) for mark in marks if mark.x_axis_of]
+    rows = {"origin": motion.origin, "direction": motion.direction, "x_axis": x_axes}
     arrays = {name: np.reshape(np.asarray(values), (-1, len(motion.time))) for name, values in rows.items()}
     return {"marks": symbols.plain_marks(marks, motion.mechanism), "extent": corners}, arrays
 
@@ -49,7 +49,7 @@ def _readable(parts: Iterable[Any]) -> list[Any]:
 
 
 def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a scene as drawn, from its tables. Invalid parts are left out."""
+    """Return the parts of a scene in their drawn positions, from its tables. Invalid parts are left out."""
     if is_chain(tables):
         raise ValueError("joints in space cannot be drawn in the plane")
 
@@ -96,10 +96,10 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Return a pin or weld for every point that can be dragged, i.e. all except the middle points of cylinders."""
+    """Return a pin or weld for every point that can be dragged: all points except the middle points of cylinders."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
-    return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Spot("", name)).plain() for name in names]
+    return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Anchor("", name)).plain() for name in names]
 
 
 def mass_marks(tables: Tables) -> list[dict[str, Any]]:
@@ -107,7 +107,9 @@ def mass_marks(tables: Tables) -> list[dict[str, Any]]:
     links = tables.get("links")
     owners = [tables, *(links.values() if isinstance(links, dict) else ())]
     given = [owner["masses"] for owner in owners if isinstance(owner, dict) and isinstance(owner.get("masses"), dict)]
-    return [symbols.mass(Spot("", name)).plain() for name in dict.fromkeys(name for masses in given for name in masses)]
+    return [
+        symbols.mass(Anchor("", name)).plain() for name in dict.fromkeys(name for masses in given for name in masses)
+    ]
 
 
 def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
@@ -118,25 +120,25 @@ def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
 
 
 def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sheet: Tables) -> Iterator[Mark]:
-    """Yield marks up to the first invalid table. Its error is reported elsewhere."""
+    """Yield marks up to the first invalid table. The error in this table is reported elsewhere."""
     with suppress(AttributeError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError):
         yield from maker(tables, sheet)
 
 
 def _supports(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for name in ground_points(tables):
-        yield from symbols.support(Spot(GROUND, name))
+        yield from symbols.support(Anchor(GROUND, name))
 
 
 def _slides(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     pushed = {each["slider"] for each in sheet["cylinders"].values()}
     for name, slot in sheet["slots"].items():
         if name not in pushed:
-            yield symbols.rails(Spot("", slot["point"]), str(slot.get("on", GROUND)), _way(slot["direction"]))
+            yield symbols.rails(Anchor("", slot["point"]), str(slot.get("on", GROUND)), _way(slot["direction"]))
 
 
 def _way(direction: Any) -> complex:
-    """Return the unit vector of a direction, which is a vector or an angle in radians or degrees."""
+    """Return the unit vector of a direction. The direction is a vector, or an angle in radians or degrees."""
     if isinstance(direction, list):
         way = complex(*direction)
         return way / abs(way)
@@ -153,16 +155,16 @@ def _number(value: Any) -> float:
 def _springs(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["springs"]:
         if "anchor" in each:
-            yield symbols.spring(Spot("", each["point"]), Spot("", each["anchor"]))
+            yield symbols.spring(Anchor("", each["point"]), Anchor("", each["anchor"]))
         elif "at" in each:
-            yield symbols.torsion_spring(Spot("", each["at"]))
+            yield symbols.torsion_spring(Anchor("", each["at"]))
 
 
 def _cylinders(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     places = drawn(tables)
     for parts in sheet["cylinders"].values():
         length = abs(places[parts["to"]] - places[parts["from"]])
-        yield from symbols.cylinder(Spot("", parts["from"]), Spot("", parts["to"]), length, parts["slider"])
+        yield from symbols.cylinder(Anchor("", parts["from"]), Anchor("", parts["to"]), length, parts["slider"])
 
 
 def _gears(tables: Tables, sheet: Tables) -> Iterator[Mark]:
@@ -170,7 +172,7 @@ def _gears(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["gears"]:
         if each["pins"] and each["ratio"] not in (None, 0, 1):
             one, other = each["pins"]
-            pins, links = (Spot("", one), Spot("", other)), (GROUND, GROUND)
+            pins, links = (Anchor("", one), Anchor("", other)), (GROUND, GROUND)
             yield from symbols.wheels_of_pair(pins, links, places[other] - places[one], float(each["ratio"]))
 
 
@@ -178,7 +180,7 @@ def _loads(tables: Tables, sheet: Tables) -> Iterator[Mark]:
     for each in sheet["loads"]:
         force = complex(*map(_number, each.get("force", (0, 0))))
         if force:
-            yield symbols.arrow(Spot("", each["point"]), (GROUND, force / abs(force)))
+            yield symbols.arrow(Anchor("", each["point"]), (GROUND, force / abs(force)))
 
 
 def _drives(tables: Tables, sheet: Tables) -> Iterator[Mark]:
@@ -187,4 +189,4 @@ def _drives(tables: Tables, sheet: Tables) -> Iterator[Mark]:
         on = points.get(each.get("on", GROUND), ())
         pins = [each["at"]] if "at" in each else [name for name in points.get(each.get("link"), ()) if name in on]
         if pins:
-            yield symbols.turn_arrow(Spot("", pins[0]), None)
+            yield symbols.turn_arrow(Anchor("", pins[0]), None)

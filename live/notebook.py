@@ -1,4 +1,7 @@
-"""Live editor in a notebook. The server runs in a thread of the kernel, and a frame shows the page."""
+"""Live editor in a notebook. The server runs in a thread of the kernel, and a frame shows the page.
+
+If the kernel is on another computer, a widget shows the page instead. The requests of the widget are notebook messages.
+"""
 
 import secrets
 import threading
@@ -16,12 +19,17 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_text
 from kinelast.scene.text import reader_in
 from live.file import SceneFile
-from live.server import Live, LiveServer, bound_socket, scene_file
+from live.server import WEB, Live, LiveServer, bound_socket, page_file, response_to, scene_file
 
 FRAME = "width:100%;height:60em;border:1px solid #ccd"
 ELSEWHERE = (
     "If the frame stays empty, this browser cannot reach the kernel's computer: display <code>.widget</code> instead."
 )
+MODULES = ("state", "text", "talk", "symbols", "placing", "view", "links", "drawing", "share", "graph", "places",
+           "toolbar", "tools", "notices", "shown", "requests", "parts", "inspector", "numbers", "choosing", "file",
+           "handing", "main")  # fmt: skip
+"""Scripts of the page. Each script comes after the scripts that it imports."""
+PAGE = "page.html", "live.css", *(f"{name}.js" for name in MODULES)
 
 
 class LiveView:
@@ -69,8 +77,6 @@ class LiveView:
 
         The widget communicates by notebook messages, which is slightly slower than the frame.
         """
-        from live.widget import widget_of
-
         try:
             return widget_of(self._live)
         except ModuleNotFoundError as error:
@@ -98,3 +104,36 @@ class LiveView:
         link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a separate window</a>'
         frame = f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe>'
         return f"{frame}<p>{link}. {ELSEWHERE}</p>"
+
+
+def widget_of(live: Live) -> Any:
+    """Return the widget of an editor.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        anywidget is not installed.
+    """
+    import anywidget
+    import traitlets
+
+    class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
+        """Page of the editor: files, name of the scene, and address on the kernel's computer."""
+
+        _esm = (WEB / "widget.js").read_text(encoding="utf-8")
+        files = traitlets.Dict().tag(sync=True)
+        name = traitlets.Unicode().tag(sync=True)
+        address = traitlets.Unicode().tag(sync=True)
+
+    files = {name: page_file(name).read_text(encoding="utf-8") for name in PAGE}
+    editor = EditorWidget(files=files, name=live.name, address=live.address)
+
+    def answer(content: dict[str, Any]) -> None:
+        response = response_to(live, str(content["path"]), content["given"])
+        editor.send({"number": content["number"], "status": response.status_code}, [bytes(response.body)])
+
+    def listen(_: Any, content: dict[str, Any], buffers: Any) -> None:
+        threading.Thread(target=answer, args=(content,), daemon=True).start()
+
+    editor.on_msg(listen)
+    return editor

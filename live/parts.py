@@ -57,7 +57,7 @@ def metres(value: Any, per_length: float) -> float:
 
 
 def new_name(taken: Any, stem: str) -> str:
-    """Return the first unused name: a letter from a capital letter on, or a stem with a number."""
+    """Return the first unused name: a letter from `stem` to Z if `stem` is a letter, else a stem with a number."""
     names = set(taken)
     if len(stem) == 1:
         letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
@@ -81,14 +81,14 @@ def exact_place(place: complex, tables: Tables) -> list[float]:
 
 
 def opposite(value: Any) -> Any:
-    """Return a number, with or without unit, with the opposite sign."""
+    """Return a number with the opposite sign. The number may have a unit."""
     if isinstance(value, str):
         return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
     return -value
 
 
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
-    """Add a point for each position in `wanted`; return the text and the names of all wanted points."""
+    """Add a point for each position in `wanted`; return the text and the names of all points in `wanted`."""
     taken = {*tables.get("points", ()), *drawn(tables)}
     names = []
     for each in wanted:
@@ -153,8 +153,8 @@ def along(direction: complex) -> str:
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
     """Add a straight slot for a point in the ground or in the link `on`. If the point has a slot already, remove it.
 
-    By default, the direction is along x in the ground, or along the link `on`. If this link has a free end, the link is
-    first turned towards the point.
+    By default, a slot in the ground has the direction of the x axis, and a slot in a link has the direction of the
+    link. If the link `on` has a free end, it is first turned towards the point.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -202,7 +202,7 @@ def weld(text: str, tables: Tables, change: Tables) -> str:
 
 
 def welded(tables: Tables, point: str) -> list[str]:
-    """Return the links that a weld at a point joins: the listed links or, by default, all links with the point."""
+    """Return the links that a weld at a point joins: the listed links, by default all links with the point."""
     named = tables.get("welds", {}).get(point, {}).get("links")
     return named or [name for name, link in tables["links"].items() if point in points_of(link)]
 
@@ -245,8 +245,7 @@ def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
     """Yield the name, slider and parts of each cylinder that consists of a barrel and a rod.
 
     The parts are the end points `from` and `to`, the links `links` (rod and barrel), and `middle`, the second point of
-    the
-    barrel.
+    the barrel.
     """
     links, sliders = tables.get("links", {}), tables.get("sliders", {})
     for drive in tables.get("drives", ()):
@@ -305,7 +304,7 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) -> str:
-    """Remove drives, loads, springs, gears, slots and sliders that refer to a removed part."""
+    """Remove all drives, loads, springs, gears, slots and sliders that refer to a removed part."""
     for kind in LISTED.values():
         entries = tables.get(kind, [])
         for number in range(len(entries) - 1, -1, -1):
@@ -335,7 +334,7 @@ def _without_cylinder(text: str, tables: Tables, name: str) -> str:
 
 
 def _without_point(text: str, tables: Tables, point: str) -> str:
-    """Remove a point, including links that have only this and another point."""
+    """Remove a point, and the links that would have a single point without it."""
     for name, link in tables.get("links", {}).items():
         points = link.get("points", ())
         if point not in points:

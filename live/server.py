@@ -127,7 +127,7 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
 
 
 def page_file(name: str) -> Any:
-    """Return a file of the page by name, which may be shared with the report; None if it does not exist."""
+    """Return a file of the page by name; None if it does not exist. Some files are shared with the report page."""
     folder = PAGE if name in SHARED else WEB
     return next((each for each in folder.iterdir() if each.name == name), None)
 
@@ -142,7 +142,7 @@ def _web(name: str, ancestors: str = "") -> Response:
 
 
 def _scene(live: Live, request: Request, given: Any) -> Response:
-    """Return the text of the file and the initial data of the page."""
+    """Return the text of the scene file and the initial data of the page."""
     try:
         text, digest = live.file.read()
     except SceneError as error:
@@ -185,7 +185,7 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
 
 
 def packed(answer: dict[str, Any], data: bytes) -> bytes:
-    """Return an answer as bytes: length of the JSON (padded to a multiple of four), JSON, and array data."""
+    """Return an answer as bytes: length of the JSON text, JSON text padded to a multiple of four bytes, array data."""
     head = json.dumps(_finite(answer), allow_nan=False).encode()
     head += b" " * (-len(head) % 4)
     return struct.pack("<I", len(head)) + head + data
@@ -203,10 +203,10 @@ def _finite(value: Any) -> Any:
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:
-    """Return the full answer for a text. The status is 409 if a newer request cancels it."""
+    """Return the full answer for a text. The status is 204 (no content) if a newer request cancels it."""
     result = live.worker.answer(given["text"], live.name, live.file.folder)
     if result is None:
-        return JSONResponse({"cancelled": True}, 409)
+        return Response(status_code=204)
     answer, data, report = result
     key = None
     if report:
@@ -243,7 +243,7 @@ HANDLERS: Mapping[str, Handler] = {**READ, **SENT, "report": _report}
 
 
 def response_to(live: Live, path: str, given: Any) -> Response:
-    """Return the response to a request of a widget, which is a notebook message."""
+    """Return the response to a request of a widget. The request is a notebook message."""
     name, _, key = path.partition("/")
     handler = HANDLERS.get(name)
     if handler is None:
@@ -272,10 +272,10 @@ def application(live: Live) -> Starlette:
 
 
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
-    """Return the file and the name of the scene for an argument.
+    """Return the scene file and the name of the scene for a command-line argument.
 
-    The file need not exist. For a shipped scene, it is in the working folder. Scenes from reports and web links have no
-    file.
+    The file need not exist. For a shipped scene, it is a new file in the working folder. A scene from a report or web
+    link has no file.
     """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
@@ -295,16 +295,16 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
 
 
 def preferred_port(name: str) -> int:
-    """Return the preferred port for a file, which is derived from its name."""
+    """Return the preferred port for a file. It is derived from the name of the file."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 
 def bound_socket(name: str) -> socket.socket:
-    """Bind a loopback socket, if possible at the preferred port, for which the browser stores its text."""
+    """Bind a loopback socket, if possible at the preferred port, because the browser stores the text by port."""
     for port in (preferred_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
-        )  # asyncio only sets TCP_NODELAY if the protocol is given
+        )  # without an explicit protocol, asyncio does not set TCP_NODELAY
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, os.name != "nt")
         try:
             bound.bind((HOST, port))

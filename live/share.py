@@ -1,24 +1,13 @@
 """Web links that contain a scene, and their landing page."""
 
 import zlib
-from base64 import b64encode, urlsafe_b64decode, urlsafe_b64encode
+from base64 import b64encode, urlsafe_b64decode
 from hashlib import sha256
 
 from kinelast.scene.error import SceneError
 from kinelast.scene.text import LARGEST_FILE, decoded
 
 MARK = "#scene="
-
-
-def fragment(text: str) -> str:
-    """Return the fragment of a web link that contains the text of a scene, in the format of `web/share.js`.
-
-    Examples
-    --------
-    >>> linked("http://127.0.0.1/" + fragment("[points]"))
-    '[points]'
-    """
-    return MARK + urlsafe_b64encode(zlib.compress(text.encode())).decode().rstrip("=")
 
 
 def linked(link: str) -> str:

@@ -1,10 +1,18 @@
-"""Positions of keys and values in a TOML text, and edits that leave all other characters unchanged."""
+"""Positions of keys, values and mistakes in a TOML text, and edits that leave the rest of the text unchanged."""
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
+
+from msgspec import Struct
+
+from kinelast.scene.document import mistakes_in
+from kinelast.scene.error import SceneError
+from kinelast.scene.mistakes import path_of
+from kinelast.scene.sections import Read
 
 Path = tuple[str | int, ...]
 Span = tuple[int, int]
@@ -13,10 +21,11 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and booleans; a scene contains no dates
 BLANK = re.compile(r"(?:[ \t]*\n)*")
 QUOTES = '"""', "'''", '"', "'"
+NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."
+"""Message of the page if there are no drives."""
 
 
-@dataclass(frozen=True)
-class Places:
+class Places(Struct, frozen=True):
     """Spans of the parts of a TOML text by path. List entries are numbered from 0.
 
     Attributes
@@ -24,14 +33,14 @@ class Places:
     values
         Span of each value, including values in lists and inline tables. The end of a span is exclusive.
     tables
-        Span of each table with a heading, from the start of the heading to the end of the line with the last entry.
+        Span of each table with a heading: from the start of the heading to the end of the line of the last entry.
     """
 
     values: Mapping[Path, Span]
     tables: Mapping[Path, Span]
 
     def nearest(self, path: Path) -> int | None:
-        """Return the start of the value or table at a path, or of its nearest parent, or None."""
+        """Return the start of the value or table at a path, else the start of its nearest parent, else None."""
         for length in range(len(path), 0, -1):
             for spans in (self.values, self.tables):
                 if path[:length] in spans:
@@ -198,7 +207,7 @@ def _as_key(key: str) -> str:
 def with_value(text: str, path: Path, value: Any) -> str:
     """Set a value by its path. A new entry is added to its table, which is created if necessary.
 
-    An inline table is written again to add an entry.
+    An inline table is rewritten with the new entry.
     """
     known = places(text)
     if path in known.values:
@@ -230,7 +239,7 @@ def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
 
 
 def without(text: str, path: Path) -> str:
-    """Remove a table or an entry. Inline lists and tables are written again without the entry."""
+    """Remove a table or an entry. An inline list or table is rewritten without the entry."""
     known = places(text)
     below = [span for key, span in known.tables.items() if key[: len(path)] == path]
     if below:
@@ -263,3 +272,30 @@ def _siblings(known: Places, above: Path) -> Iterator[Path]:
 def line_of(text: str, at: int) -> int:
     """Return the number (from 1) of the line that contains a character."""
     return text.count("\n", 0, at) + 1
+
+
+def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
+    """Return all errors in a text from top to bottom. If no error is found, return `error`.
+
+    `read` reads the files to which the scene refers.
+    """
+    others = error.others if isinstance(error, SceneError) else ()
+    found = [mistake(each, text) for each in mistakes_in(text, read) or [error, *others]]
+    return sorted(found, key=lambda each: each["line"] or math.inf)
+
+
+def mistake(error: Exception, text: str) -> dict[str, Any]:
+    """Return the line (or None) and the message of an error. If there are no drives, the message is `NEXT`."""
+    if isinstance(error, SceneError) and error.table == "drives" and error.problem.startswith("the table is missing"):
+        return {"line": None, "message": NEXT, "next": True}
+    if not isinstance(error, SceneError):
+        at = re.search(r"at line (\d+)", str(error))
+        return {"line": int(at[1]) if at else None, "message": str(error)}
+    message = " ".join(part for part in (error.key if error.table == "points" else "", error.problem) if part)
+    if at := re.search(r"at line (\d+)", error.problem) if not error.table else None:
+        return {"line": int(at[1]), "message": message}
+    try:
+        first = places(text).nearest(path_of(error.table, error.key))
+    except (ValueError, IndexError):
+        first = None
+    return {"line": None if first is None else line_of(text, first), "message": message or str(error)}

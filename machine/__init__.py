@@ -1,4 +1,4 @@
-"""Sizing of machine parts from the computed motion and forces: array formulas for drives, joints and fatigue life."""
+"""Formulas for sizing drives and joints and for fatigue life, from the computed motion and forces."""
 
 from machine.ranges import Range
 

@@ -1,16 +1,15 @@
-"""Ranges in which the sizing formulas apply."""
+"""Ranges of validity of the sizing formulas."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Flags
 
 
-@dataclass(frozen=True)
-class Range:
-    """Range of validity of a sizing formula, in terms of one quantity.
+class Range(Struct, frozen=True):
+    """Range of values of one quantity in which a sizing formula is valid.
 
     Attributes
     ----------
@@ -23,7 +22,7 @@ class Range:
     least, most
         Bounds of the quantity, both inclusive.
     outside
-        Consequence or advice if the quantity is outside the range, phrased as the end of a sentence.
+        Consequence or advice if the quantity is outside the range, worded as the end of a sentence.
     """
 
     formula: str
@@ -39,17 +38,17 @@ class Range:
 
     @property
     def bounds(self) -> str:
-        """Bounds in words, such as "0.15 to 0.75" or "at least 1"."""
+        """Text of the bounds, such as "0.15 to 0.75" or "at least 1"."""
         if np.isinf(self.most):
             return f"at least {self.least:g}"
         return f"at most {self.most:g}" if np.isinf(self.least) else f"{self.least:g} to {self.most:g}"
 
     @property
     def condition(self) -> str:
-        """Range as a clause without its source: "the S-N line holds if the number of runs is at least 10000"."""
+        """Statement of the range without its source: "the S-N line holds if the number of runs is at least 10000"."""
         return f"the {self.formula} holds if the {self.quantity} is {self.bounds}"
 
     @property
     def words(self) -> str:
-        """Range as a clause with its source in parentheses."""
+        """Statement of the range, with its source in parentheses."""
         return f"{self.condition} ({self.source})"

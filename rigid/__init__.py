@@ -19,6 +19,7 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import (
     GROUND,
+    PRESSURE_ANGLE,
     Beam,
     Friction,
     Gear,
@@ -41,12 +42,13 @@ from rigid.table_laws import RepeatedLaw, TableLaw
 from rigid.transmission import transmission_angles
 
 __all__ = [
-    "GROUND", "SINGULAR", "Beam", "ConstantSpeed", "Friction", "Gear", "JointForces", "Law", "LawError", "LineLoad",
-    "Link", "Load", "Lump", "Mechanism", "MechanismError", "Motion", "PinDrive", "PointLoad", "Posture", "ReachError",
-    "Reals", "RepeatedLaw", "Resistance", "Segment", "SegmentedLaw", "Slider", "SliderDrive", "Spring", "TableError",
-    "TableLaw", "TorsionSpring", "Weld", "acceleration_of", "assur_groups", "counted", "drive_efforts", "law_peaks",
-    "motion", "motion_in_chunks", "opening_joint", "position_of", "posture", "reach_message", "reachable", "reactions",
-    "require_reach", "structure", "transmission_angles", "velocity_of", "with_rates",
+    "GROUND", "PRESSURE_ANGLE", "SINGULAR", "Beam", "ConstantSpeed", "Friction", "Gear", "JointForces", "Law",
+    "LawError", "LineLoad", "Link", "Load", "Lump", "Mechanism", "MechanismError", "Motion", "PinDrive", "PointLoad",
+    "Posture", "ReachError", "Reals", "RepeatedLaw", "Resistance", "Segment", "SegmentedLaw", "Slider", "SliderDrive",
+    "Spring", "TableError", "TableLaw", "TorsionSpring", "Weld", "acceleration_of", "assur_groups", "counted",
+    "drive_efforts", "law_peaks", "motion", "motion_in_chunks", "opening_joint", "position_of", "posture",
+    "reach_message", "reachable", "reactions", "require_reach", "structure", "transmission_angles", "velocity_of",
+    "with_rates",
 ]  # fmt: skip
 
 

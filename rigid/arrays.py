@@ -1,7 +1,7 @@
 """Types of arrays.
 
-The first axis is that of components or coefficients. Then follow links (or beams, joints, drives), designs (if there
-are several), and positions, which are contiguous. In docstrings, `...` in a shape is the optional axis of designs.
+The order of the axes is: components or coefficients; links (or beams, joints, drives); designs (if there are several);
+positions, which are contiguous. In docstrings, `...` in a shape is the optional axis of designs.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -52,6 +52,6 @@ def of_designs(value: Any) -> Any:
 
 
 def distinct(values: Any) -> Numbers:
-    """Return the distinct values in ascending order, as `np.unique` does, which imports the slow numpy.ma."""
+    """Return the distinct values in ascending order, like `np.unique`, but without the slow import of numpy.ma."""
     ordered = np.sort(np.ravel(values))
     return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]

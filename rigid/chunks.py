@@ -1,22 +1,21 @@
 """Computation of motions in chunks that fit into the cache, for any number of positions and designs."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import ArrayLike, Reals
-from rigid.drive_arrays import drive_arrays
-from rigid.kinematics import Motion, motion
+from rigid.kinematics import Motion, drive_arrays, motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives, outline
 from rigid.positions.rows import select_designs
 
-CACHE_CELLS = 24576  # number of links times columns that fit into the cache
+CACHE_CELLS = 24576  # number of moving links times columns that fits into the cache
 MIN_COLUMNS = 1024  # size of a chunk below which call overhead dominates
-SEAM_POSITIONS = 3  # positions of a chunk that the path of the next one repeats, to detect a change point at the seam
+SEAM_POSITIONS = 3  # positions at the end of a chunk that the path of the next chunk repeats, to detect a change point
 MIN_SINE = 1e-2  # smallest sine at which a position identifies the branch reliably
 
 
@@ -30,8 +29,8 @@ def motion_in_chunks(
 ) -> Iterator[Motion]:
     """Compute a motion in chunks, with memory that does not depend on the number of positions and designs.
 
-    Each chunk continues on the branch of the previous one. Loads that depend on the number of turns of a link count
-    from zero in each chunk.
+    Each chunk continues on the branch of the previous one. Loads that depend on the number of turns of a link start at
+    zero turns in each chunk.
 
     Parameters
     ----------
@@ -101,7 +100,7 @@ def _position_chunks(mechanism: Mechanism, given: tuple[Reals, ...], columns: in
 
 
 def _redrawn(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
-    """Redraw the mechanism at the last reliable position of a chunk, and return the drive path from there too."""
+    """Return the mechanism redrawn at the last reliable position of a chunk, and the drive path from there."""
     sine = passed.sine
     reliable: Any = (np.reshape(sine, (-1, sine.shape[-1])) > MIN_SINE).all(axis=0)
     places = np.flatnonzero(reliable[:-SEAM_POSITIONS])

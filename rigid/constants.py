@@ -1,11 +1,11 @@
 """Constants of all links and beams, stacked as arrays for vectorised operations."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Complex, Complexes, Numbers, Real, Reals
 from rigid.mechanism import Mechanism
@@ -13,8 +13,7 @@ from rigid.parts import Beam, Link
 from rigid.plane import dot
 
 
-@dataclass(frozen=True, eq=False)
-class BeamConstants:
+class BeamConstants(Struct, frozen=True, eq=False, dict=True):
     """Constants of all beams of a mechanism, as arrays (beams, ..., 1) that broadcast to (beams, ..., positions).
 
     Attributes
@@ -48,12 +47,12 @@ class BeamConstants:
 
     @cached_property
     def offset(self) -> bool:
-        """Whether any beam starts away from its link's origin."""
+        """Whether any beam does not start at the origin of its link."""
         return bool(self.start.any())
 
     @cached_property
     def resistance(self) -> tuple[Reals, Reals]:
-        """Inertia load per acceleration of the start and per i eps - w^2, as coefficients of powers of xi."""
+        """Inertia load per length as polynomials in xi: per acceleration of the start, and per i eps - w^2."""
         mass = -self.mass_per_length * self.mass_taper
         return mass, mass * self.length
 

@@ -1,22 +1,21 @@
 """Drawing of a mechanism: the point positions that select the assembly branch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Integers, Real
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 
-COLLINEAR_TOLERANCE = 1e-9  # distance from a line up to which joints count as collinear, relative to the drawing's size
+COLLINEAR_TOLERANCE = 1e-9  # largest distance of collinear joints from a line, relative to the size of the drawing
 
 
-@dataclass(frozen=True, eq=False)
-class Drawing:
+class Drawing(Struct, frozen=True, eq=False, dict=True):
     """Positions, directions and branch signs as drawn; arrays if they differ between designs.
 
     `rows` are the indices of the designs for which `side` returns signs (default: all).
@@ -51,7 +50,7 @@ class Drawing:
         return directions
 
     def _seen(self, link: int) -> Columns | None:
-        """Return the unit vector of a link's axes from two drawn points, or None."""
+        """Return the unit vector of a link's x axis (complex) from two drawn points, or None."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
         if len(drawn) < 2:
@@ -64,7 +63,7 @@ class Drawing:
         return seen / local * abs(local) / abs(seen)
 
     def direction(self, link: int) -> Columns:
-        """Return the unit vector of a link's axes as drawn; if unknown, that of the ground axes."""
+        """Return the unit vector of a link's x axis as drawn (complex); 1 if unknown."""
         return self._directions.get(link, 1.0 + 0j)
 
     def along(self, joint: Joint) -> Columns:

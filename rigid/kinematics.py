@@ -1,29 +1,30 @@
 """Motion of a mechanism, computed for many positions at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import ArrayLike, Columns, Complex, Complexes, Numbers, Reals
 from rigid.closures.closure import Closure
-from rigid.closures.conditioning import closure_sine, condition_numbers, marked, may_be_singular
+from rigid.closures.conditioning import closure_sine, condition_numbers, may_be_singular, without_singular
 from rigid.closures.displacements import Openings, displacements
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
-from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import JointPlace
 from rigid.laws import MotionLaw
 from rigid.mechanism import Mechanism
+from rigid.names import counted
+from rigid.parts import MechanismError
 from rigid.plane import ZERO
 from rigid.positions.link_positions import place
 from rigid.postures import Posture
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(Struct, frozen=True, eq=False, dict=True):
     """Positions, velocities and accelerations of all links of a mechanism.
 
     The last axes of each array, (positions,) or (designs, positions), are together called its columns. The links are
@@ -44,12 +45,12 @@ class Motion:
     angular_velocity
         Angular velocity of each link [rad/s], shape (links, ..., positions).
     turning
-        i times angular acceleration minus angular velocity^2 of each link (complex) [1/s^2], shape (links, ...,
-        positions). Multiplied by a vector on the link, it gives the acceleration of the vector's end relative to its
-        start.
+        i eps - w^2 of each link (complex) [1/s^2], with the angular acceleration eps and the angular velocity w, shape
+        (links, ..., positions). This factor times a vector on the link is the acceleration of the end of the vector
+        relative to its start.
     closures
-        Factorised linear problem of each group of links (see `rigid.decomposition`). It gives small displacements, and
-        joint forces.
+        Factorised linear equations of each group of links (see `rigid.decomposition`). Velocities, accelerations,
+        elastic displacements and joint forces follow from them.
     """
 
     mechanism: Mechanism
@@ -92,10 +93,10 @@ class Motion:
     def condition(self) -> Reals:
         """Amplification of round-off, at least 1, shape (..., positions).
 
-        Relative errors are about this number times the machine precision (2e-16). It is the largest condition number of
-        all groups of links. If that of a group exceeds `rigid.SINGULAR`, `condition` is infinite, and the velocities
-        and accelerations of the links of this group, and of links that depend on them, are nan. `condition` is nan if
-        the mechanism does not close.
+        This is the largest condition number of all groups of links. Relative errors are at most about 50 times this
+        number times the machine precision (2e-16), and usually much smaller. If the condition number of a group exceeds
+        `rigid.SINGULAR`, `condition` is infinite, and the velocities and accelerations of the links of this group, and
+        of links that depend on them, are nan. `condition` is nan if the mechanism does not close.
         """
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
@@ -113,10 +114,11 @@ class Motion:
 
     @property
     def sine(self) -> Reals:
-        """Smallest sine of all groups of links, shape (..., positions); 0 at a singular position.
+        """Distance from a singular position, from 0 (singular) to 1, shape (..., positions).
 
-        For two links on pins it is the sine of the transmission angle. If the cut joint of a group is a slider, a small
-        opening of this joint moves the ends of the links. The sine is then at most opening / displacement of the ends.
+        It is the smallest of the values of all groups of links. The value of two links on pins is the sine of the
+        transmission angle. A loop with a slider is cut at the slider: its value is at most (small gap at the cut) /
+        (displacement that this gap causes at the ends of the links).
         """
         free = (closed for closed in self.closures if closed.group.free)
         return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
@@ -145,16 +147,16 @@ def motion(
         Time of each position [s], shape (positions,) or (designs, positions) (default: 0, 1, 2, ...).
     near
         Approximate posture at each position, or one posture for all positions. If given, it selects the branch
-        at each position, and successive positions may be far apart. By default, the branch is followed from the
-        drawing.
+        at each position, and successive positions may be far apart. By default, the branch is followed from
+        `mechanism.drawing`, the approximate positions of the points at the start.
     lead
-        Drive coordinates on the path from the drawing to the first position, shape (drives, n) (default: a straight
-        path).
+        Drive coordinates along the path from `mechanism.drawing` to the first position, shape (drives, n) (default: a
+        straight path).
 
     Raises
     ------
     MechanismError
-        If the drives do not determine the mechanism, or the drawing does not determine its branch.
+        If the drives do not determine the motion, or `mechanism.drawing` does not determine the branch.
 
     Examples
     --------
@@ -183,7 +185,7 @@ def _placed(
 ) -> tuple[Posture, tuple[Closure, ...]]:
     """Place all links at the drive coordinates `drives[0]`.
 
-    Of the other entries (rates, accelerations), only the shapes are used, to find the number of designs.
+    The other entries (rates, accelerations) only determine the number of designs by their shapes.
     """
     order, coordinates = structure(mechanism), drives[0]
     if order.surplus:
@@ -239,7 +241,7 @@ def _with_velocities(
     if final or not moving.may_be_singular:
         return moving
     with np.errstate(all="ignore"):
-        regular = marked(moving, _openings(moving))
+        regular = without_singular(moving, _openings(moving))
     return _with_velocities(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
 
 
@@ -278,7 +280,7 @@ def _velocities(
 
 
 def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
-    """Return the gap and turn (of child relative to parent) that drive rates or accelerations prescribe."""
+    """Return the displacement and rotation of each joint due to rates (or accelerations) `rate` of the drives."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         driven = hinge.joint.drive is not None
@@ -302,7 +304,7 @@ def _accelerations(
 
 
 def by_laws(laws: Sequence[MotionLaw], times: Reals) -> tuple[Reals, Reals, Reals]:
-    """Evaluate drive laws: coordinates, rates and accelerations, shape (drives, ..., positions) each."""
+    """Evaluate drive laws: coordinates, rates and accelerations, each of shape (drives, ..., positions)."""
     coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(times) for law in laws), strict=True))
     return coordinates, rates, accelerations
 
@@ -333,3 +335,44 @@ def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Co
     """Return the acceleration of a link's point (complex) [m/s^2], shape (..., positions)."""
     at, arm = _at(motion, link, point)
     return motion.acceleration[at] + motion.turning[at] * arm
+
+
+def drive_arrays(
+    mechanism: Mechanism, drive: ArrayLike, rate: ArrayLike, rate2: ArrayLike, time: ArrayLike | None
+) -> tuple[Reals, Reals, Reals, Reals]:
+    """Convert the arguments of `motion` to arrays (drives, ..., positions), and time to (..., positions)."""
+    count = len(mechanism.drives)
+    coordinates = np.atleast_1d(np.asarray(drive, float))
+    if coordinates.ndim == 1:
+        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
+    if len(coordinates) != count:
+        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
+    if coordinates.ndim == 2 and max(np.ndim(rate), np.ndim(rate2)) > 2:
+        coordinates = coordinates[:, None]  # add an axis for designs, because the rates differ
+    instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
+    if instants.shape[-1:] != coordinates.shape[-1:] or instants.ndim >= max(coordinates.ndim, 2):
+        raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
+    return coordinates, per_position(rate, coordinates), per_position(rate2, coordinates), instants
+
+
+def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
+    """Broadcast a rate given per drive, position or design to the coordinates' shape."""
+    if isinstance(value, float | int) or np.ndim(value) == 0:  # equals np.broadcast_to, but is five times as fast
+        return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
+    if np.ndim(value) == 1:
+        value = np.reshape(value, (len(coordinates), -1))
+    if coordinates.ndim > np.ndim(value):
+        value = np.expand_dims(value, 1)
+    return np.broadcast_to(value, np.broadcast_shapes(np.shape(value), coordinates.shape))
+
+
+def rate_of(rate: Reals, drive: int | None) -> Columns:
+    """Return the rate of a drive: a scalar if it is constant, or ZERO if it is zero or there is no drive."""
+    if drive is None:
+        return ZERO
+    row = rate[drive]
+    if row.strides[-1] or not row.size:
+        return row
+    if row.ndim > 1:
+        return row[:, :1]
+    return float(row.flat[0]) or ZERO

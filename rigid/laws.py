@@ -5,20 +5,21 @@ Cam curves are normalised to a rise of 1 in a time of 1, after R. L. Norton, Cam
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import ArrayLike, Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 MotionLaw = Callable[[Any], Triple]
 """Function from times [s] to the coordinate, rate and acceleration of a drive, in the shape of the times."""
-MIN_IMPACT = 1e-9  # smallest jump of the speed that counts as an impact, relative to the speeds
-INSTANT_TOLERANCE = 1e-12  # difference up to which instants are equal, relative to the duration
+MIN_IMPACT = 1e-9  # smallest jump in the speed that counts as an impact, relative to the sum of both speeds
+INSTANT_TOLERANCE = 1e-12  # largest difference between equal instants, relative to the duration
 
 
 class LawError(ValueError):
@@ -72,7 +73,7 @@ def _harmonic(z: Reals) -> Triple:
 
 
 def _trapezoidal(z: Reals) -> Triple:
-    """Return a rise with a third of the time each of constant acceleration, speed and deceleration."""
+    """Return a rise in three phases of equal duration: constant acceleration, speed and deceleration."""
     early, late = z < 1 / 3, z >= 2 / 3
     value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
     rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
@@ -80,13 +81,16 @@ def _trapezoidal(z: Reals) -> Triple:
 
 
 def _scca_transitions(sine: float, cosine: float) -> tuple[float, float, float, float, float]:
-    """Return speed and coordinate at the ends of the first two pieces of an SCCA curve, and the peak acceleration."""
+    """Return speed and coordinate after the first and the second piece of an SCCA curve, and the peak acceleration.
+
+    The speeds and coordinates are those for a peak acceleration of 1.
+    """
     ends, flat = sine / 2, (1 - cosine) / 2
     speed = 2 * ends / pi
     travel = ends**2 * (2 / pi) * (1 - 2 / pi)
     flat_time = flat - ends
     later_travel, later = travel + speed * flat_time + flat_time**2 / 2, speed + flat_time
-    peak = 1 / (2 * (later_travel + later * cosine / 2 + (cosine / pi) ** 2))  # half of the rise is 1/2
+    peak = 1 / (2 * (later_travel + later * cosine / 2 + (cosine / pi) ** 2))  # half of the curve rises by 1/2
     return speed, travel, later, later_travel, peak
 
 
@@ -100,7 +104,8 @@ def scca_peaks(sine: float, cosine: float) -> tuple[float, float, float]:
 def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
     """Return a curve of Norton's SCCA family: sine, constant and cosine pieces of acceleration.
 
-    `sine` is the share of time of both sine pieces together, and `cosine` that of the cosine piece in the middle.
+    `sine` is the fraction of the duration that both sine pieces take together. `cosine` is the fraction that the cosine
+    piece in the middle takes.
     """
     b, d = sine, cosine
     ends, flat = b / 2, (1 - d) / 2
@@ -180,8 +185,7 @@ PEAKS: dict[str, tuple[float, float, float]] = {
 """Peak speed, acceleration and jerk (without acceleration jumps) of `CURVES`, for a rise of 1 in a time of 1."""
 
 
-@dataclass(frozen=True)
-class Segment:
+class Segment(Struct, frozen=True):
     """A piece of a motion law.
 
     Attributes
@@ -199,8 +203,7 @@ class Segment:
     rise: float = 0.0
 
 
-@dataclass(frozen=True)
-class ConstantSpeed:
+class ConstantSpeed(Struct, frozen=True):
     """Motion law with a constant rate.
 
     `start` [rad or m] and `speed` [rad/s or m/s] are scalars or arrays of shape (designs, 1). Arrays give coordinates,
@@ -217,14 +220,13 @@ class ConstantSpeed:
         return coordinate, np.full(coordinate.shape, self.speed), np.zeros(coordinate.shape)
 
 
-@dataclass(frozen=True)
-class SegmentedLaw:
+class SegmentedLaw(Struct, frozen=True, dict=True):
     """Motion law of consecutive segments from `start` [rad or m]. After the segments the coordinate is constant.
 
     If `start` has shape (designs, 1), the coordinates have shape (designs, positions).
 
     A 3-4-5 polynomial next to a segment of constant speed starts or ends at this speed, without a jump in acceleration.
-    All other ends of curves are at rest.
+    At all other ends, the curves are at rest.
 
     Raises
     ------
@@ -291,7 +293,7 @@ class SegmentedLaw:
     def __call__(self, time: ArrayLike) -> Triple:
         """Return coordinate, rate and acceleration at given times [s], in the shape of `time`.
 
-        At a jump of the acceleration, the value after the jump is returned; at the end of the law, the value before
+        At a jump in the acceleration, the value after the jump is returned; at the end of the law, the value before
         the end. Times within round-off of a jump count as the time of the jump.
         """
         time = np.asarray(time, float)
@@ -315,7 +317,7 @@ class SegmentedLaw:
         return value, rate, acceleration
 
     def stretched(self, number: int, z: Reals) -> Triple:
-        """Return the rise since the start of a segment, and its derivatives, at z = time / duration."""
+        """Return the rise since the start of a segment, and its derivatives by z, at z = time / duration."""
         segment, speeds = self.segments[number], self.speeds[number]
         if segment.curve == "polynomial-345" and any(speeds):
             return _polynomial(*quintic(segment, speeds))(z)
@@ -326,7 +328,7 @@ class SegmentedLaw:
 def quintic(segment: Segment, speeds: tuple[float, float]) -> Reals:
     """Return the coefficients of a quintic with given end speeds and zero end accelerations.
 
-    They are in the order of increasing powers. With zero speeds, this is the 3-4-5 polynomial.
+    The coefficients are in the order of increasing powers. With zero speeds, the quintic is the 3-4-5 polynomial.
     """
     h = segment.rise
     a, b = (speed * segment.duration for speed in speeds)

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import astuple, force_setattr
 
 from rigid.arrays import Complex
 from rigid.names import definition_error
@@ -26,8 +27,7 @@ from rigid.parts import (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Mechanism:
+class Mechanism(Struct, frozen=True, eq=False, dict=True):
     """A planar mechanism: links (one of them named "ground"), joints, drives, gears, loads and friction.
 
     Links with a point of the same name are pinned at this point, unless `welds` join them rigidly. `drawing` gives
@@ -44,13 +44,11 @@ class Mechanism:
     gears: tuple[Gear, ...] = ()
     friction: Mapping[str, Friction] = field(default_factory=dict)
     welds: tuple[Weld, ...] = ()
-    index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Put the ground first, number the links and check the definition."""
+        """Put the ground first and check the definition."""
         ordered = tuple(sorted(self.links, key=lambda link: link.name != GROUND))
-        object.__setattr__(self, "links", ordered)
-        object.__setattr__(self, "index", {link.name: number for number, link in enumerate(ordered)})
+        force_setattr(self, "links", ordered)
         if GROUND not in self.index:
             raise MechanismError('no link is named "ground": give the fixed link this name')
         if len(self.index) < len(ordered):
@@ -61,6 +59,11 @@ class Mechanism:
 
     def __repr__(self) -> str:
         return f"Mechanism({len(self.links)} links, {len(self.drives)} drives)"
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Number of each link by name."""
+        return {link.name: number for number, link in enumerate(self.links)}
 
     @cached_property
     def beams(self) -> tuple[tuple[int, Beam], ...]:
@@ -77,8 +80,9 @@ class Mechanism:
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
         values += [value for part in self.fixed_angles for value in part.lengths]
         for load in self.loads:
-            values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
-        values += [value for friction in self.friction.values() for value in vars(friction).values()]
+            own = astuple(load) if isinstance(load, Struct) else vars(load).values()
+            values += [value for value in own if np.ndim(value) == 2 and np.shape(value)[1] == 1]
+        values += [value for friction in self.friction.values() for value in astuple(friction)]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     @property
@@ -88,7 +92,7 @@ class Mechanism:
 
     @cached_property
     def size(self) -> float:
-        """Largest distance of a drawn point from the first one, for the first design [m]; 1 if it is zero."""
+        """Largest distance of a drawn point from the first drawn point, for the first design [m]; 1 if zero."""
         places = np.array([np.ravel(place)[0] for place in self.drawing.values()], complex)
         return float(np.abs(places - places[:1]).max(initial=0.0)) or 1.0
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol
 
 import numpy as np
+from msgspec.structs import asdict
 
 from rigid.arrays import Complex
 from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
@@ -13,7 +14,7 @@ UNIT_TOLERANCE = 1e-9  # largest deviation of the length of a unit vector from 1
 
 
 class Named(Protocol):
-    """A mechanism, as far as its definition is checked."""
+    """The parts of a mechanism that `definition_error` checks."""
 
     @property
     def links(self) -> tuple[Link, ...]: ...  # noqa: D102
@@ -92,7 +93,7 @@ def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
 
 def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:
     """Yield the errors of the friction of a pin or slider."""
-    for name, value in vars(friction).items():
+    for name, value in asdict(friction).items():
         yield f"{what}: {name} is {np.min(value):.6g}, expected at least 0" if np.any(np.less(value, 0)) else None
     if slides:
         yield f"{what}: a radius belongs to a pin" if np.any(friction.radius) else None

@@ -5,10 +5,10 @@ mechanism together.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Complex, Real, Reals
 
@@ -20,7 +20,8 @@ PointForce = tuple[str, str, Any, Any]
 
 GROUND = "ground"
 """Name of the fixed link."""
-PRESSURE_ANGLE = float(np.radians(20.0))  # standard involute teeth (ISO 53)
+PRESSURE_ANGLE = float(np.radians(20.0))
+"""Pressure angle of standard involute teeth [rad] (ISO 53)."""
 
 
 class MechanismError(ValueError):
@@ -31,8 +32,8 @@ class MechanismError(ValueError):
     kind
         Kind of error, if callers distinguish it, or "". Kinds are "name", "drives", "gear", "freedoms",
         "overconstrained", "drawing", "open" (a joint does not close), "reach" (some positions are out of reach),
-        "unreachable" (all positions are), "singular" and "section" (of a link's beams). For joints in space they are
-        "type", "axis" and "normal".
+        "unreachable" (all positions are out of reach), "singular" and "section" (of a beam). For joints in space, the
+        kinds are "type", "axis" and "normal".
     links, joints
         Names of the links and joints involved, if known.
     drives, positions
@@ -54,13 +55,13 @@ class MechanismError(ValueError):
         self.drives, self.positions = tuple(drives), tuple(positions)
 
 
-@dataclass(frozen=True, eq=False)
-class Beam:
+class Beam(Struct, frozen=True, eq=False):
     """A straight part of a link between two of its points.
 
     The beam axes are x' from `start` to `end`, and y' = i x'. `mass_per_length` [kg/m] is the value at the start. Along
     the beam it is multiplied by the polynomial `mass_taper` in xi = x'/l. `rotary_inertia` [kg m] is the mass moment of
-    inertia per length, rho I, at the start, and `rotary_taper` is its polynomial. It is 0 for a line mass.
+    inertia per length, rho I, at the start, and `rotary_taper` is the polynomial by which it is multiplied.
+    `rotary_inertia` is 0 for a line mass.
     """
 
     start: str
@@ -71,8 +72,7 @@ class Beam:
     rotary_taper: tuple[float, ...] = (1.0,)
 
 
-@dataclass(frozen=True, eq=False)
-class Lump:
+class Lump(Struct, frozen=True, eq=False):
     """A mass [kg] rigidly attached to a point of a link.
 
     `offset` [m] is the vector from the point to the centre of mass, in link axes. `inertia` [kg m^2] is about the
@@ -85,8 +85,7 @@ class Lump:
     offset: Complex = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Link:
+class Link(Struct, frozen=True, eq=False):
     """A link: points in link axes [m], with mass in beams and lumps.
 
     The first point is the origin of the axes. The second point usually lies on the x' axis.
@@ -98,8 +97,7 @@ class Link:
     lumps: tuple[Lump, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class Slider:
+class Slider(Struct, frozen=True, eq=False):
     """A prismatic pair: `link` slides on `on` without rotation.
 
     The `point` of `link` moves on a line through `origin` [m] with unit vector `direction`, both in the axes of `on`.
@@ -121,8 +119,7 @@ class Slider:
         return self.origin, self.direction, self.turn
 
 
-@dataclass(frozen=True, eq=False)
-class Weld:
+class Weld(Struct, frozen=True, eq=False):
     """A rigid joint of two links at a common point.
 
     `turn` is the unit vector of the x' axis of `link` in the axes of `on`.
@@ -140,22 +137,22 @@ class Weld:
 
     @property
     def name(self) -> str:
-        """Name of the weld, which is that of the point, as for a pin."""
+        """Name of the weld: the name of its point, as for a pin."""
         return self.point
 
 
-@dataclass(frozen=True)
-class PinDrive:
+class PinDrive(Struct, frozen=True):
     """A motor at the pin `at` that turns `link` relative to `on`.
 
-    The coordinate is the angle [rad] of `link` relative to `on`, positive counter-clockwise. `inertia` [kg m^2] is that
-    of rotor and gear, reduced to this coordinate. Other inertial effects of the motor on `on` are neglected.
+    The coordinate is the angle [rad] of `link` relative to `on`, positive counter-clockwise. `inertia` [kg m^2] is the
+    moment of inertia of rotor and gear, reduced to this coordinate. Other inertial effects of the motor on `on` are
+    neglected.
     """
 
     link: str
     at: str
     on: str = GROUND
-    inertia: Real = field(default=0.0, compare=False)  # the structure does not depend on it
+    inertia: Real = 0.0
     turns: ClassVar[bool] = True
 
     @property
@@ -165,7 +162,7 @@ class PinDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive, which is that of the link."""
+        """Name of the drive: the name of the moved link."""
         return self.link
 
     @property
@@ -174,12 +171,11 @@ class PinDrive:
         return self.link, self.on
 
 
-@dataclass(frozen=True)
-class SliderDrive:
+class SliderDrive(Struct, frozen=True):
     """A motor that moves a slider. The coordinate is the slide [m], and `inertia` the reduced mass [kg]."""
 
     slider: str
-    inertia: Real = field(default=0.0, compare=False)  # the structure does not depend on it
+    inertia: Real = 0.0
     turns: ClassVar[bool] = False
 
     @property
@@ -189,7 +185,7 @@ class SliderDrive:
 
     @property
     def name(self) -> str:
-        """Name of the drive, which is that of the slider."""
+        """Name of the drive: the name of the slider."""
         return self.slider
 
     @property
@@ -207,13 +203,12 @@ class Load(Protocol):
         ...
 
     def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
-        """Return the forces and moments on these points at each position."""
+        """Return the forces and moments on `points` at each position."""
         ...
 
 
-@dataclass(frozen=True)
-class Gear:
-    """A gear pair: the coordinate of `follower` changes by `ratio` times that of `driver`.
+class Gear(Struct, frozen=True):
+    """A gear pair: change in the coordinate of `follower` = `ratio` times change in the coordinate of `driver`.
 
     `driver` and `follower` identify pins or sliders in the same way as drives do. `ratio` is negative for external
     gears, positive for a ring gear, and in m/rad or rad/m for a rack. The tooth force acts at the pitch point, inclined
@@ -222,7 +217,7 @@ class Gear:
 
     Set `pressure_angle` to None for a belt or chain, which has no tooth force. There is also no tooth force without a
     pitch point: if the joints have no common carrier, the ratio is 1, the axes coincide, or both joints are sliders. In
-    these cases, only the moment or force along each coordinate is transmitted, between the two links of the joint.
+    these cases, only the moment or force along each coordinate is transmitted, between the two links of each joint.
     """
 
     driver: PinDrive | SliderDrive
@@ -231,14 +226,14 @@ class Gear:
     pressure_angle: float | None = PRESSURE_ANGLE
 
 
-@dataclass(frozen=True, eq=False)
-class Friction:
+class Friction(Struct, frozen=True, eq=False):
     """Friction of a joint: Coulomb friction, which is proportional to the contact force, and viscous friction.
 
     The friction moment of a pin under the force F is `coefficient` `radius` |F|, which does not depend on the moment of
     a drive. The friction force of a slider is `coefficient` max(|N|, 2 |M| / `length`). N is the force normal to the
-    line, and M is the moment about the block's point, the middle of the guided length; the contact is at its ends.
-    Viscous friction adds `viscosity` times the rate. At rest, friction is zero.
+    line, and M is the moment about the point of the block. This point is the middle of the guided length, and the block
+    touches the line at both ends of this length. Viscous friction adds `viscosity` times the rate. At rest, friction is
+    zero.
 
     Attributes
     ----------
@@ -258,12 +253,11 @@ class Friction:
     viscosity: Real = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class PointLoad:
+class PointLoad(Struct, frozen=True, eq=False):
     """A force [N] and moment [N m] on a point of a link.
 
     If `turning`, the force rotates with the link and is given in link axes. `law` is a function of the motion that
-    returns a factor on both, shape (..., positions).
+    returns a factor on the force and the moment, shape (..., positions).
     """
 
     link: str
@@ -285,8 +279,7 @@ class PointLoad:
         return ((self.link, self.point, self.force * turned * factor, self.moment * factor),)
 
 
-@dataclass(frozen=True, eq=False)
-class LineLoad:
+class LineLoad(Struct, frozen=True, eq=False):
     """A force per length [N/m] along a beam, which varies linearly from `start` to `end`.
 
     If `turning`, the values are in beam axes, otherwise in ground axes. For `law` see `PointLoad`.

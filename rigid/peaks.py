@@ -1,11 +1,11 @@
 """Peak speed, acceleration and jerk of motion laws, and acceleration jumps."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Reals
 from rigid.laws import INNER_JUMPS, PEAKS, ConstantSpeed, MotionLaw, SegmentedLaw, polynomial_peaks, quintic
@@ -14,15 +14,14 @@ from rigid.table_laws import RepeatedLaw, TableLaw
 MIN_JUMP = 1e-9  # smallest acceleration jump that is not round-off, relative to the peak acceleration
 
 
-@dataclass(frozen=True)
-class LawPeaks:
+class LawPeaks(Struct, frozen=True):
     """Peaks of a motion law.
 
     Attributes
     ----------
     speed, acceleration, jerk
-        Largest magnitudes of the first three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3, or with m]. The
-        jerk is infinite if the acceleration jumps.
+        Largest magnitudes of the first three derivatives of the coordinate [rad/s, rad/s^2, rad/s^3; for a slide, m
+        instead of rad]. The jerk is infinite if the acceleration jumps.
     jumps
         Times of acceleration jumps [s].
     """
@@ -37,7 +36,7 @@ def law_peaks(law: MotionLaw) -> LawPeaks | None:
     """Return the peaks of a motion law in closed form, or None if no closed form is known.
 
     The speed is constant before and after a law of segments, so an acceleration at either end is a jump. If the law is
-    repeated, its end joins its start. The motion outside a table is unknown, so the ends of a table are not jumps.
+    repeated, its start follows its end. The motion outside a table is unknown, so the ends of a table are not jumps.
 
     Examples
     --------

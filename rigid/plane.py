@@ -14,7 +14,7 @@ ROUND_OFF = 4 * np.finfo(float).eps  # relative error after a few operations
 class Zero:
     """A constant zero. Sums and products of arrays with it are not computed.
 
-    Arrays delegate operations with it to the methods of this class. `number` converts it to 0.0.
+    Arrays delegate operations with this constant to the methods of this class. `number` converts the constant to 0.0.
     """
 
     __array_ufunc__ = None

@@ -51,7 +51,7 @@ def _runs_to_infinity(motion: Motion, place: Reals) -> bool:
 
 
 def _stop(motion: Motion, inside: Reals, outside: Reals, position: int) -> Reals:
-    """Return the drive coordinates of the stop between reachable and unreachable coordinates."""
+    """Return the drive coordinates of the stop between reachable coordinates `inside` and unreachable `outside`."""
     lead = outline(motion.drive[:, : position + 1] if len(motion.drive) > 1 else motion.drive)
     for _ in range(MAX_HALVINGS):
         middle = (inside + outside) / 2

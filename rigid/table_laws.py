@@ -1,15 +1,16 @@
 """Motion laws given by tables, and repeated laws."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import pi
 from typing import Any, Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.laws import Triple
 
-INSTANT_TOLERANCE = 1e-12  # times this close before the end of a period count as its end, relative to the period
+# an instant at most this long before the end of a period counts as the end; relative to the period
+INSTANT_TOLERANCE = 1e-12
 CLOSING_TOLERANCE = 1e-12  # largest closing error of a period, relative to 1 + rise
 
 
@@ -31,8 +32,7 @@ class Lasting(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class TableLaw:
+class TableLaw(Struct, frozen=True, dict=True):
     """Motion law that interpolates coordinates [rad or m] at given times [s] by a cubic spline.
 
     If `repeated`, speed and acceleration at the end equal those at the start.
@@ -72,8 +72,7 @@ class TableLaw:
         return spline(at) + slope * at, spline(at, 1) + slope, spline(at, 2)
 
 
-@dataclass(frozen=True)
-class RepeatedLaw:
+class RepeatedLaw(Struct, frozen=True):
     """Periodic repetition of a law. Each period starts at the coordinate at which the previous period ends."""
 
     law: Lasting
@@ -90,11 +89,11 @@ class RepeatedLaw:
         return float(last - first)
 
     def closes(self, turns: bool) -> bool:
-        """Return whether a drive is back after one period. An angle (`turns`) may differ by full turns."""
+        """Return whether a drive is at its start after one period. An angle (`turns`) may differ by full turns."""
         return self.rounds(1) == 1 if turns else abs(self.rise) <= CLOSING_TOLERANCE * (1 + abs(self.rise))
 
     def rounds(self, most: int) -> int:
-        """Return the number of periods until an angle is back modulo full turns, or 0 if it exceeds `most`."""
+        """Return the number of periods until an angle is at its start modulo full turns, or 0 if more than `most`."""
         for count in range(1, most + 1):
             rest = count * self.rise
             rest -= 2 * pi * round(rest / (2 * pi))

@@ -1,8 +1,7 @@
 """Transmission angles of dyads, which measure how effectively one link drives the other."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Reals
 from rigid.closures.closure import Closure
@@ -11,8 +10,7 @@ from rigid.kinematics import Motion
 from rigid.plane import cross, dot
 
 
-@dataclass(frozen=True, eq=False)
-class Transmission:
+class Transmission(Struct, frozen=True, eq=False):
     """Transmission angle between two links of a dyad.
 
     Attributes
@@ -22,8 +20,8 @@ class Transmission:
     links
         Names of the links.
     angle
-        Acute angle between the links [rad], shape (..., positions). Its sine is |s|. At a slider, the angle is measured
-        from the normal to the line instead of the link.
+        Acute angle between the links [rad], shape (..., positions). Its sine is the magnitude of `Closure.sine`. At a
+        slider, the normal to the line of the slider replaces the link.
     """
 
     joint: str
@@ -32,7 +30,7 @@ class Transmission:
 
 
 def transmission_angles(motion: Motion) -> list[Transmission]:
-    """Return the transmission angles of all dyads, in the order of solution (for larger groups see `Motion.sine`)."""
+    """Return the transmission angles of all dyads, in the order of solution. For larger groups, see `Motion.sine`."""
     links = motion.mechanism.links
     angles = []
     for closed in motion.closures:

@@ -1,6 +1,5 @@
 """The symbols of a mechanism as a display list for all renderers: films, paper, report page and editor."""
 
-from symbols.hulls import hull
 from symbols.joints import (
     BLOCK,
     BLOCK_CORNERS,
@@ -8,22 +7,22 @@ from symbols.joints import (
     PEDESTAL,
     PIN_RADIUS,
     POINTS,
+    dot,
     pin,
     rails,
-    spot,
     support,
     travel,
     weld,
 )
-from symbols.marks import INK, LEVELS, LINK, NONE, SHADE, SOFT, UNDER, Line, Mark, Spot, anchor
+from symbols.marks import INK, LEVELS, LINK, NONE, SHADE, SOFT, UNDER, Anchor, Line, Mark, anchor_position, hull
 from symbols.mechanism import extent_of, marks_of, plain_marks
-from symbols.parts import DRIVE, MASS, arrow, cylinder, mass, spring, torsion_spring, turn_arrow, wheels_of_pair
+from symbols.parts import DRIVE, MASS, ROLLER, arrow, cylinder, mass, spring, torsion_spring, turn_arrow, wheels_of_pair
 
 __all__ = [
     "BLOCK", "BLOCK_CORNERS", "DRIVE", "INK", "JOINTS", "LEVELS", "LINK", "MASS", "NONE", "PEDESTAL", "PIN_RADIUS",
-    "POINTS", "SHADE", "SOFT", "UNDER", "Line", "Mark", "Spot", "anchor", "arrow", "cylinder", "extent_of", "hull",
-    "marks_of", "mass", "pin", "plain_marks", "rails", "spot", "spring", "support", "torsion_spring", "travel",
-    "turn_arrow", "weld", "wheels_of_pair",
+    "POINTS", "ROLLER", "SHADE", "SOFT", "UNDER", "Anchor", "Line", "Mark", "anchor_position", "arrow", "cylinder",
+    "dot", "extent_of", "hull", "marks_of", "mass", "pin", "plain_marks", "rails", "spring", "support",
+    "torsion_spring", "travel", "turn_arrow", "weld", "wheels_of_pair",
 ]  # fmt: skip
 
 

@@ -1,18 +1,17 @@
 """Marks: lines and circles, as plain data, in axes that move with the links.
 
-A mark has axes, an anchor on a link and sometimes a second anchor.
-Renderers know the positions of the links. They scale each mark and draw it at its anchor, so that a list of marks
-stays valid while the mechanism moves.
+A mark has axes, an anchor on a link and sometimes a second anchor. Renderers know the positions of the links. They
+scale each mark and draw it at its anchor. A list of marks therefore stays valid while the mechanism moves.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
-from rigid import Reals
+from rigid import Motion, Reals
 from rigid.arrays import Complexes
 from rigid.joints import Placed
 
@@ -22,10 +21,10 @@ UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER = "guide", "ground", "block", "pin
 LEVELS = (UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER)
 """Levels from back to front. Links are drawn above GROUND_LEVEL and below BLOCK_LEVEL."""
 CORNERS = 60  # number of corners of the polygon that replaces a circle
-DECIMALS = 9  # decimals of coordinates in JSON
+DECIMALS = 9  # number of decimals of coordinates in JSON
 
 
-class Spot(NamedTuple):
+class Anchor(NamedTuple):
     """A location on a link: a named point, or `local` coordinates in the link's axes [m]."""
 
     link: str
@@ -33,31 +32,31 @@ class Spot(NamedTuple):
     local: complex = 0j
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
+class Line(Struct, frozen=True, eq=False, dict=True):
     """A polyline, or a filled polygon if `closed`.
 
-    Each vertex is the sum of three vectors: `size` [symbol sizes] and `far` [m], which are complex and in the axes of
-    the mark, and `share` times the vector from the first to the second anchor.
+    Each vertex is the sum of three vectors: `symbol_offset` [symbol sizes], `offset` [m], and `share` times the vector
+    from the first to the second anchor. The first two are complex numbers in the axes of the mark.
     """
 
-    size: Any = 0j
-    far: Any = 0j
+    symbol_offset: Any = 0j
+    offset: Any = 0j
     share: Any = 0.0
     closed: bool = False
 
     @cached_property
     def vertices(self) -> tuple[Complexes, Complexes, Reals]:
-        """`size`, `far` and `share` as arrays of shape (vertices,)."""
-        size, far, share = np.broadcast_arrays(
-            np.atleast_1d(np.asarray(self.size, complex)), np.asarray(self.far, complex), np.asarray(self.share, float)
+        """`symbol_offset`, `offset` and `share` as arrays of shape (vertices,)."""
+        symbol_offset, offset, share = np.broadcast_arrays(
+            np.atleast_1d(np.asarray(self.symbol_offset, complex)),
+            np.asarray(self.offset, complex),
+            np.asarray(self.share, float),
         )
-        return size, far, share
+        return symbol_offset, offset, share
 
 
-@dataclass(frozen=True, eq=False)
-class Mark:
-    """A symbol, or a part of a symbol drawn in the same colours.
+class Mark(Struct, frozen=True, eq=False, dict=True):
+    """A symbol, or the part of a symbol with the same colours.
 
     Attributes
     ----------
@@ -66,29 +65,31 @@ class Mark:
     at, to
         First anchor, and optional second anchor. With two anchors, the x axis points from the first to the second.
     axis
-        Link that the axes rotate with, and direction of the x axis in the axes of this link.
-        None for axes parallel to the ground axes.
+        Link with which the axes of the mark rotate, and direction of their x axis in the axes of this link. None if the
+        axes are parallel to the ground axes.
     lines
         Polylines and polygons.
     radius
-        Radius of a circle about the anchor, as two summands: one in symbol sizes, one in metres.
+        Radius of a circle about the anchor: the sum of a value in symbol sizes and a value in metres.
     stroke, fill, width, dashed
         Colours, line width [pixels on a page], and whether the line is dashed.
     level
         One of `LEVELS`.
     drive
         Drive index, or None. While the rate of this drive is negative, the mark is mirrored about its y axis.
-    spin
-        For a body that is not a link: function that returns the x axis at each position of a motion.
+    x_axis_of
+        Function that returns the x axis at each position of a motion, for a load with a variable direction, or for a
+        body that is not a link. With a motion, it replaces `axis`; with a single posture, `axis` applies. The mark is
+        invisible where the x axis is 0.
     replaces
         Name of the slider whose symbol this mark replaces, or empty.
     """
 
     kind: str
-    at: Spot
+    at: Anchor
     lines: tuple[Line, ...] = ()
     radius: tuple[float, float] = (0.0, 0.0)
-    to: Spot | None = None
+    to: Anchor | None = None
     axis: tuple[str, complex] | None = None
     stroke: str = INK
     fill: str = NONE
@@ -96,8 +97,17 @@ class Mark:
     dashed: bool = False
     level: str = JOINT
     drive: int | None = None
-    spin: Callable[[Any], Any] | None = None
+    x_axis_of: Callable[[Any], Any] | None = None
     replaces: str = ""
+
+    @property
+    def shows(self) -> str:
+        """Name of the link that the symbol represents, or empty."""
+        if self.kind == "rod":
+            return self.to.link if self.to else ""
+        if self.kind == "wheel":
+            return self.axis[0] if self.axis else ""
+        return self.at.link if self.kind in ("barrel", "block") else ""
 
     @cached_property
     def outlines(self) -> tuple[Line, ...]:
@@ -110,12 +120,12 @@ class Mark:
     @cached_property
     def vertices(self) -> tuple[Complexes, Complexes, Reals]:
         """Vertices of all outlines (see `Line.vertices`)."""
-        sizes, fars, shares = zip(*(line.vertices for line in self.outlines), strict=True)
-        return np.concatenate(sizes), np.concatenate(fars), np.concatenate(shares)
+        symbol_offsets, offsets, shares = zip(*(line.vertices for line in self.outlines), strict=True)
+        return np.concatenate(symbol_offsets), np.concatenate(offsets), np.concatenate(shares)
 
     @property
-    def body(self) -> str:
-        """Fill colour if the mark has exactly one polygon, else `NONE` (one of several polygons may be a hole)."""
+    def polygon_fill(self) -> str:
+        """Fill colour if there is exactly one polygon; otherwise `NONE`, because some polygons may be holes."""
         return self.fill if sum(line.closed for line in self.outlines) == 1 else NONE
 
     @property
@@ -132,20 +142,20 @@ class Mark:
         place, end
             Positions of the first and second anchor [m].
         x_axis
-            Unit vector of the x axis. If `end` is given, the direction from `place` to `end` replaces it.
+            Unit vector of the x axis; not used if `end` is given, because the x axis then points from `place` to `end`.
         size
             Symbol size [m].
         """
-        sizes, fars, shares = self.vertices
-        local = size * sizes + fars
+        symbol_offsets, offsets, shares = self.vertices
+        local = size * symbol_offsets + offsets
         apart = 0j if end is None else end - place
         direction = x_axis if end is None else apart / max(abs(apart), 1e-300)
         return place + direction * (-np.conj(local) if mirrored else local) + apart * shares
 
     def direction(self, placed: Placed) -> Any:
-        """Return the unit vector of the x axis, shape (...)."""
-        if self.spin is not None:
-            return self.spin(placed)
+        """Return the unit vector of the x axis, shape (...); 0 where the mark is invisible."""
+        if self.x_axis_of is not None and isinstance(placed, Motion):
+            return self.x_axis_of(placed)
         if self.axis is None:
             return 1.0
         link, x_axis = self.axis
@@ -157,22 +167,24 @@ class Mark:
         def link(name: str) -> Any:
             return name if links is None else links[name]
 
-        def spot(each: Spot) -> dict[str, Any]:
+        def anchor_data(each: Anchor) -> dict[str, Any]:
             return {"link": link(each.link), "point": each.point or None, "local": _pair(each.local)}
 
         lines = []
         for line in self.lines:
-            size, far, share = line.vertices
-            content = {"size": _plain(size), "far": _plain(far), "share": _plain(share), "closed": line.closed}
-            lines.append({key: value for key, value in content.items() if value})
-        style = {"stroke": self.stroke, "fill": self.fill, "width": self.width, "dashed": self.dashed}
+            symbol_offset, offset, share = line.vertices
+            content = {"symbol_offset": _plain(symbol_offset), "offset": _plain(offset), "share": _plain(share)}
+            lines.append({key: value for key, value in {**content, "closed": line.closed}.items() if value})
+        style: dict[str, Any] = {"stroke": self.stroke, "fill": self.fill, "width": self.width, "dashed": self.dashed}
         axis = self.axis and {"link": link(self.axis[0]), "way": _pair(self.axis[1])}
-        more = {"to": self.to and spot(self.to), "axis": axis, "drive": self.drive, "radius": self.radius, "spin": None}
-        return {"kind": self.kind, "level": self.level, "at": spot(self.at), "lines": lines, **style, **more}
+        to = self.to and anchor_data(self.to)
+        more = {"to": to, "axis": axis, "drive": self.drive, "radius": self.radius, "x_axis": None}
+        style["shows"] = link(self.shows) if self.shows else None
+        return {"kind": self.kind, "level": self.level, "at": anchor_data(self.at), "lines": lines, **style, **more}
 
 
-def anchor(placed: Placed, at: Spot) -> Complexes:
-    """Return the position of a spot without elastic displacement [m], shape (...)."""
+def anchor_position(placed: Placed, at: Anchor) -> Complexes:
+    """Return the position of an anchor without elastic displacement [m], shape (...)."""
     number = placed.mechanism.index[at.link]
     local = placed.mechanism.links[number].points[at.point] if at.point else at.local
     return np.asarray(placed.origin[number] + placed.direction[number] * local)
@@ -186,3 +198,29 @@ def _plain(values: Any) -> Any:
     """Return rounded numbers as a list, with complex numbers as (real, imaginary) pairs, or None if all are zero."""
     parts = np.stack([values.real, values.imag], axis=-1) if np.iscomplexobj(values) else values
     return np.round(parts, DECIMALS).tolist() if values.any() else None
+
+
+def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:
+    """Return the corners of the convex hull, counter-clockwise; only the two extreme points if all are collinear.
+
+    Uses the monotone chain algorithm.
+
+    Parameters
+    ----------
+    flat
+        A corner is left out if twice the area of the triangle with its neighbours is below this fraction of the squared
+        extent of all points.
+    """
+    ordered = sorted({complex(point) for point in points}, key=lambda place: (place.real, place.imag))
+    if len(ordered) < 3:
+        return np.array(ordered)
+    corners: list[complex] = []
+    least = flat * abs(ordered[-1] - ordered[0]) ** 2
+    for places in (ordered, ordered[::-1]):
+        chain: list[complex] = []
+        for place in places:
+            while len(chain) > 1 and ((chain[-1] - chain[-2]).conjugate() * (place - chain[-1])).imag <= least:
+                chain.pop()
+            chain.append(place)
+        corners += chain[:-1]
+    return np.array(corners)

@@ -1,19 +1,22 @@
 """Display list of a mechanism."""
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 from itertools import count
 from typing import Any
 
 import numpy as np
 
-from rigid import GROUND, Mechanism, PinDrive, PointLoad, SliderDrive, Spring, TorsionSpring
+from rigid import GROUND, Mechanism, Motion, PinDrive, PointLoad, Resistance, SliderDrive, Spring, TorsionSpring
+from rigid.arrays import Complexes
 from rigid.joints import Placed
-from symbols.joints import pin, slider_marks, spot, support, travel, weld
-from symbols.marks import LEVELS, Mark, Spot, anchor
+from symbols.joints import dot, pin, slider_marks, support, travel, weld
+from symbols.marks import LEVELS, Anchor, Mark, anchor_position
 from symbols.parts import arrow, belt, mass, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
 
-SYMBOLS_PER_DRAWING = 45  # size of a drawing / usual size of a symbol
-MAX_VARIATION = 1e-6  # relative variation up to which the centre distance of two wheels counts as constant
+SYMBOLS_PER_DRAWING = 45  # (size of a drawing) / (usual size of a symbol)
+MAX_VARIATION = 1e-6  # the centre distance of two wheels counts as constant up to this relative variation
+MIN_FORCE = 1e-9  # a smaller force has no arrow; relative to the largest force of the load in the motion
 Drive = PinDrive | SliderDrive
 
 
@@ -23,7 +26,7 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
     Parameters
     ----------
     placed
-        A posture or a motion. With a motion, the rails show the whole travel of the sliders.
+        A posture or a motion. If it is a motion, the rails show the whole travel of the sliders.
     parts
         Marks of parts that are not in the mechanism, such as cylinders.
     """
@@ -36,10 +39,10 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
             marks += slider_marks(placed, slider, travel(placed, slider), size)
     for number, drive in enumerate(mechanism.drives):
         if drive.turns:
-            marks.append(turn_arrow(Spot(drive.links[0], drive.joint), number))
+            marks.append(turn_arrow(Anchor(drive.links[0], drive.joint), number))
         elif drive.joint not in replaced:
             slider = mechanism.slider(drive.joint)
-            at, direction = Spot(slider.link, slider.point), complex(slider.direction)
+            at, direction = Anchor(slider.link, slider.point), complex(slider.direction)
             marks.append(slide_arrow(at, slider.on, direction, number))
     return sorted([*marks, *_points(mechanism)], key=lambda mark: LEVELS.index(mark.level))
 
@@ -52,41 +55,57 @@ def _points(mechanism: Mechanism) -> Iterator[Mark]:
             owners.setdefault(point, []).append(link.name)
     blocks = set(mechanism.slider_points.values())
     for point, links in owners.items():
-        at = Spot(next((name for name in links if name != GROUND), GROUND), point)
+        at = Anchor(next((name for name in links if name != GROUND), GROUND), point)
         if len(links) == 1:
-            yield from [] if point in blocks else [spot(at)]
+            yield from [] if point in blocks else [dot(at)]
             continue
         if GROUND in links:
-            yield from support(Spot(GROUND, point))
+            yield from support(Anchor(GROUND, point))
         yield weld(at) if point in mechanism.welded_points else pin(at)
 
 
 def _masses(mechanism: Mechanism) -> Iterator[Mark]:
-    """Yield discs at point masses. The last lump of a link without beams is the link's own mass, not a point mass."""
+    """Yield discs at point masses. Skip the last lump of a link without beams, which is the mass of the link itself."""
     for link in mechanism.links:
         for lump in link.lumps if link.beams else link.lumps[:-1]:
             if np.any(lump.mass) and not np.any(lump.inertia) and not np.any(lump.offset):
-                yield mass(Spot(link.name, lump.point))
+                yield mass(Anchor(link.name, lump.point))
 
 
 def _loads(mechanism: Mechanism) -> Iterator[Mark]:
     for load in mechanism.loads:
         if isinstance(load, Spring):
-            yield spring(Spot(load.link, load.point), Spot(load.on, load.anchor))
+            yield spring(Anchor(load.link, load.point), Anchor(load.on, load.anchor))
         elif isinstance(load, TorsionSpring):
-            yield torsion_spring(Spot(load.link, load.at))
-        elif isinstance(load, PointLoad) and (force := complex(np.ravel(load.force)[0])):
-            direction = force / abs(force)
-            yield arrow(Spot(load.link, load.point), (load.link if load.turning else GROUND, direction))
+            yield torsion_spring(Anchor(load.link, load.at))
+        elif isinstance(load, PointLoad | Resistance):
+            given = load.load if isinstance(load, Resistance) else load
+            if force := complex(np.ravel(given.force)[0]):
+                axis = given.link if given.turning else GROUND, force / abs(force)
+                varies = load is not given or load.law is not None
+                yield arrow(Anchor(load.link, load.point), axis, partial(_force_direction, load) if varies else None)
+
+
+def _force_direction(load: PointLoad | Resistance, motion: Motion) -> Complexes:
+    """Return the unit vector of the force of a load at each position, shape (..., positions); 0 if the force is 0."""
+    [(_, _, force, _)] = load.forces(motion)
+    force = np.broadcast_to(force, motion.columns)
+    size = np.abs(force)
+    acts = size > MIN_FORCE * np.max(size, initial=0.0, where=np.isfinite(size))
+    return np.divide(force, size, out=np.zeros(force.shape, complex), where=acts)
 
 
 def _gears(placed: Placed) -> Iterator[Mark]:
-    """Yield the pitch circles of toothed wheels, or a line if there are no teeth or the centre distance varies."""
+    """Yield the pitch circles of toothed wheels, or a line between two wheels without pitch circles.
+
+    There are no pitch circles in three cases: there are no teeth, the centre distance varies, or both wheels have the
+    same angle of rotation.
+    """
     for gear in placed.mechanism.gears:
         driver, driving, sense = _end(placed.mechanism, gear.driver, gear.follower)
         follower, driven, other_sense = _end(placed.mechanism, gear.follower, gear.driver)
         ratio = float(np.ravel(gear.ratio)[0]) * sense * other_sense
-        apart = np.ravel(anchor(placed, follower) - anchor(placed, driver))
+        apart = np.ravel(anchor_position(placed, follower) - anchor_position(placed, driver))
         apart = apart[np.isfinite(apart)]
         turning = gear.driver.turns and gear.follower.turns
         if gear.pressure_angle is None or (turning and ratio == 1):
@@ -102,33 +121,36 @@ def _gears(placed: Placed) -> Iterator[Mark]:
             yield belt(driver, follower)
 
 
-def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Spot, str, int]:
-    """Return the centre of a wheel (or point of a rack), its link, and -1 if the drive turns the carrier, else 1."""
+def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Anchor, str, int]:
+    """Return the centre of a wheel (or a point of a rack), its link, and the sense of rotation of the wheel.
+
+    The sense is -1 if the angle of the drive is the angle of the carrier relative to the wheel, and otherwise 1.
+    """
     if not drive.turns:
         slider = mechanism.slider(drive.joint)
-        return Spot(slider.link, slider.point), slider.link, 1
+        return Anchor(slider.link, slider.point), slider.link, 1
     link, on = drive.links
     carrier = link in other.links and on not in other.links
     wheel_link = on if carrier else link
-    return Spot(wheel_link, drive.joint), wheel_link, -1 if carrier else 1
+    return Anchor(wheel_link, drive.joint), wheel_link, -1 if carrier else 1
 
 
 def plain_marks(marks: Iterable[Mark], mechanism: Mechanism) -> list[dict[str, Any]]:
-    """Return marks as JSON data. Marks with a `spin` function are numbered under this key."""
+    """Return marks as JSON data. Marks with a function `x_axis_of` get consecutive numbers in the key `x_axis`."""
     counter = count()
-    return [{**mark.plain(mechanism.index), "spin": next(counter) if mark.spin else None} for mark in marks]
+    return [{**mark.plain(mechanism.index), "x_axis": next(counter) if mark.x_axis_of else None} for mark in marks]
 
 
 def extent_of(placed: Placed, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
     """Return two opposite corners of the bounding box of all links and marks [m], or None if no position is known."""
     links = placed.mechanism.links
-    places = [np.ravel(anchor(placed, Spot(link.name, point))) for link in links for point in link.points]
+    places = [np.ravel(anchor_position(placed, Anchor(link.name, point))) for link in links for point in link.points]
     for mark in marks:
-        far = mark.vertices[1]
-        if mark.to is None and far.any():
-            place = anchor(placed, mark.at)
+        offset = mark.vertices[1]
+        if mark.to is None and offset.any():
+            place = anchor_position(placed, mark.at)
             x_axis = np.broadcast_to(mark.direction(placed), place.shape)
-            places.append(np.ravel(place[..., None] + x_axis[..., None] * far))
+            places.append(np.ravel(place[..., None] + x_axis[..., None] * offset))
     every = np.concatenate(places)
     every = every[np.isfinite(every)]
     if not every.size:

@@ -1,48 +1,52 @@
 """Symbols of drives, springs, wheels, loads, masses and cylinders."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigid import GROUND
 from rigid.teeth import pitch_reach
-from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, SOFT, UNDER, Line, Mark, Spot
+from symbols.marks import ACCENT, GROUND_LEVEL, LINK, LOAD, NONE, OVER, PAPER, SOFT, UNDER, Anchor, Line, Mark
 
 DRIVE = "drive"
 """Mark kind of the arrows at drives."""
 MASS = "mass"
 """Mark kind of the discs at point masses."""
+ROLLER = "roller"
+"""Mark kind of the circles of rollers on cams."""
 TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angles along the arrow around a driven pin
 TURN_RADIUS = 2.2
 HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # arrow head that points to the right
 COILS = 8
-LOAD_LENGTH, TURN_COILS = 6.0, 2.2  # length of a force arrow, and number of turns of a torsion spring
-BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # corners of a barrel, measured across the axis of the cylinder
+LOAD_LENGTH, TURN_COILS = 6.0, 2.2  # length of a force arrow [symbol sizes], and number of turns of a torsion spring
+BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # coordinates of the corners of a barrel across the axis of the cylinder
 
 
-def turn_arrow(at: Spot, drive: int | None) -> Mark:
+def turn_arrow(at: Anchor, drive: int | None) -> Mark:
     """Return an arrow around a driven pin."""
     arc = TURN_RADIUS * np.exp(1j * TURN)
     return _arrow(DRIVE, at, arc, 1j * np.exp(3.55j), ACCENT, drive=drive)
 
 
-def slide_arrow(at: Spot, on: str, direction: complex, drive: int | None) -> Mark:
+def slide_arrow(at: Anchor, on: str, direction: complex, drive: int | None) -> Mark:
     """Return an arrow in front of a driven block."""
     return _arrow(DRIVE, at, np.array([2.0, 5.4], complex), 1.0, ACCENT, drive=drive, axis=(on, direction))
 
 
-def arrow(at: Spot, axis: tuple[str, complex] | None) -> Mark:
-    """Return the arrow of a force along the x axis."""
-    return _arrow("load", at, np.array([0.0, LOAD_LENGTH], complex), 1.0, LOAD, axis=axis)
+def arrow(at: Anchor, axis: tuple[str, complex], x_axis_of: Callable[[Any], Any] | None = None) -> Mark:
+    """Return the arrow of a force along the x axis. For `axis` and `x_axis_of`, see `Mark`."""
+    shaft = np.array([0.0, LOAD_LENGTH], complex)
+    return _arrow("load", at, shaft, 1.0, LOAD, axis=axis, x_axis_of=x_axis_of)
 
 
-def _arrow(kind: str, at: Spot, shaft: Any, direction: complex, colour: str, **more: Any) -> Mark:
+def _arrow(kind: str, at: Anchor, shaft: Any, direction: complex, colour: str, **more: Any) -> Mark:
     """Return a line with a filled arrow head. The line runs back on itself, so that it encloses no area."""
     lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + direction * HEAD, closed=True)
     return Mark(kind, at, lines, stroke=colour, fill=colour, width=1.8, level=OVER, **more)
 
 
-def spring(at: Spot, to: Spot) -> Mark:
+def spring(at: Anchor, to: Anchor) -> Mark:
     """Return a zigzag between two points."""
     inner = (np.arange(2 * COILS) + 0.5) / (2 * COILS)
     share = np.concatenate([[0.0, 0.15], 0.15 + 0.7 * inner, [0.85, 1.0]])
@@ -50,52 +54,53 @@ def spring(at: Spot, to: Spot) -> Mark:
     return Mark("spring", at, (Line(aside, share=share),), to=to)
 
 
-def torsion_spring(at: Spot) -> Mark:
+def torsion_spring(at: Anchor) -> Mark:
     """Return a spiral about a pin."""
     turn = np.linspace(0.0, 2 * np.pi * TURN_COILS, 41)
     return Mark("spring", at, (Line((0.8 + 0.155 * turn) * np.exp(1j * turn)),))
 
 
-def wheels_of_pair(pins: tuple[Spot, Spot], carried: tuple[str, str], apart: complex, ratio: float) -> list[Mark]:
+def wheels_of_pair(pins: tuple[Anchor, Anchor], links: tuple[str, str], apart: complex, ratio: float) -> list[Mark]:
     """Return the pitch circles of two wheels, each with a spoke.
 
     Parameters
     ----------
     pins
         Centres of the driving and the driven wheel.
-    carried
+    links
         Links of the wheels.
     apart
         Vector between the centres [m].
     ratio
-        Driven rate / driving rate, relative to the link that carries both centres.
+        (Rate of the driven wheel) / (rate of the driving wheel), both relative to the link with the centres of the
+        wheels.
     """
     radius = abs(complex(pitch_reach(np.asarray(apart), np.asarray(ratio))))
-    return [wheel(*each) for each in zip(pins, carried, (abs(ratio) * radius, radius), strict=True)]
+    return [wheel(*each) for each in zip(pins, links, (abs(ratio) * radius, radius), strict=True)]
 
 
-def wheel(at: Spot, link: str, radius: float) -> Mark:
+def wheel(at: Anchor, link: str, radius: float) -> Mark:
     """Return a pitch circle with a spoke that rotates with a link."""
-    spoke = () if link == GROUND else (Line(far=np.array([0.0, radius])),)
+    spoke = () if link == GROUND else (Line(offset=np.array([0.0, radius])),)
     return Mark("wheel", at, spoke, (0.0, radius), axis=(link, 1.0), stroke=LINK, dashed=True, level=UNDER)
 
 
-def belt(at: Spot, to: Spot) -> Mark:
-    """Return a line between two bodies that are geared together without pitch circles."""
+def belt(at: Anchor, to: Anchor) -> Mark:
+    """Return a line between two bodies that are geared together, for a gear without pitch circles."""
     return Mark("belt", at, (Line(share=np.array([0.0, 1.0])),), to=to, stroke=SOFT, width=1.6, dashed=True)
 
 
-def mass(at: Spot) -> Mark:
+def mass(at: Anchor) -> Mark:
     """Return a disc behind the pin."""
     return Mark(MASS, at, radius=(1.35, 0.0), stroke=NONE, fill=SOFT, level=GROUND_LEVEL)
 
 
-def cylinder(at: Spot, to: Spot, length: float, slider: str) -> list[Mark]:
-    """Return a barrel and a rod between two points that are `length` [m] apart in the drawing."""
-    barrel = Line(BARREL + 0.8 * np.array([1, 0, 0, 1]), far=0.62 * length * np.array([0, 1, 1, 0]), closed=True)
+def cylinder(at: Anchor, to: Anchor, length: float, slider: str) -> list[Mark]:
+    """Return a barrel and a rod between two points, which have the distance `length` [m] in the drawing."""
+    barrel = Line(BARREL + 0.8 * np.array([1, 0, 0, 1]), offset=0.62 * length * np.array([0, 1, 1, 0]), closed=True)
     neck = Line(np.array([0.0, 0.8]))
-    piston = Line(np.array([-0.7j, 0.7j]), far=-0.6 * length, share=1.0)
-    rod = Line(far=length * np.array([-0.6, 0.0]), share=1.0)
+    piston = Line(np.array([-0.7j, 0.7j]), offset=-0.6 * length, share=1.0)
+    rod = Line(offset=length * np.array([-0.6, 0.0]), share=1.0)
     return [
         Mark("barrel", at, (barrel, neck), to=to, fill=PAPER, width=2.0, replaces=slider),
         Mark("rod", at, (piston, rod), to=to, width=3.5),

@@ -20,7 +20,7 @@ def natural_frequencies(motion, sections, elements=8, count=3, positions=None, j
     They are nan at singular positions and with a block beyond its beam, and infinite without possible vibration.
     """
     solved = solved_frame(motion, sections, 1, joints or {})
-    rows = [row for tie in solved.held for row in tie.rows]
+    rows = [row for tie in solved.constraints for row in tie.rows]
     chosen = range(motion.columns[-1]) if positions is None else positions
     return np.transpose([_Place(solved.frame, sections, elements, p).frequencies(rows, count) for p in chosen])
 
@@ -125,8 +125,8 @@ class _Place:
         for row in constraints:
             parts = [(self.moves(place), self.at(force), self.at(moment)) for place, force, moment in row.parts]
             moved = sum(force.real * x + force.imag * y + moment * turn for (x, y, turn), force, moment in parts)
-            if row.soft:
-                stiffness += np.outer(moved, moved) / row.soft
+            if row.compliance:
+                stiffness += np.outer(moved, moved) / row.compliance
             else:
                 held.append(moved)
         free = null_space(held, rcond=1e-9)

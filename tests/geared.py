@@ -5,10 +5,11 @@ of pins, guides, teeth and drives solve one system with three equations per body
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive
 
@@ -59,8 +60,7 @@ class Mesh:
     away: Any
 
 
-@dataclass
-class Train:
+class Train(Struct):
     """A mechanism, its drive coordinates and rates of shape (drives, positions), and its free bodies.
 
     `pins`: child, parent (None: ground), place. `guides`: body, place, direction. `drives`: body, parent, and None
@@ -75,7 +75,7 @@ class Train:
     pins: list[tuple[str, str | None, Any]]
     meshes: list[Mesh]
     drives: list[tuple[str, str | None, complex | None]]
-    guides: list[tuple[str, Any, complex]] = field(default_factory=list)
+    guides: list[tuple[str, Any, complex]] = []
     angle: float = np.radians(20.0)
 
 

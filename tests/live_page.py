@@ -2,9 +2,17 @@
 
 import threading
 import time
+import zlib
+from base64 import urlsafe_b64encode
 from contextlib import contextmanager
 
 from live.file import SceneFile
+from live.share import MARK
+
+
+def fragment(text):
+    """Return the fragment of a web link that contains the text of a scene, in the format of `web/share.js`."""
+    return MARK + urlsafe_b64encode(zlib.compress(text.encode())).decode().rstrip("=")
 
 
 @contextmanager

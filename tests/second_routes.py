@@ -4,9 +4,8 @@ Both give the same as `reactions`, the Newton-Euler method, and share only the l
 docs/dynamics.md.
 """
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from rigid import SINGULAR, position_of, reactions, structure, velocity_of
 from rigid.closures import MAX_UNSTRESSED, gear_loads

@@ -2,12 +2,12 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from tiers import in_tiers
 
 import kinelast.scene
@@ -16,7 +16,7 @@ from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.results import Results
-from kinelast.figures.summary import angle_figures, output_reading, point_figures
+from kinelast.figures.summary import angle_figures, output_reading, point_figures, report_of
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.runs import computed
@@ -100,7 +100,10 @@ def test_a_little_friction_does_not_change_the_verdict(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"), in_tiers([(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")], 1, 1)
+    ("text", "reason"),
+    in_tiers(
+        [(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "the iteration for sticking friction does not converge")], 1, 1
+    ),
 )
 def test_figures_of_unknown_error_cannot_be_judged(text, reason, tmp_path, capsys):
     (tmp_path / "one.toml").write_text(text + '\n[limits]\ndeflection = "1 m"\n')
@@ -139,6 +142,19 @@ def test_a_limit_within_the_error_is_too_close_to_decide(bound, verdict, status,
     )
     assert (f": {verdict.upper()}: deflection of crank 104.5 µm ± 1.3 % (limit " in output) == bool(status)
     assert ("mostly vibration: accuracy =" in output) == ("close" in verdict)
+
+
+@pytest.mark.parametrize(("errors", "verdict"), [(0.5, "cannot be judged"), (2.0, "acceptable")])
+def test_limits_cannot_be_judged_if_a_link_may_yield_within_the_error_of_its_stress(errors, verdict):
+    few = EASY.replace("positions = 360", "positions = 9") + '[limits]\ndeflection = "1 m"\n'
+    stress = max(computed(scene_from_text(few), Request()).figures.peaks["stress"], key=lambda peak: peak.value)
+    assert stress.error_size > 1e-4 * stress.value
+    strength = stress.value + errors * stress.error_size
+    report = report_of(computed(scene_from_text(re.sub("yield = .*", f"yield = {strength}", few)), Request()))
+    assert report.acceptance.verdict == verdict
+    assert report.acceptance.problem == (
+        "" if verdict == "acceptable" else "crank may yield: the stress with its error exceeds the yield strength"
+    )
 
 
 def test_the_headline_names_the_most_exceeded_limits(tmp_path, capsys):
@@ -188,7 +204,8 @@ def test_an_unknown_error_is_reported_without_limits(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(STICKING)
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 0
     assert (
-        "quasi-static, error unknown: vibration cannot be answered: friction sticks too hard" in capsys.readouterr().out
+        "quasi-static, error unknown: vibration cannot be solved: the iteration for sticking friction does not converge"
+        in capsys.readouterr().out
     )
 
 

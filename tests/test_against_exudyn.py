@@ -6,12 +6,12 @@ chord over a turn of the steady state. exudyn shares no code with this program.
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mechanisms import at_speed
+from msgspec.structs import replace
 from nonlinear import nonlinear_steady_state
 
 from elastic import Section, sample, with_rotary_inertia

@@ -9,7 +9,6 @@ import copy
 import re
 from collections import Counter
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from tiers import in_tiers
 
 from kinelast import report, scene_from_dict, shipped_scenes
@@ -24,8 +24,8 @@ from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import magnitudes
-from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, severities, verdict_on
+from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, outcome_indices, verdict_on
+from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.ranges import STRENGTH, needed_by_limits
@@ -176,7 +176,7 @@ def check_doors(tables):
     moved = scene.course.at(scene.course.times())
     cycle = Cycle(scene, repeated(moved, (2, len(moved.time))))
     sizes = magnitudes(cycle, found)
-    both = [np.broadcast_to(each == SEVERITY.index(KEPT), 2).tolist() for each in severities(scene, sizes)]
+    both = [np.broadcast_to(each == SEVERITY.index(KEPT), 2).tolist() for each in outcome_indices(scene, sizes)]
     assert both == [[passed] * 2 for passed in kept], "columns"
     return reported
 
@@ -404,7 +404,7 @@ def test_a_speed_at_which_a_link_yields_is_not_acceptable_though_its_limits_hold
 
 @pytest.mark.parametrize("paths", [[], ["sections.bar.depth"]])
 def test_designs_are_computed_beside_breaks_of_the_laws_too(paths):
-    """No position is at a jump of the acceleration, and the report's largest figures are beside one."""
+    """No position is at a jump in the acceleration, and the report's largest figures are beside one."""
     path = Path(__file__).parent / "data" / "cases" / "acceleration_jump.toml"
     tables = parse_toml(path.read_text(encoding="utf-8"))
     tables["run"]["positions"] = 61

@@ -1,10 +1,10 @@
 """Joint forces change the momentum of all masses by Newton-Euler laws, and the check detects wrong laws."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from tiers import in_tiers
 
 import rigid.kinematics
@@ -146,7 +146,7 @@ def test_a_wrong_sign_of_the_gyroscopic_term_is_detected(monkeypatch):
 
     def flipped(*given):
         terms = right(*given)
-        return replace(terms, carried_rate=-terms.carried_rate)
+        return replace(terms, inertial_damping=-terms.inertial_damping)
 
     monkeypatch.setattr(solution, "motion_terms", flipped)
     assert not vibrating().passed
@@ -176,7 +176,9 @@ def test_transient_vibration_passes(name):
 def test_a_wrong_sign_of_the_gyroscopic_term_is_detected_in_a_transient(monkeypatch):
     right = solution.motion_terms
     monkeypatch.setattr(
-        solution, "motion_terms", lambda *given: replace(right(*given), carried_rate=-right(*given).carried_rate)
+        solution,
+        "motion_terms",
+        lambda *given: replace(right(*given), inertial_damping=-right(*given).inertial_damping),
     )
     kept, *_ = in_transient("steel_four_bar")
     assert kept.compared > 30

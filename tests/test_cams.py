@@ -4,12 +4,12 @@ import csv
 import json
 import re
 import tomllib
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from browser import Page, started
+from msgspec.structs import replace
 
 from kinelast import scene_from_dict
 from kinelast.cli.command import main
@@ -648,7 +648,7 @@ FLAT = {"roller": None, "roller_radius": None}
 )
 def test_a_machine_with_a_failing_cam_is_not_acceptable(given, pressed, level, why, words):
     """This holds for designs in all interfaces; the other figures keep their limits."""
-    from kinelast.figures.limits import severities
+    from kinelast.figures.limits import outcome_indices
     from kinelast.figures.summary import summary
     from live.answer import limit_rows
 
@@ -666,7 +666,7 @@ def test_a_machine_with_a_failing_cam_is_not_acceptable(given, pressed, level, w
         key: np.array([abs(peak.value) if key in ("cam_force", "shaking_force") else peak.value for peak in peaks])
         for key, peaks in results.figures.peaks.items()
     }
-    assert [int(each) for each in severities(results.scene, values)] == [1 if why else 3]
+    assert [int(each) for each in outcome_indices(results.scene, values)] == [1 if why else 3]
     assert [row["kept"] for row in limit_rows(results.scene, values)] == [not why]
     kept = evaluate(scene, ["links.tappet.mass"], [[0.4], [0.41]], ["limits_kept"]).columns["limits_kept"]
     assert kept.tolist() == [0.0 if why else 1.0] * 2

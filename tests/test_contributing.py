@@ -19,7 +19,7 @@ TABLES = {
     "kinelast/scene/parts/__init__.py": "PARTS",
 }
 FUNCTIONS = {
-    "kinelast/figures/parts.py": "_load",
+    "kinelast/figures/report_sections.py": "_load",
     "kinelast/runs/run.py": "_drawings",
     "kinelast/designs/base.py": "_on_axis",
 }

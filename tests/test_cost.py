@@ -2,11 +2,11 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from mechanisms import steel_four_bar
+from msgspec.structs import replace
 from scene_texts import ARM, FALLING, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import Section, sample
@@ -36,12 +36,12 @@ def test_an_integration_that_needs_far_too_many_steps_stops_early():
     steps = []
     warned = r"it has taken 2\d steps, 10000 s would take about .*e\+\d+ times as many"
     with pytest.raises(ForwardError, match=warned) as caught:
-        forward(pendulum, [Effort()], [1.0], [0.0], 1e4, 1e-8, most_steps=1000, on_step=steps.append)
+        forward(pendulum, [Effort()], [1.0], [0.0], 1e4, 1e-8, max_steps=1000, on_step=steps.append)
     assert caught.value.kind == "steps"
     assert 20 <= len(steps) < 30
     # An integration that nearly fits is continued to the last allowed step.
     with pytest.raises(ForwardError, match="it has taken 50 steps"):
-        forward(pendulum, [Effort()], [1.0], [0.0], 0.1, 1e-8, most_steps=50)
+        forward(pendulum, [Effort()], [1.0], [0.0], 0.1, 1e-8, max_steps=50)
 
 
 @pytest.mark.parametrize(("duration", "steps", "warned"), [(200, 60, True), (8, 1000, False)])
@@ -71,7 +71,7 @@ def test_refinement_respects_the_memory_limit(monkeypatch):
     monkeypatch.setattr(
         solution, "first_discretization", lambda model, tolerance: solution.Discretization(model, 1, 1.0, tolerance)
     )
-    monkeypatch.setattr(solution, "VIBRATION", replace(VIBRATION, max_numbers=0))
+    monkeypatch.setattr(solution, "VIBRATION", replace(VIBRATION, max_entries=0))
     rough = elastodynamic(instants, turning, 2 * np.pi / 60.0, sections, tolerance=1e-5)
     assert len(tried) == 1
     assert rough.reduction_error > 1e-5  # the error is reported

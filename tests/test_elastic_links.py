@@ -5,13 +5,13 @@ Materials, 6th edition; Timoshenko is Timoshenko, Strength of Materials, Part I,
 """
 
 import math
-from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
 import scipy.integrate
 from mechanisms import ALL, bar, cantilever, motion_of, propped, replaced, steel_four_bar, still, supported, with_link
+from msgspec.structs import replace
 
 import fem_check
 from elastic import (

@@ -144,6 +144,18 @@ def test_a_point_fixed_on_another_of_mec2_is_of_its_link():
     assert scene.run.duration == pytest.approx(5.0)
 
 
+def test_a_dwell_of_mec2_has_no_stroke():
+    """The crank turns by 2 rad in 1 s and back in 1 s, and rests for 1 s before each turn."""
+    parts = [{"func": "const", "dt": 1}, {"func": "linear", "dt": 1, "dz": 1}, {"func": "const", "dt": 1},
+             {"func": "linear", "dt": 1, "dz": -1}]  # fmt: skip
+    law = {"type": "drive", "Dt": 4, "Dw": 2, "func": "seq", "args": parts}
+    crank, *others = MEC2["constraints"]
+    (drive,) = of_text(json.dumps({**MEC2, "constraints": [{**crank, "ori": law}, *others]}), "mine").drives
+    assert [segment["curve"] for segment in drive.law] == ["dwell", "constant-speed", "dwell", "constant-speed"]
+    assert drive.strokes == [2.0, -2.0]
+    assert drive.mean_speed == 2.0  # [rad/s]
+
+
 def test_empty_slots_and_unknown_nodes_are_left_out_and_reported():
     """Published models of mec2 include unfinished ones."""
     idle = {"id": "s", "p1": "B0", "p2": "H", "ori": {"type": "const"}}

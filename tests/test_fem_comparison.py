@@ -1,12 +1,12 @@
 """The comparison with finite elements, and the contents of mesh files."""
 
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 import pytest
 from mechanisms import four_bar
+from msgspec.structs import replace
 
 from elastic import PRIMARY, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series

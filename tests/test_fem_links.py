@@ -3,8 +3,6 @@
 Handbook cases are Roark's (W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 7th ed., 2002).
 """
 
-from dataclasses import replace
-
 import mpmath
 import numpy as np
 import pytest
@@ -23,6 +21,7 @@ from mechanisms import (
     slider_crank,
     still,
 )
+from msgspec.structs import replace
 
 from elastic import PRIMARY, JointCompliance, Section, Taper, deflection
 from fem_check import compare, solve

@@ -1,7 +1,5 @@
 """Whole mechanisms: closed forms agree with finite elements, and superposition with one matrix."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from fem_direct import Direct
@@ -20,6 +18,7 @@ from mechanisms import (
     triad,
     with_link,
 )
+from msgspec.structs import replace
 
 from elastic import Section, deflection, sample
 from fem_check import compare, solve

@@ -5,8 +5,6 @@ have shear, free strain or a taper. Loads and lumps are anywhere, and mechanisms
 beams.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -22,6 +20,7 @@ from mechanisms import (
     triad,
     with_link,
 )
+from msgspec.structs import replace
 from tiers import in_tiers
 
 from elastic import JointCompliance, Section, Taper, deflection

@@ -1,11 +1,10 @@
 """Natural frequencies of mechanisms agree with finite elements; a pointed cone."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from fem_vibrating import natural_frequencies
 from mechanisms import ALL, elastic_guide, four_bar, motion_of, pressed, ring, slider_crank
+from msgspec.structs import replace
 from test_gears import geared_four_bar
 from test_vibration import EI, LENGTH, MASS, bending, frequencies
 from tiers import in_tiers
@@ -35,7 +34,7 @@ class TestMechanisms:
     def test_agree_with_closed_polynomials(self, name):
         case = ALL[name]()
         turning = motion_of(case)
-        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, tolerance=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position)
         known = np.isfinite(other.omega)
         np.testing.assert_array_equal(np.isfinite(found), known)
@@ -53,7 +52,7 @@ class TestMechanisms:
     def test_agree_with_soft_joints(self, make, joints):
         case = make()
         turning = motion_of(case)
-        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, joints=joints, tolerance=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position, joints)
         np.testing.assert_allclose(found, other.omega, rtol=5e-5)
         held = natural_frequencies(turning, case.sections, 12, 2, other.position)
@@ -68,13 +67,13 @@ class TestMechanisms:
             for k, s in enumerate(case.sections)
         ]
         turning = motion_of(case)
-        other = elastic.vibration.natural_frequencies(turning, shaped, 2, 2, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, shaped, 2, 2, tolerance=1e-8)
         found = natural_frequencies(turning, shaped, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=5e-6)
 
     def test_agree_with_gears(self):
         turning = motion(geared_four_bar(), -3 * np.linspace(0.0, 6.0, 5), -300.0)
         sections = [Section(EA=12.6e6, EI=37.8)] * 3
-        other = elastic.vibration.natural_frequencies(turning, sections, 2, 3, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, sections, 2, 3, tolerance=1e-8)
         found = natural_frequencies(turning, sections, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=1e-5)

@@ -2,41 +2,43 @@
 
 import importlib
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scene_texts import FOUR_BAR, edited
 from tiers import in_tiers
 
 from elastic.elastodynamics import (
-    discretized_finer,
     elastodynamic,
+    finer_solution,
     finer_vibration,
     geometrically_exact,
     with_large_displacement,
 )
 from elastic.elastodynamics.solution import deflection_at, vibration_in
 from kinelast import scene_from_text, shipped_scenes
+from kinelast.figures import errors
+from kinelast.figures.advice import nearer
 from kinelast.figures.bounds import damping_of
-from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import magnitudes
 from kinelast.figures.errors import (
     BEAM_THEORY,
     BETWEEN,
     BODIES,
+    FREQUENCIES,
     LARGE,
     MEASURED,
     ROUND_OFF,
     TIME,
     VIBRATION,
     FigureError,
-    GradedFigure,
-    worst_of,
 )
+from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import Measured, with_bodies
+from kinelast.figures.measures import magnitudes
+from kinelast.figures.registry import figures_of
 from kinelast.figures.results import results_in_full
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -148,7 +150,7 @@ def test_every_figure_has_an_error_by_time_elements():
     given = results.motion, scene.course.at, results.period, scene.sections, scene.joints, damping_of(scene)
     rough, fine = (elastodynamic(*given, tolerance) for tolerance in (1e-2, 1e-5))
     coarse = geometrically_exact(rough, 1e-2)
-    finer = discretized_finer(coarse, finer_vibration(coarse), 1e-4)[0].deflection
+    finer = finer_solution(coarse, finer_vibration(coarse), 1e-4)[0].deflection
     bent = coarse.deflection, finer, geometrically_exact(fine, 1e-5).deflection
     here, reported, best = (largest(results, each) for each in bent)
     ratios = []
@@ -255,12 +257,26 @@ def test_residual_vibration_is_known_to_a_share_of_the_largest_displacement():
     assert found.error.parts[TIME] >= settled * max(abs(peak.value) for peak in moved) > 0
 
 
+@pytest.mark.slow
+def test_residual_vibration_has_the_error_of_the_natural_frequencies():
+    """The stated part agrees with the change in a mechanism that is softer by twice the error of its frequency."""
+    arm = Path("docs/gallery/pick_and_place_arm.toml").read_text(encoding="utf-8")
+    stiff = computed(scene_from_text(arm), Request())
+    E = 70 * (1 - 2 * stiff.figures.frequency_error)
+    soft = computed(scene_from_text(edited(arm, ('E = "70 GPa"', f'E = "{E} GPa"'))), Request())
+    (residual,), (softer,) = (each.figures.peaks["residual"] for each in (stiff, soft))
+    change = abs(softer.value - residual.value)
+    assert change > 0.02 * residual.value
+    assert change / 2 < residual.error.parts[FREQUENCIES] < 2 * change
+    assert residual.error.size < 3 * change
+
+
 def test_an_unknown_error_is_the_worst():
     known, unknown = FigureError({"vibration": 5.0}), FigureError({"vibration": 0.0}, "friction")
-    graded = [GradedFigure("w", 0, 1.0, 1.0, known), GradedFigure("w", 1, 1.0, 1.0, unknown)]
-    assert worst_of(graded) is graded[1]
-    assert math.isnan(worst_of(graded).share)
-    assert worst_of(graded[:1]).share == 5.0
+    main_figures = [MainFigure("w", 0, 1.0, 1.0, known), MainFigure("w", 1, 1.0, 1.0, unknown)]
+    assert worst_of(main_figures) is main_figures[1]
+    assert math.isnan(worst_of(main_figures).share)
+    assert worst_of(main_figures[:1]).share == 5.0
     assert worst_of([]) is None
 
 
@@ -311,6 +327,15 @@ def test_the_size_of_a_cam_is_no_base_for_errors_of_displacement():
     assert abs(stated.value - fine.value) <= stated.error.size < 0.05 * abs(stated.value)
 
 
+def test_the_power_of_a_drive_at_constant_speed_has_the_error_of_its_torque():
+    """Power is torque times speed, and the speed is exact."""
+    results = computed(read_scene(Path("docs/gallery/needle_drive.toml")), Request())
+    (torque,), (power,) = (results.figures.peaks[key] for key in ("drive_effort", "drive_power"))
+    assert power.value / torque.value == pytest.approx(results.motion.drive_rate[0, 0], rel=1e-9)
+    assert power.error.size / power.value == pytest.approx(torque.error.size / torque.value, rel=1e-9)
+    assert torque.error.parts[TIME] > 0.1 * torque.error.size
+
+
 def test_a_stress_is_not_known_better_than_the_force_that_causes_it():
     """The moment at the root of the driven crank is the drive torque."""
     figures = computed(read_scene(shipped_scenes()["quick_return"]), Request()).figures
@@ -318,3 +343,16 @@ def test_a_stress_is_not_known_better_than_the_force_that_causes_it():
     shares = [each.error.parts[TIME] / abs(each.value) for each in (torque, stress)]
     assert shares[0] > 0.001
     assert shares[1] == pytest.approx(shares[0], rel=0.05)
+
+
+def test_a_safety_factor_has_the_relative_error_of_the_stress_of_links_of_different_strength():
+    """The crank has the largest stress, and the weaker second link the smallest safety factor."""
+    strength = np.array([400.0, 40.0, 40.0])
+    values = {"stress": np.array([4.0, 1.0, 2.0])}
+    values["safety"] = strength / values["stress"]
+    figures = [figure for figure in figures_of(None) if figure.key in values]
+    here = np.concatenate([values[figure.key] for figure in figures])
+    _, wide = errors._references(figures, values, [3, 3], here, np.zeros(6))
+    relative = dict(zip((figure.key for figure in figures), np.split(wide / here, 2), strict=True))
+    np.testing.assert_allclose(relative["stress"], [1.0, 4.0, 2.0])
+    np.testing.assert_allclose(relative["safety"], [1.0, 4.0, 2.0])

@@ -13,9 +13,10 @@ from msgspec.structs import replace
 
 import kinelast.scene
 from kinelast.cli.command import main
-from kinelast.figures.checks import nearer
-from kinelast.figures.errors import LARGE, FigureError, GradedFigure
-from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, severity
+from kinelast.figures.advice import nearer
+from kinelast.figures.errors import LARGE, FigureError
+from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_index
+from kinelast.figures.main_figures import MainFigure
 from kinelast.figures.ranges import yield_words
 from kinelast.figures.report import Verdict, report_from
 from kinelast.figures.summary import report_of
@@ -34,7 +35,7 @@ BUCKLES, DOUBTFUL, ZERO_MEAN = "buckled_rod", "crash_coulomb_elastodynamic", "cl
 VIBRATES, MANY_LIMITS = "quick_return", "pusher"
 UNJUDGED = "unjudged"  # a limit is not kept, and another cannot be judged
 GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
-PARTS, PRESS, LIFT, SLOW = "jansen_leg", "toggle_press", "scissor_lift", "five_points"
+PARTS, PRESS, LIFT, SLOW = "jansen_leg", "vibrating_press", "scissor_lift", "five_points"
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def out(tmp_path_factory):
     (folder / f"{LIFT}.toml").write_text(text)
     text = (CASES / "bearing_overloaded.toml").read_text()
     (folder / f"{UNJUDGED}.toml").write_text(f'{text}\n[limits.figures]\nshaking_force = "1 N"\n')
-    scenes = [str(folder / f"{UNJUDGED}.toml"), *(str(GALLERY / f"{name}.toml") for name in (PARTS, PRESS))]
+    scenes = [str(folder / f"{UNJUDGED}.toml"), str(GALLERY / f"{PARTS}.toml"), str(CASES.parent / f"{PRESS}.toml")]
     scenes += [
         SLOW,
         YIELDS,
@@ -105,7 +106,8 @@ def test_limits_cannot_be_judged_beyond_yield(out, shown):
 def test_vibration_is_not_called_an_error(out, shown):
     text = shown(VIBRATES).run("return document.body.innerText")
     share = read(out, VIBRATES)["theory"]["without_vibration"]
-    assert f"vibration changes the main deflections, stresses and forces by up to {100 * share:.0f} %" in text
+    change = f"the main deflections, stresses and forces would differ by up to {100 * share:.0f} %"
+    assert f"without vibration and large displacement, {change}" in text
     assert f"{100 * share:.0f} % off" not in text
 
 
@@ -115,7 +117,7 @@ def test_peak_power_has_its_sign_and_its_own_instant(name, drive, out, shown):
     tiles = shown(name).run("return Array.from(document.querySelectorAll('.tile'), (each) => each.innerText)")
     tile = next(each for each in tiles if each.startswith("Drive of"))
     assert power["value"] < 0
-    assert "peak power −" in tile
+    assert "peak power (braking) −" in tile
     if name == YIELDS:
         assert power["time"] != effort["time"]
         assert f"at t = {1e3 * power['time']['value']:.4g} ms" in tile
@@ -129,7 +131,9 @@ def test_the_error_of_a_zero_mean_is_not_unreliable(name, out, shown):
     large = [each["name"] for each in summary["reliability"]["unreliable"]]
     assert not [each for each in large if each == summary["figures"]["drive_mean"]["name"]]
     line = shown(name).run("return document.getElementById('trusted').innerText")
-    assert line.startswith("All figures are reliable" + (" except" if large else "."))
+    near_zero = summary["reliability"]["near_zero"]
+    more = " except" if large else "; errors above 25 % in " if near_zero else "."
+    assert line.startswith(f"All figures are reliable{more}")
     assert all(each in line for each in [*dict.fromkeys(large)][:2])
 
 
@@ -143,13 +147,14 @@ def test_an_error_beyond_its_figure_is_absolute():
 
 def test_a_press_is_judged_by_the_peak_of_its_ringing(tmp_path, capsys):
     """The load of the press breaks off where its ram reverses, and the links ring faster than the positions show."""
-    gallery = Path(__file__).parents[1] / "docs" / "gallery"
     for positions in ("90", "360"):
-        assert main([str(gallery / "toggle_press.toml"), "--positions", positions, "-o", str(tmp_path)]) == 0
-        words, summary = capsys.readouterr().out, json.loads((tmp_path / "toggle_press" / "summary.json").read_text())
-        assert abs(summary["largest_deflection"]["value"]) == pytest.approx(27.305e-6, rel=2e-3)  # at 40,000 instants
-        assert summary["theory"]["error"] < 5e-3
-        assert "unreliable" not in words
+        assert main([str(CASES.parent / f"{PRESS}.toml"), "--positions", positions, "-o", str(tmp_path)]) == 0
+        words, summary = capsys.readouterr().out, json.loads((tmp_path / PRESS / "summary.json").read_text())
+        largest = summary["largest_deflection"]
+        assert abs(largest["value"]) == pytest.approx(27.295e-6, abs=largest["error"])  # at an accuracy of 0.5 %
+        assert largest["error"] < 1e-2 * 27.295e-6
+        assert summary["theory"]["error"] < 1.5e-2  # of bending, which is smaller and rings more
+        assert "(unreliable)" not in words
 
 
 @pytest.mark.parametrize(
@@ -163,10 +168,11 @@ def test_a_press_is_judged_by_the_peak_of_its_ringing(tmp_path, capsys):
 def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(off, aim, advice):
     """Asked for 5 %: 45 % is coarser, and 0.5 % is no help where not even 5 % were reached."""
     error = FigureError({LARGE: off})
-    graded = [GradedFigure("deflection", 0, 1.0, 1.0, error)]
-    answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, accuracy=None, finer=False)
+    main_figures = [MainFigure("deflection", 0, 1.0, 1.0, error)]
+    answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, accuracy=None, wanted=0.05, finer=False)
     scene = SimpleNamespace(theory=SimpleNamespace(plain=False), course=None)
-    assert advice in nearer(SimpleNamespace(answer=answer, graded=graded, scene=scene), error, aim)
+    results = SimpleNamespace(answer=answer, main_figures=main_figures, scene=scene, nonlinear=None)
+    assert advice in nearer(results, error, aim)
 
 
 def test_buckling_links_have_only_figures_of_the_rigid_motion(out, shown):
@@ -225,7 +231,7 @@ def test_a_verdict_names_few_limits(verdict, out):
 )
 def test_the_error_of_a_safety_is_that_of_its_stress(figure, value, error, outcome):
     limit = Limit(figure, 1.5, True, unit="1")
-    assert SEVERITY[int(severity(limit, value, error))] == outcome
+    assert SEVERITY[int(outcome_index(limit, value, error))] == outcome
 
 
 @pytest.mark.slow
@@ -303,6 +309,39 @@ def test_the_page_lists_what_it_marks_as_unreliable(out, shown):
         marked = page_words(shown, name).count("(unreliable)")
         assert bool(marked) == bool(read(out, name)["reliability"]["unreliable"]), name
         assert "\t0 (unreliable)" not in page_words(shown, name)
+
+
+@pytest.fixture
+def opened(driver, tmp_path):
+    """Open the quasi-static report of a scene of the gallery; return the page and the summary."""
+
+    def report(name):
+        scene = str(GALLERY / f"{name}.toml")
+        assert main([scene, "--quiet", "--theory", "quasi-static", "-o", str(tmp_path)]) == 0
+        return Page(driver, tmp_path / name / "report.html"), read(tmp_path, name)
+
+    return report
+
+
+def test_no_tile_is_zero_within_its_error(opened):
+    """The cam carries the force along its drive, and the output only lags with the drive."""
+    page, summary = opened("valve_train")
+    effort, lag = summary["drives"]["guide"]["effort"], summary["output"]["lags"][0]
+    assert effort["error"] > abs(effort["value"])
+    tiles = page.run("return Array.from(document.querySelectorAll('.tile'), (each) => each.innerText)")
+    assert not [tile for tile in tiles if tile.startswith(("Drive of guide", "Error of the output"))]
+    (words,) = (tile for tile in tiles if tile.startswith("Lag of the drive behind its cam"))
+    assert f"{1e3 * abs(lag['value']):.4g} mm" in words
+    assert "error of the output apart from this lag: 0 mm" in words
+
+
+def test_a_frequency_is_compared_with_constant_speeds_only(opened):
+    """The drives of the arm move once and stop."""
+    page, summary = opened("pick_and_place_arm")
+    assert summary["vibration"]["drive_speed"]["value"] == 0.0
+    words = page.run("return document.body.innerText")
+    assert "Lowest natural frequency" in words
+    assert "the drive's speed" not in words
 
 
 def test_a_large_reserve_fits_its_tile(driver, out):

@@ -1,6 +1,5 @@
 """Friction in joints acts against the motion, in proportion to joint forces, and drives supply the heat."""
 
-from dataclasses import replace
 from functools import cache
 
 import balance
@@ -8,6 +7,7 @@ import geared
 import numpy as np
 import pytest
 from mechanisms import ALL, four_bar, inverted_slider_crank, motion_of
+from msgspec.structs import asdict, replace
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 from second_routes import multiplier_forces, virtual_work_efforts
 
@@ -349,9 +349,9 @@ class TestScenes:
             '[joints.O]\nviscosity = "0.2 N m s/rad"',
         )  # fmt: skip
         friction = scene_from_text(text).mechanism.friction
-        assert vars(friction["A"]) == vars(Friction(0.1, 0.005))
-        assert vars(friction["guide"]) == vars(Friction(0.2, length=0.08))
-        assert vars(friction["O"]) == vars(Friction(viscosity=0.2))
+        assert asdict(friction["A"]) == asdict(Friction(0.1, 0.005))
+        assert asdict(friction["guide"]) == asdict(Friction(0.2, length=0.08))
+        assert asdict(friction["O"]) == asdict(Friction(viscosity=0.2))
         assert not scene_from_text(text).joints
 
     @pytest.mark.parametrize("table", WRONG)

@@ -1,12 +1,11 @@
 """Friction acts on vibrating links by their own joint forces and rates, in slip and stick."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.integrate
 from many_speeds import speed_map
 from mechanisms import steel_four_bar
+from msgspec.structs import replace
 from tiers import in_tiers
 
 from elastic import Section, displacement_of, sample

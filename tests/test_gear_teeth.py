@@ -4,7 +4,6 @@ References are free bodies by hand (tests/geared.py), Newton-Euler laws of the w
 forms of a cantilever, finite elements, and virtual power.
 """
 
-from dataclasses import replace
 from itertools import pairwise
 
 import fem_vibrating
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from geared import GRAVITY, TRAINS, free_bodies
 from mechanisms import motion_of
+from msgspec.structs import replace
 from second_routes import multiplier_forces, virtual_work_efforts
 from tiers import in_tiers
 
@@ -356,7 +356,7 @@ class TestDeflection:
     @pytest.mark.parametrize("name", in_tiers(ELASTIC, 3, 4))
     def test_frequencies_of_finite_elements_agree(self, name):
         course, sections = elastic_course(name)
-        found = vibration.natural_frequencies(course, sections, 2, 3, settled=1e-8)
+        found = vibration.natural_frequencies(course, sections, 2, 3, tolerance=1e-8)
         other = fem_vibrating.natural_frequencies(course, sections, 12, 2, found.position)
         np.testing.assert_allclose(other, found.omega, rtol=1e-5)
 

@@ -1,9 +1,8 @@
 """Gears and racks: ratios, work and consequences."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from elastic import Section, deflection
 from kinelast import read_scene, scene_motion, shipped_scenes

@@ -23,9 +23,9 @@ from elastic import (
 )
 from elastic.elastodynamics import elastodynamic, finer_vibration, geometrically_exact, theory_error
 from elastic.elastodynamics.displaced_links import exact_loads
-from elastic.elastodynamics.displaced_points import require_known
-from elastic.elastodynamics.exact_residual import Coordinates, carried_over, unbalanced
-from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
+from elastic.elastodynamics.displaced_points import require_supported
+from elastic.elastodynamics.exact_residual import CoordinateForces, residual_state, transferred
+from elastic.elastodynamics.exact_steps import exact_deflection, solve_exact
 from elastic.elastodynamics.geometrically_exact import with_large_displacement
 from rigid import (
     Beam,
@@ -129,7 +129,7 @@ def test_section_forces_of_strongly_damped_links_are_in_equilibrium(beta):
     """Strains give the forces that the loads require, although damping delays them."""
     _, found = vibrating(steel_four_bar(), 60.0, 72, beta)
     now = found.exact.displaced
-    assert unbalanced(now, exact_loads(now)).force_share < 1e-3
+    assert residual_state(now, exact_loads(now)).force_residual < 1e-3
 
 
 def test_damping_acts_on_the_strains_of_rotated_sections():
@@ -166,18 +166,18 @@ def test_an_answer_carried_to_a_finer_discretization_keeps_no_error_of_the_coars
     linear = elastodynamic(motion_at(times), motion_at, period, case.sections, damping=42e-6, tolerance=1e-2)
     coarse = geometrically_exact(linear, 1e-2)
     wider, finer = coarse.discretization.wider(), finer_vibration(coarse)
-    carried = carried_over(coarse.exact.displaced, finer, wider.per_coordinate_of(coarse.discretization))
+    carried = transferred(coarse.exact.displaced, finer, wider.per_coordinate_of(coarse.discretization))
     grid, (x, x1, _) = finer.problem.terms.grid, carried.history
-    np.testing.assert_allclose(grid.rates(grid.at_nodes(x))[0][8:], x1[8:], rtol=0, atol=1e-4 * np.abs(x1).max())
-    strained, coordinates = carried.residual.forces, Coordinates(finer)
-    left = coordinates.static(coordinates.push(strained))
+    np.testing.assert_allclose(grid.rates(grid.with_start(x))[0][8:], x1[8:], rtol=0, atol=1e-4 * np.abs(x1).max())
+    strained, coordinates = carried.residual.forces, CoordinateForces(finer)
+    left = coordinates.static(coordinates.load(strained))
     assert np.abs(left).max() < 1e-9 * np.abs(x).max()
 
 
 def test_the_error_includes_a_residual_that_time_steps_smooth():
     """Time steps without the residual's inertia still converge; the stated error covers the difference."""
     linear, true = vibrating(ALL["RPP"](), 60.0, 48, 2e-4)
-    poor = settled_links(linear.vibration, 1e-6, 1e-9)
+    poor = solve_exact(linear.vibration, 1e-6, 1e-9)
     grid, plain = linear.vibration.problem.terms.grid, linear.quasi_static
     found = exact_deflection(poor.displaced, plain, grid.sampler(plain.motion.time))
     here, there = (sample(bent, "chord", np.linspace(0.0, 1.0, 21)) for bent in (found, true.deflection))
@@ -341,8 +341,8 @@ def test_a_wheel_on_a_rack_is_an_error():
     drawing = {"O": 0, "P": 0.2, "Q": 0.25}
     gears = (Gear(turns, SliderDrive("guide"), 0.05),)
     mechanism = Mechanism(links, (turns,), drawing, (guide,), gears=gears)
-    with pytest.raises(MechanismError, match='the wheel at "P" runs along a rack'):
-        require_known(motion(mechanism, np.zeros((1, 2))))
+    with pytest.raises(MechanismError, match='the axis of the wheel at "P" on a rack moves'):
+        require_supported(motion(mechanism, np.zeros((1, 2))))
 
 
 def test_springs_eccentric_lumps_and_turning_loads():

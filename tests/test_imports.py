@@ -44,13 +44,13 @@ def imported(program):
 @pytest.mark.parametrize(
     ("program", "needed"),
     [
-        ("import rigid", {"numpy", "rigid"}),
-        ("import elastic", {"numpy", "rigid", "elastic"}),
-        (CANTILEVER, {"numpy", "rigid", "elastic"}),
-        ("import machine", {"numpy", "rigid", "machine"}),
-        ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
-        ("import animations", {"numpy", "rigid", "elastic", "symbols", "animations"}),
-        ("import exchange", {"numpy", "exchange"}),
+        ("import rigid", {"msgspec", "numpy", "rigid"}),
+        ("import elastic", {"msgspec", "numpy", "rigid", "elastic"}),
+        (CANTILEVER, {"msgspec", "numpy", "rigid", "elastic"}),
+        ("import machine", {"msgspec", "numpy", "rigid", "machine"}),
+        ("import fem_check", {"msgspec", "numpy", "rigid", "elastic", "fem_check"}),
+        ("import animations", {"msgspec", "numpy", "rigid", "elastic", "symbols", "animations"}),
+        ("import exchange", {"msgspec", "numpy", "exchange"}),
         ("import kinelast", {"kinelast"}),
         (HELP.format("--help"), {"kinelast", "argparse"}),
         (HELP.format("--list"), {"kinelast", "argparse", "tomllib"}),
@@ -64,10 +64,11 @@ def test_nothing_is_imported_that_is_not_needed(program, needed):
     assert found & (HEAVY | {"numpy"} | set(OURS)) == needed & (HEAVY | {"numpy"} | set(OURS))
 
 
-def test_of_third_parties_rigid_and_elastic_bring_numpy_alone():
-    """rigid and elastic need only numpy, apart from the standard library and packages of a bare start."""
+def test_rigid_and_elastic_import_only_numpy_and_msgspec():
+    """rigid and elastic need only numpy and msgspec, apart from the standard library and packages of a bare start."""
     more = imported("import elastic") - imported("pass") - set(sys.stdlib_module_names)
-    assert {name for name in more if not name.startswith("_")} == {"numpy", "rigid", "elastic"}
+    needed = {name for name in more if not name.startswith("_")} - {"typing_extensions"}  # optional for msgspec
+    assert needed == {"msgspec", "numpy", "rigid", "elastic"}
 
 
 THREADS = """

@@ -3,8 +3,6 @@
 Energy, virtual work, change of frame, units and time reversal are tested with every kind of load.
 """
 
-from dataclasses import replace
-
 import balance
 import numpy as np
 import pytest
@@ -27,6 +25,7 @@ from mechanisms import (
     turn,
 )
 from mechanisms import motion_of as course  # the draws are seeded by the text of the tests
+from msgspec.structs import replace
 
 from elastic import PRIMARY, Section, deflection
 from rigid import (

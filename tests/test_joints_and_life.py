@@ -1,17 +1,17 @@
 """Bearings, pins, eyes, clearance and fatigue have figures, limits, errors and sweeps."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.studies import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.parts import breaks_first
 from kinelast.figures.ranges import CHECKS, outside_ranges
+from kinelast.figures.reserves import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
@@ -92,6 +92,16 @@ def summary_of(text, **more):
     return summary(computed(replace(scene_from_text(text), **more), Request()))
 
 
+def reserves_in(found):
+    """Return the reserves by kind, item, mode and figure. They are sorted by size."""
+    reserves = {
+        (row["kind"], row["item"], row["mode"], row["figure"]): row["reserve"]["value"] for row in found["breaks_first"]
+    }
+    known = [reserve for reserve in reserves.values() if reserve is not None]
+    assert [*reserves.values()][: len(known)] == sorted(known)
+    return reserves
+
+
 def test_the_endurance_of_a_rotating_arm_follows_goodman():
     """Root of the arm: rho omega^2 L^2/2 is constant; the weight alternates in bending and along the arm."""
     found = summary_of(ARM + FATIGUE)
@@ -107,10 +117,13 @@ def test_the_endurance_of_a_rotating_arm_follows_goodman():
     limits = {each["kind"]: each for each in found["acceptance"]["limits"]}
     assert {kind: each["outcome"] for kind, each in limits.items()} == {"endurance": "kept", "life": "kept"}
     assert limits["endurance"]["found"]["value"] == row["endurance"]["value"]
-    (first,) = found["breaks_first"]
-    assert first["reserve"]["value"] == min(each["value"] for each in first["reserves"].values())
-    assert first["reserves"]["endurance"]["value"] == row["endurance"]["value"]
-    assert first["reserves"]["yield"]["value"] == found["strength"]["arm"]["safety_factor"]["value"]
+    reserves = reserves_in(found)
+    assert reserves["link", "arm", "limit", "life"] is None
+    assert reserves["link", "arm", "limit", "endurance"] == pytest.approx(row["endurance"]["value"] / 1.5)
+    assert reserves["link", "arm", "endurance", "endurance"] == pytest.approx(row["endurance"]["value"])
+    assert reserves["link", "arm", "yield", "safety"] == pytest.approx(
+        found["strength"]["arm"]["safety_factor"]["value"]
+    )
 
 
 def test_factors_and_notches_follow_the_textbook():
@@ -133,9 +146,9 @@ def test_a_finite_life_is_given_in_runs_and_hours():
     cycles = 1e6 * (3e6 / equivalent) ** 5
     assert row["cycles"]["value"] == pytest.approx(cycles, rel=1e-9)
     assert row["life"]["value"] == pytest.approx(cycles * 2 * np.pi / 40, rel=1e-9)
-    first = found["breaks_first"][0]
-    assert first["governs"] == "life"
-    assert first["reserve"]["value"] == pytest.approx((row["life"]["value"] / 3.6e6) ** 0.2)
+    reserves = reserves_in(found)
+    assert reserves["link", "arm", "limit", "life"] == pytest.approx((row["life"]["value"] / 3.6e6) ** 0.2)
+    assert ("link", "arm", "endurance", "endurance") not in reserves, "a finite life is required instead"
     assert quantity(7.2e7, "s") == "20000 h"
 
 
@@ -166,6 +179,34 @@ def test_parts_of_a_joint_are_sized_from_its_force():
     assert limits["bearing_life"] == "kept"
 
 
+@pytest.mark.parametrize(("kind", "exponent"), [("ball", 3), ("roller", 10 / 3)])
+def test_the_first_reserve_is_that_of_the_whole_machine(kind, exponent):
+    """Without weight, the force in the pin is constant, so all reserves of its parts are closed forms."""
+    parts = (
+        PARTS.replace('C = "19.5 kN"', f'C = "19.5 kN"\ntype = "{kind}"') + "[limits.figures]\nshaking_force = 3000\n"
+    )
+    found = summary_of(ARM.replace("-9.81", "0.0") + parts)
+    force = 7850 * np.pi * 0.01**2 * 40**2 * 0.5**2 / 2
+    pressure = force / (0.02 * 0.015)
+    life = 10_000 * 3600 * 40 / (2 * np.pi) / 1e6  # millions of turns
+    expected = {
+        ("rolling bearing", "bearing_life"): 19.5e3 / life ** (1 / exponent) / force,
+        ("rolling bearing", "bearing_static_safety"): 11.2e3 / force / 2,
+        ("rolling bearing", "bearing_load_share"): force / 19.5e3 / 0.01,
+        ("plain bearing", "bearing_pressure"): 5e6 / pressure,
+        ("plain bearing", "bearing_speed"): 1 / 0.4,
+        ("plain bearing", "bearing_pv"): 1e6 / (pressure * 0.4),
+        ("pin", "pin_bending"): 300e6 / (32 * force * 0.028 / 8 / (np.pi * 0.01**3)),
+        ("eye", "eye_tear_out"): 50e6 / (force / (2 * 0.012 * 0.010)),
+        ("machine", "shaking_force"): 3000 / force,
+    }
+    reserves = reserves_in(found)
+    of_limits = {(of, figure): reserve for (of, _, mode, figure), reserve in reserves.items() if mode == "limit"}
+    assert {key: of_limits[key] for key in expected} == pytest.approx(expected, rel=1e-6)
+    assert len(of_limits) == len(found["acceptance"]["limits"])
+    assert next(iter(of_limits)) == next(iter(reserves))[::3] == min(expected, key=expected.get)
+
+
 @pytest.mark.parametrize(("kind", "outside"), [("ball", False), ("roller", True)])
 def test_rollers_need_twice_the_minimum_load_of_balls(kind, outside):
     """The load is 0.015 C, the minimum 0.01 C for balls and 0.02 C for rollers."""
@@ -187,7 +228,7 @@ def test_a_scene_without_these_parts_has_no_such_figures():
     assert not keys & found["figures"].keys()
     assert found["life"] is None
     assert all("figures" not in joint for joint in found["joints"])
-    assert {mode for row in found["breaks_first"] for mode in row["reserves"]} <= {"yield", "buckling"}
+    assert {row["mode"] for row in found["breaks_first"]} <= {"yield", "buckling"}
 
 
 def test_designs_equal_single_runs():
@@ -403,4 +444,4 @@ def test_the_command_reports_the_broken_limit(tmp_path, capsys):
     page = (tmp_path / "out" / "arm" / "report.html").read_text(encoding="utf-8")
     assert "function polar(" in page
     written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))
-    assert written["breaks_first"][0]["link"] == "arm"
+    assert written["breaks_first"][0]["item"] == "arm"

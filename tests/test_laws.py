@@ -171,7 +171,7 @@ def test_peaks_of_a_curve_agree_with_derivatives(curve):
     z = fine(1.0)
     _, rate, acceleration = CURVES[curve](z)
     slopes = np.diff(acceleration) / np.diff(z)
-    smooth = np.abs(slopes) < 1e3  # excludes jumps of the acceleration
+    smooth = np.abs(slopes) < 1e3  # excludes jumps in the acceleration
     found = [np.abs(each).max() for each in (rate, acceleration, slopes[smooth])]
     assert WITHIN[curve] == pytest.approx(found, rel=2e-4, abs=1e-6)
     if curve == "constant-speed":

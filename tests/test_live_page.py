@@ -17,7 +17,7 @@ import kinelast
 from kinelast.tasks.task import shipped_scenes
 from live.edit import EMPTY
 from live.file import SceneFile
-from live.share import fragment, linked
+from live.share import linked
 
 pytest.importorskip("uvicorn", reason="the extra live is not installed")
 live_page, live_machines = (pytest.importorskip(name) for name in ("live_page", "live_machines"))
@@ -331,7 +331,7 @@ def test_a_link_and_a_report_open_in_another_editor(driver, scene, tmp_path):
             "const clipboardData = new DataTransfer(); clipboardData.setData('text/plain', arguments[0]); "
             "document.dispatchEvent(new ClipboardEvent('paste', { clipboardData, bubbles: true, cancelable: true }))"
         )
-        hand.run(pasted, "http://127.0.0.1:1/" + fragment(again))
+        hand.run(pasted, "http://127.0.0.1:1/" + live_page.fragment(again))
         hand.until("return document.querySelector('#notice button')")
         assert hand.text == text
         hand.run("document.querySelector('#notice button').click()")
@@ -610,8 +610,8 @@ widget.render({ model, el: document.getElementById("cell") });
 @contextmanager
 def notebook_with_widget(scene, policy=None, answers=True):
     """Yield the address of a page with a widget: page requests replace messages, and no editor is served."""
+    from live.notebook import PAGE
     from live.server import WEB, Live, page_file, response_to
-    from live.widget import PAGE
 
     live = Live(SceneFile(scene), "mine", "secret", 0)
     files = {name: page_file(name).read_text() for name in PAGE}

@@ -317,6 +317,10 @@ class TestScene:
         assert found["energy_given"] == pytest.approx(sum(halves), rel=1e-4)
         assert found["motor_rms"] == pytest.approx(found["drive_rms"] / 20, rel=1e-12)
         assert found["inertia_ratio"] == pytest.approx(found["load_inertia"] / (400 * 2e-4), rel=1e-12)
+        assert found["matched_ratio"] == pytest.approx(np.sqrt(mass * np.mean(rate**2) / 2e-4), rel=1e-4)
+        named = {key: summary["figures"][key]["name"] for key in ("inertia_ratio", "matched_ratio")}
+        assert named["inertia_ratio"].startswith("largest load inertia")
+        assert named["matched_ratio"].endswith("the mean load inertia")
         assert found["least_ratio"] == pytest.approx(3000 / 120)
         motion_ = summary["output"]["motion"]
         stroke = np.sqrt((rod + crank) ** 2 - offset**2) - np.sqrt((rod - crank) ** 2 - offset**2)

@@ -1,9 +1,8 @@
 """Loads, lives and stresses of joints agree with calculations by hand; clearance acts like a change of length."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from machine.joints import (
     Eye,
@@ -184,7 +183,7 @@ def test_no_pin_directions_exceed_the_sum_of_influences():
 
 def test_the_force_history_of_a_joint_agrees_with_statics():
     links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}))
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     from rigid import Lump
 

@@ -36,7 +36,7 @@ def slope_of(values, time):
 def test_rates_are_derivatives(table):
     results, columns = table
     time = columns["time"]
-    inner = slice(4, -4)  # without the jump of angles at the end of a turn
+    inner = slice(4, -4)  # without the jump in angles at the end of a turn
     for link in results.mechanism.links[1:]:
         for value, rate in (("theta", "omega"), ("omega", "alpha")):
             expected = slope_of(columns[f"{link.name}.{value}"], time)[inner]

@@ -1,12 +1,12 @@
 """Natural modes have the shapes and damping of closed forms; in mechanisms they are compatible and orthogonal."""
 
 import math
-from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
 from mechanisms import ALL, bar, cantilever, motion_of, still, supported
+from msgspec.structs import replace
 from numpy.polynomial import Chebyshev
 from tiers import in_tiers
 
@@ -20,7 +20,7 @@ X = np.linspace(0.0, 1.0, 101)
 
 
 def modes_of(mechanism, sections, **more):
-    return natural_modes(still(mechanism), sections, settled=1e-8, **more)
+    return natural_modes(still(mechanism), sections, tolerance=1e-8, **more)
 
 
 def test_a_simply_supported_beam():

@@ -301,7 +301,7 @@ def frequencies(mechanism, sections, speed, elements):
     system = system_of(mechanism, sections, [ConstantSpeed(0.0, speed)], 0.0, elements, None, 0.0)
     solver = PeriodicCollocation(system, 2 * math.pi / (speed or 1.0), 16)
     found = solver.solved()
-    given = found.q, found.v, found.a, found.pulls, solver.drives, solver.factor
+    given = found.q, found.v, found.a, found.multipliers, solver.drives, solver.factor
     tangents = solver.frames.seen(system.residual(*given)[2])
     K, C, M = tangents.stiffness[0], tangents.damping[0], tangents.mass[0]
     none, unit = np.zeros_like(K), np.eye(len(K))
@@ -436,7 +436,7 @@ def test_collocation_converges_with_fifth_order():
     errors = []
     for steps in (8, 16):
         edges = np.linspace(0.0, 2 * np.pi, steps + 1)
-        found = Collocation(system, edges, None).solved(settled=1e-12)
+        found = Collocation(system, edges, None).solved(tolerance=1e-12)
         exact = 1.0 + (np.exp(1j * edges[1:]) / (18.0 - 2.0 + 1.5j)).imag
         block = system.of_node[np.flatnonzero(system.nodes.link == 1)[0], 0]
         errors.append(np.abs(found.q[:, -1, block] - exact).max())

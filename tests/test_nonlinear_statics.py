@@ -259,28 +259,28 @@ def test_tangents_are_the_derivatives_of_the_residual():
     random = np.random.default_rng(5)
     q = system.rigid_coordinates(system.rigid.at([0.0])) + 0.1 * random.normal(size=(1, len(system.prescribed)))
     v, a = random.normal(size=(2, *q.shape))
-    pulls = random.normal(size=(1, len(system.ties.conditions)))
+    multipliers = random.normal(size=(1, len(system.ties.constraints)))
     given = system.drives(np.zeros(1)), system.load_factors(np.zeros(1))
 
     def both(*state):
         total, found, _ = system.residual(*state, *given, tangent=False)
-        return np.concatenate([total[0, system.free], found.open[0]])
+        return np.concatenate([total[0, system.free], found.violation[0]])
 
-    tangents = system.residual(q, v, a, pulls, *given)[2]
+    tangents = system.residual(q, v, a, multipliers, *given)[2]
     free, step = len(system.free), 1e-6
     whole = {0: np.concatenate([tangents.stiffness[0], tangents.rows[0]]), 1: tangents.damping[0], 2: tangents.mass[0]}
     for which, matrix in whole.items():
         for column, number in enumerate(system.free):
-            ahead, behind = [[q, v, a, pulls] for _ in range(2)]
+            ahead, behind = [[q, v, a, multipliers] for _ in range(2)]
             ahead[which], behind[which] = ahead[which].copy(), behind[which].copy()
             ahead[which][0, number] += step
             behind[which][0, number] -= step
             slope = (both(*ahead) - both(*behind)) / (2 * step)
             assert np.abs(slope[: len(matrix)] - matrix[:, column]).max() < 1e-5 * np.abs(matrix).max()
-    for row in range(pulls.shape[1]):
-        more = pulls.copy()
+    for row in range(multipliers.shape[1]):
+        more = multipliers.copy()
         more[0, row] += 1.0
-        slope = both(q, v, a, more) - both(q, v, a, pulls)
+        slope = both(q, v, a, more) - both(q, v, a, multipliers)
         assert slope[:free] == pytest.approx(tangents.rows[0, row], abs=1e-9)
 
 

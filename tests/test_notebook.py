@@ -36,7 +36,7 @@ from kinelast import (
     with_loads,
 )
 from kinelast.figures.summary import summary
-from kinelast.notebook.values import Value
+from kinelast.notebook.inline import Value
 from kinelast.outputs.sealed import json_bytes
 from rigid import MechanismError, PointLoad
 

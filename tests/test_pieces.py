@@ -1,18 +1,17 @@
 """Each piece of a beam holds complete fields, and one registry defines all derived fields."""
 
-from dataclasses import replace
-
 import mpmath
 import numpy as np
 import pytest
 from mechanisms import ALL, cantilever, elastic_guide, motion_of, steel_four_bar, still
+from msgspec.structs import replace
 
 import elastic
 import elastic.assessment
 import elastic.beams
 import elastic.vibration
 from animations import DIAGRAMS, Style, diagram_named, movie
-from elastic import FIELDS, PRIMARY, Section, Taper, coefficients, deflection, extremes, marked, sample
+from elastic import FIELDS, PRIMARY, Section, Taper, coefficients, deflection, extremes, sample, without_positions
 from elastic.beams.polynomials import at_marks, greatest_at, turning_points
 from elastic.beams.taper import piece_ends
 from rigid import Beam, Link, Mechanism, PointLoad, Slider, motion
@@ -190,7 +189,7 @@ class TestRegistry:
 
     def test_masked_positions_are_nan_in_every_field(self, bent):
         lost = np.arange(24) == 5
-        known = marked(bent, lost)
+        known = without_positions(bent, lost)
         for key, field in FIELDS.items():
             before, after = sample(bent, key, XI), sample(known, key, XI)
             if field.kind is not elastic.FieldKind.LOAD:

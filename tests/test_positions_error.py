@@ -110,7 +110,7 @@ def test_peaks_that_the_positions_miss_are_evaluated_without_solving_again(name,
     assert len(solved) == 2
     assert len(few.answer.cycle.motion.time) > FEW
     again = theory.answer(few.answer.cycle.quasi_static, few.scene.theory, few.period)
-    for here, same, there in zip(few.answer.graded, again.graded, many.answer.graded, strict=True):
+    for here, same, there in zip(few.answer.main_figures, again.main_figures, many.answer.main_figures, strict=True):
         assert (here.key, here.item) == (same.key, same.item) == (there.key, there.item)
         assert here.error.parts[BETWEEN] < ACCURACY * here.base
         assert here.value == pytest.approx(same.value)

@@ -1,16 +1,15 @@
 """ZERO is a neutral element, the order of solution is computed once, and errors name the parts at fault."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mechanisms import four_bar, slider_crank, with_link
+from msgspec.structs import replace
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, motion, structure
 from rigid.analysis import ReachError, require_reach
 from rigid.dynamics import Effort, ForwardError, TableError, forward, table_curve
-from rigid.joint_places import joint_place
 from rigid.plane import ZERO, cross, dot, imaginary, number
+from rigid.postures import joint_place
 
 
 class TestZero:

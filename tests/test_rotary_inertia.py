@@ -1,10 +1,9 @@
 """Rotary inertia of sections is part of every answer: -rho I eps is a moment along the beam."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mechanisms import steel_four_bar
+from msgspec.structs import replace
 from scene_texts import FOUR_BAR, edited
 
 from elastic import Section, deflection, extremes, rectangle, sample, section_of, tapered, with_rotary_inertia

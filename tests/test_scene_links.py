@@ -260,8 +260,8 @@ DIVIDED = {
     "four-bar": edited(FOUR_BAR, ("positions = 36", 'positions = 24\noutput = "rocker.angle"')),
     "slider-crank": edited(SLIDER_CRANK, ("positions = 36", 'positions = 24\noutput = "B"\ntheory = "quasi-static"')),
 }
-# summary entries that are maxima over the named points, or are compared with such a maximum
-OF_POINTS = {"points", "displacement", "along_path", "off_path", "unreliable"}
+# summary entries that are maxima over the named points, are compared with such a maximum, or count figures of points
+OF_POINTS = {"points", "displacement", "along_path", "off_path", "unreliable", "near_zero"}
 
 
 def with_points(text, link, shares, reversed_at):

@@ -3,11 +3,10 @@
 Tolerances are half a unit of the last digit; see docs/sources.md.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mechanisms import with_link
+from msgspec.structs import replace
 from sources import three_ways
 
 from kinelast.scene.data import scene_motion

@@ -1,9 +1,8 @@
 """The flap and wing mechanism of its source, as bars and as plates."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scene_texts import edited, linked
 from sources import number, shipped, three_ways
 
@@ -47,7 +46,7 @@ class TestFlapMechanism:
         assert np.degrees(np.ptp(turned)) == pytest.approx(65.0, abs=0.05)
 
     def ways(self, course):
-        """Return the vectors of the bars along the source's branches, shape (positions,) each."""
+        """Return the vectors of the bars along the source's branches, each of shape (positions,)."""
         places = {node: self.place(course, node) for pair in BRANCHES.values() for node in pair.split("-")}
         ends = {branch: pair.split("-") for branch, pair in BRANCHES.items()}
         return {branch: places[end] - places[start] for branch, (start, end) in ends.items()}

@@ -7,10 +7,9 @@ motion of the elastic rod; here it is linear about the rigid rod. The difference
 displacement, 6e-4 of the length.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from mechanisms import at_speed
+from msgspec.structs import replace
 
 from elastic import Section, sample
 from elastic.elastodynamics import equations_of_motion, transient
@@ -99,7 +98,7 @@ def test_a_full_rod_without_its_axial_force(monkeypatch):
     with_force = equations_of_motion.geometric_stiffness
 
     def without(*given):
-        return replace(with_force(*given), pull=0.0 * with_force(*given).pull)
+        return replace(with_force(*given), axial=0.0 * with_force(*given).axial)
 
     monkeypatch.setattr(equations_of_motion, "geometric_stiffness", without)
     np.testing.assert_allclose(full_rod(), PUBLISHED[:2], rtol=0.01)

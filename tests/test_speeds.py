@@ -1,28 +1,28 @@
 """Searches over speed find resonances, limits and instability for any requested speeds."""
 
-import dataclasses
 import math
 from collections import Counter
-from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import astuple, replace
 from scene_texts import ARM, CRANK_ROCKER, FOUR_BAR, edited
 from tiers import in_tiers
 
-from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedSearch, prominences
+from elastic.elastodynamics import Resonance, SpeedSearch, SpeedSolutions, prominences
 from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import measures_of
+from kinelast.figures.measures import measures_of
 from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
 from kinelast.figures.speed_limits import SpeedLimit
-from kinelast.figures.speeds import FIELDS, SpeedPeak, Speeds, _SearchProgress, speeds
+from kinelast.figures.speeds import FIGURE_OF_FIELD, SpeedPeak, Speeds, _SearchProgress, speeds
 from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
@@ -80,13 +80,13 @@ def answers_of(scene):
     """Return answers of a scene at several speeds, and their curves: w, chord and stress of each beam."""
 
     def measure(bent, _):
-        cycle = Cycle(scene, bent.motion, bent, wanted=frozenset(FIELDS), period=bent.motion.time[:, -1])
-        return np.concatenate([cycle.along(field).value for field in FIELDS])
+        cycle = Cycle(scene, bent.motion, bent, wanted=frozenset(FIGURE_OF_FIELD), period=bent.motion.time[:, -1])
+        return np.concatenate([cycle.along(field).value for field in FIGURE_OF_FIELD])
 
-    found = SpeedAnswers(
+    found = SpeedSolutions(
         scene.course.at, scene.run.cycle, scene.sections, measure, scene.joints, damping_of(scene)
     )  # fmt: skip
-    return found, lambda known: known.values.T.reshape(len(FIELDS), len(scene.labels), -1)
+    return found, lambda known: known.values.T.reshape(len(FIGURE_OF_FIELD), len(scene.labels), -1)
 
 
 class TestLimitSpeed:
@@ -97,7 +97,7 @@ class TestLimitSpeed:
         text = (LIGHTLY_DAMPED + CHORD).replace(", yield = 400e6", "")
         found = speeds(scene_from_text(text), requested)
         assert 452.5 < found.highest < found.limit.above < 454.9
-        assert found.limit.above / found.highest - 1 <= 2 * SPEEDS.border_accuracy
+        assert found.limit.above / found.highest - 1 <= 2 * SPEEDS.limit_accuracy
         assert found.asked.sum() == requested[2]
         assert found.map.values[:, 1].max() > 0.038, "the peak beyond the limit is known too"
         _, chord, error = found.figures["chord"]
@@ -245,7 +245,7 @@ def test_errors_of_speeds_in_words():
     scene = scene_from_text(FOUR_BAR)
     speed = np.array([100.0, 110.0, 120.0, 130.0])
     peak = SpeedPeak(121.0, "w", 0, 1.0, Resonance(5, 1, 0, True))
-    fields = dict.fromkeys(field.name for field in dataclasses.fields(Speeds))
+    fields = dict.fromkeys(field.name for field in msgspec.structs.fields(Speeds))
     given = Speeds(**{**fields, "speed": speed, "unstable": (), "peaks": (peak,), "buckles": ()})
 
     def reported(*error):
@@ -301,10 +301,10 @@ class TestUnstableRanges:
         scene = read_scene(shipped_scenes()["steel_four_bar"])
         found, curves = answers_of(scene)
         found.find([6.4, 6.7])
-        ((low, high),) = SpeedSearch(found, curves).find_borders()
+        ((low, high),) = SpeedSearch(found, curves).find_stability_limits()
         known = found.map()
         below = known.ratio[known.ratio < low].max()
-        assert low / below - 1 < 2 * SPEEDS.border_accuracy
+        assert low / below - 1 < 2 * SPEEDS.limit_accuracy
         assert high == 6.7
         assert np.isnan(known.values[known.ratio >= low]).all()
         single, _ = answers_of(scene)
@@ -361,7 +361,7 @@ class Hill:
         ratio = np.sort(ratios)
         bump = np.where(abs(ratio - 1.2) < 0.03, 1 + self.bump - 4 * abs(ratio - 1.2), 0.0)
         hill = np.maximum(1 + np.sin(np.pi * (ratio - 1)), (1 + np.sin(0.2 * np.pi)) * bump)
-        return Scan(ratio, np.broadcast_to(hill, (3, 1, len(ratio))), 0 * ratio, 0 * ratio)
+        return Scan(ratio, np.broadcast_to(hill, (3, 1, len(ratio))), 0 * ratio)
 
 
 @pytest.mark.parametrize(("rise", "answered"), [(0.03, True), (0.01, False)])
@@ -383,7 +383,7 @@ def test_several_periodic_problems_equal_single_ones():
         return Equations(mass, damping, 4 * np.eye(2) + rng.random((points, 2, 2)), rng.random((points, 2)))
 
     problems = [problem(), problem()]
-    both = Equations(*(np.concatenate(parts) for parts in zip(*(vars(one).values() for one in problems), strict=True)))
+    both = Equations(*(np.concatenate(parts) for parts in zip(*(astuple(one) for one in problems), strict=True)))
     multipliers, x = periodic_amplitudes(grid, both)
     for row, each in enumerate(problems):
         one = propagation(grid, each)

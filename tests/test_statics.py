@@ -4,13 +4,13 @@ References are one dense equilibrium system of all links, Newton's laws summed o
 """
 
 import cmath
-from dataclasses import replace
 
 import balance
 import numpy as np
 import pytest
 from exact import Equations
 from mechanisms import ALL, bar, four_bar, lumps, motion_of, replaced, slider_crank, turn
+from msgspec.structs import replace
 from tiers import in_tiers
 
 from rigid import (

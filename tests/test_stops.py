@@ -19,7 +19,7 @@ from kinelast.scene.parts import symbols_of
 from live.edit import EditError
 from live.edit import edited as changed
 from rigid import motion, position_of
-from symbols import anchor
+from symbols import anchor_position
 
 CRANK, COUPLER, ROCKER, FRAME = 0.1, abs(0.26 + 0.22j), abs(-0.04 + 0.22j), 0.4
 FOUR_BAR = """
@@ -104,6 +104,24 @@ def test_margins_agree_with_closed_forms_within_their_errors(scene, text, margin
     assert acceptance(results).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("scene", "text", "reserve"),
+    [
+        (SLIDER_CRANK, stop("most = 25\nmargin = 0.3", GUIDE), (25.0 - OUT) / 0.3),
+        (SLIDER_CRANK, stop("most = 25\nmargin = 0.4", GUIDE), (25.0 - OUT) / 0.4),
+        (FOUR_BAR, stop('most = "148 deg"'), 0.0),
+        (FOUR_BAR, stop('most = "150 deg"'), np.inf),
+    ],
+)
+def test_the_reserve_of_a_stop_is_its_margin_over_the_required_margin(scene, text, reserve):
+    """A required margin of zero has no ratio: the reserve is zero beyond the stop, otherwise there is none."""
+    rows = summary(results_in_full(scene_from_text(scene + text)))["breaks_first"]
+    row = rows[-1 if reserve == np.inf else 0]
+    assert (row["kind"], row["item"]) == ("end stop", "end")
+    value = row["reserve"]["value"]
+    assert (np.inf if value is None else value) == pytest.approx(reserve, rel=1e-3)
+
+
 def test_a_rotating_link_passes_its_stop():
     """The angle is continuous: a crank that starts at 0 ends a turn minus 90 deg beyond the stop."""
     scene = document_from_text(FOUR_BAR + stop('most = "90 deg"', 'link = "crank"')).scene
@@ -172,7 +190,7 @@ def test_the_symbol_lies_along_the_link_at_its_stop(scene, text, link):
     moved = motion(built.mechanism, [[figure["drive"]["crank"]["value"]]])
     (bar,) = symbols_of(built)
     at, on = (built.mechanism.index[name] for name in (link, bar.at.link))
-    bar_points = bar.placed(anchor(moved, bar.at)[0], bar.direction(moved)[0], 0.01)[bar.cells[0]]
+    bar_points = bar.placed(anchor_position(moved, bar.at)[0], bar.direction(moved)[0], 0.01)[bar.cells[0]]
     start, end = (complex(np.ravel(position_of(moved, link, point))[0]) for point in built.mechanism.links[at].points)
     pin, far = (start, end) if "D" in built.mechanism.links[on].points else (end, start)
     ways = [(place - pin) * np.conj(far - pin) for place in bar_points]

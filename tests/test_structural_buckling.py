@@ -1,11 +1,11 @@
 """Mechanisms buckle at Euler's loads, for any division of rods into beams."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
+from msgspec.structs import replace
 from nonlinear import nonlinear_equilibrium
 from scipy.optimize import brentq
 from scipy.special import ellipk

@@ -1,13 +1,13 @@
 """Structure of mechanisms: mobility, redundancy, groups."""
 
 import signal
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mechanisms import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
+from msgspec.structs import replace
 
 from kinelast import SceneError, scene_from_text
 from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture

@@ -1,12 +1,12 @@
 """The structure report: text and skeleton diagram."""
 
 import re
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from mechanisms import four_bar_linkage, linkage, slider_crank_linkage, three_cranks
+from msgspec.structs import replace
 
 from kinelast.structure import spatial_text, structure_text
 from kinelast.structure.output import skeleton, skeleton_svg

@@ -16,7 +16,7 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
-from kinelast.figures.limits import KEPT, SEVERITY, FullAnswer, Judgement, severity
+from kinelast.figures.limits import KEPT, SEVERITY, FullAnswer, Judgement, outcome_index
 from kinelast.figures.summary import summary as summary_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
@@ -184,7 +184,7 @@ def answered_by(monkeypatch, limits, aim, change):
         names = dict.fromkeys([*(limit.figure for limit in limits), *names])
         columns = evaluate(document, [DEPTH], depths[[number], None], [*names]).columns
         reported = {name: (factor := change(number) * float(columns[name][0]), 0.01 * factor) for name in names}
-        outcomes = [SEVERITY[int(severity(limit, *reported[limit.figure]))] for limit in limits]
+        outcomes = [SEVERITY[int(outcome_index(limit, *reported[limit.figure]))] for limit in limits]
         judged = (
             Judgement(limit, each, 0, *reported[limit.figure], "") for limit, each in zip(limits, outcomes, strict=True)
         )

@@ -14,7 +14,7 @@ from kinelast.scene.data import scene_motion
 from kinelast.scene.parts import symbols_of
 from live.marks import scene_marks, sheet
 from rigid import position_of
-from symbols import PIN_RADIUS, anchor, extent_of, marks_of
+from symbols import PIN_RADIUS, anchor_position, extent_of, marks_of
 
 SIZE = 0.01
 GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
@@ -39,9 +39,9 @@ def of_plain(plain, place, x_axis, end):
     if end is not None:
         x_axis = (end - place) / abs(end - place)
     for line in plain["lines"]:
-        count = max(len(line.get(key, ())) for key in ("size", "far", "share"))
+        count = max(len(line.get(key, ())) for key in ("symbol_offset", "offset", "share"))
         for k in range(count):
-            (u, v), (x, y) = (line[key][k] if key in line else (0.0, 0.0) for key in ("size", "far"))
+            (u, v), (x, y) = (line[key][k] if key in line else (0.0, 0.0) for key in ("symbol_offset", "offset"))
             share = line["share"][k] if "share" in line else 0.0
             apart = 0.0 if end is None else share * (end - place)
             found.append(place + apart + x_axis * complex(SIZE * u + x, SIZE * v + y))
@@ -52,8 +52,8 @@ def of_plain(plain, place, x_axis, end):
 def test_plain_data_give_the_same_vertices(name):
     moved, marks = listed(SCENES[name])
     for mark in marks:
-        place = anchor(moved, mark.at)[3]
-        end = None if mark.to is None else anchor(moved, mark.to)[3]
+        place = anchor_position(moved, mark.at)[3]
+        end = None if mark.to is None else anchor_position(moved, mark.to)[3]
         x_axis = np.broadcast_to(mark.direction(moved), moved.columns)[3]
         placed = mark.placed(place, x_axis, SIZE, end)
         lines = placed[len(placed) - sum(len(line.vertices[0]) for line in mark.lines) :]
@@ -63,8 +63,8 @@ def test_plain_data_give_the_same_vertices(name):
 @pytest.mark.parametrize(
     ("name", "kinds"),
     [
-        ("geared", {"wheel": 2, "belt": 1, "spring": 2, "drive": 1, "pin": 3, "support": 3, "spot": 1}),
-        ("tappet", {"cam": 1, "roller": 1, "rail": 1, "block": 1, "drive": 1, "spot": 4}),
+        ("geared", {"wheel": 2, "belt": 1, "spring": 2, "drive": 1, "pin": 3, "support": 3, "dot": 1}),
+        ("tappet", {"cam": 1, "roller": 1, "rail": 1, "block": 1, "drive": 1, "dot": 4}),
         ("stopped", {"stop": 1, "pin": 4, "support": 2, "drive": 1}),
         ("slider-crank", {"rail": 1, "block": 1, "pin": 3, "support": 1, "drive": 1}),
     ],
@@ -80,7 +80,7 @@ def test_the_block_stays_on_its_rails_and_the_wheels_within_the_extent():
     """The rails are three sizes longer than the slide, on each side."""
     moved, marks = listed(SLIDER_CRANK)
     (rail,) = (mark for mark in marks if mark.kind == "rail")
-    xs = rail.placed(anchor(moved, rail.at)[0], rail.direction(moved)[0], SIZE).real
+    xs = rail.placed(anchor_position(moved, rail.at)[0], rail.direction(moved)[0], SIZE).real
     slides = position_of(moved, "piston", "B").real
     start, *_, end = xs[rail.cells[0]]
     assert [start, end] == pytest.approx([slides.min() - 3 * SIZE, slides.max() + 3 * SIZE])
@@ -104,7 +104,7 @@ ON_ROCKER = FOUR_BAR.replace("links.rocker = {", "links.rocker = {masses = {C = 
 def test_a_point_mass_is_drawn_at_its_point(text):
     moved, marks = listed(text)
     (disc,) = (mark for mark in marks if mark.kind == "mass")
-    assert anchor(moved, disc.at) == pytest.approx(position_of(moved, "rocker", "C"))
+    assert anchor_position(moved, disc.at) == pytest.approx(position_of(moved, "rocker", "C"))
     assert disc.radius[0] > PIN_RADIUS
     content = sheet(tomllib.loads(text))
     assert [mark["at"]["point"] for mark in content["discs"]] == ["C"]

@@ -1,11 +1,11 @@
 """Units are factors on every number: powers of two change no digit, other factors only the last digits."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from mechanisms import ALL, motion_of, replaced
+from msgspec.structs import replace
 from tiers import in_tiers
 
 from elastic import PRIMARY, deflection

@@ -5,7 +5,6 @@ References are the characteristic equations of Blevins, Formulas for Natural Fre
 """
 
 import math
-from dataclasses import replace
 
 import fem_vibrating
 import mpmath
@@ -26,6 +25,7 @@ from mechanisms import (
     supported,
     with_link,
 )
+from msgspec.structs import replace
 
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered, with_rotary_inertia
 from elastic.assessment import harmonics, period_of
@@ -38,7 +38,7 @@ SHARP = 1e-10
 
 
 def frequencies(mechanism, sections, modes=3, joints=None, settled=SHARP):
-    return natural_frequencies(still(mechanism), sections, modes, joints=joints, settled=settled).omega[:, 0]
+    return natural_frequencies(still(mechanism), sections, modes, joints=joints, tolerance=settled).omega[:, 0]
 
 
 def roots(equation, near):
@@ -159,7 +159,7 @@ class TestAddedMass:
             {"A": 0, "B": LENGTH, "C": place}, (slider,),
         )  # fmt: skip
         course = motion(mechanism, np.array([[0.0], [place]]))
-        found = natural_frequencies(course, [Section(EA=math.inf, EI=EI)], 2, settled=1e-5).omega[:, 0]
+        found = natural_frequencies(course, [Section(EA=math.inf, EI=EI)], 2, tolerance=1e-5).omega[:, 0]
         flexibility = np.array([[place**3 / 3, place**2 / 2], [place**2 / 2, place]]) / EI
         expected = 1 / np.sqrt(np.sort(np.linalg.eigvals(flexibility @ np.diag([m, J])).real)[::-1])
         np.testing.assert_allclose(found, expected, rtol=1e-9)
@@ -255,7 +255,9 @@ class TestMechanism:
         for make in ALL.values():
             case = make()
             course = motion_of(case)
-            usual, fine = (natural_frequencies(course, case.sections, 3, 6, settled=settled) for settled in (1e-3, 0.0))
+            usual, fine = (
+                natural_frequencies(course, case.sections, 3, 6, tolerance=settled) for settled in (1e-3, 0.0)
+            )
             known = np.isfinite(usual.omega)
             assert (usual.omega[known] <= fine.omega[known] * (1 + 1.5e-3)).all()
             assert (usual.omega[known] >= fine.omega[known] * (1 - 1e-6)).all()

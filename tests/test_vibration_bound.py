@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kinelast.figures.bounds import bound_of_vibration
-from kinelast.figures.entry import magnitudes
+from kinelast.figures.measures import magnitudes
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.document import scene_from_text

@@ -1,11 +1,10 @@
 """Links welded together behave like one link, and a weld transmits the section forces there."""
 
-from dataclasses import replace
-
 import fem_vibrating
 import numpy as np
 import pytest
 from mechanisms import at_speed, six_bar, triad
+from msgspec.structs import replace
 from nonlinear import nonlinear_equilibrium
 from second_routes import multiplier_forces
 
@@ -134,7 +133,7 @@ class TestCoupler:
 
     def test_frequencies_by_finite_elements(self):
         moved = motion(FOUR_BARS["welded"], ANGLES[:2])
-        ours = natural_frequencies(moved, [SECTION] * 4, 2, 2, settled=1e-6).omega
+        ours = natural_frequencies(moved, [SECTION] * 4, 2, 2, tolerance=1e-6).omega
         assert near(fem_vibrating.natural_frequencies(moved, [SECTION] * 4, 8, 2), ours, 1e-3)
 
     def test_vibrations_are_equal(self):

@@ -1,11 +1,11 @@
-"""Error of beam theory due to shear, moments introduced at beam ends, and corners."""
+"""Error of beam theory due to three effects: neglected shear, moments introduced at beam ends, and stiff corners."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import comb
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from elastic.arrays import AtStations, PerBeam, VectorCoefficients
 from elastic.beams.cross_sections import POISSON
@@ -23,24 +23,24 @@ from rigid.constants import per_row
 
 Meetings = dict[tuple[int, str], list[tuple[int, int, Any]]]
 
-END_SHARE = 1 / 8  # share of the beam's length over which an introduced moment develops
-STATIONS = 33  # stations along a beam at which deflections are compared
-PIN_SHIFT = 0.28  # shift of a pin due to a moment M at an end, relative to M/kGA; fitted to plane-stress bodies
-# rigid length of a corner / depth = CORNER_FACTOR tan(turn/2)^CORNER_EXPONENT, fitted to plane-stress bodies
+END_SHARE = 1 / 8  # an introduced moment affects about this share of the beam, next to the end
+STATIONS = 33  # number of stations along a beam at which deflections are compared
+PIN_SHIFT = 0.28  # lateral shift of a pin due to a moment M, relative to M/kGA; fitted to plane-stress bodies
+# (rigid length of a corner) / depth = CORNER_FACTOR tan(turn / 2)^CORNER_EXPONENT, fitted to plane-stress bodies
 CORNER_FACTOR, CORNER_EXPONENT = 0.275, 2.15
-MAX_CORNER = 2 * np.pi / 3  # [rad] upper limit of the angle in this formula
+MAX_CORNER = 2 * np.pi / 3  # [rad] largest `turn` (change of direction from one beam to the other) in this formula
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
-    """Return the sections with shear rigidities for all sections that can bend and stretch.
+    """Return the sections; each section that can bend and stretch gets a finite shear rigidity kGA.
 
-    The rigidity is `Section.shear_rigidity` if known, and otherwise that of a rectangle with the same EA, for which
-    k = 10 (1 + nu)/(12 + 11 nu).
+    A kGA that is already finite does not change. An infinite kGA is replaced by `Section.shear_rigidity` if known, or
+    else by kGA of a rectangle with the same EA, for which k = 10 (1 + nu)/(12 + 11 nu).
 
     Parameters
     ----------
     sections
-        One per beam.
+        Sections of the beams.
     poisson
         Poisson's ratio for sections without shear rigidity.
     """
@@ -57,10 +57,11 @@ def _sheared(section: Section, poisson: float) -> Section:
 
 
 def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Return the largest change of the chord deflection due to shear, relative to the deflection of each member.
+    """Return the largest change in the chord deflection due to shear, relative to the largest chord deflection.
 
-    The reference is the largest deflection of the member. The problem is solved again with shear deformation. The
-    result is 0 for beams that already have shear deformation or cannot bend.
+    Both values are the largest ones over all positions and stations of the member that contains the beam. To find the
+    change, the problem is solved again with shear deformation. The result is 0 if `sections_with_shear` changes no
+    section.
 
     Parameters
     ----------
@@ -79,8 +80,8 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
     >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
     >>> links = Link("ground", {"A": 0}), Link("bar", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})
     >>> guide, load = Slider("guide", "block", "ground", "B", 0.0, 1.0), LineLoad("bar", 0, -1j, -1j)
-    >>> held = motion(Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,)), np.zeros((0, 1)))
-    >>> shear_share(deflection(held, [Section(EA=12e2, EI=1.0)])).round(4)
+    >>> supported = motion(Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,)), np.zeros((0, 1)))
+    >>> shear_share(deflection(supported, [Section(EA=12e2, EI=1.0)])).round(4)
     array([0.0245])
     """
     sheared = sections_with_shear(deflection.sections, poisson)
@@ -92,7 +93,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
         more = _shear_chord(deflection, sheared, xi)
     else:
         more = sample(solve(deflection.motion, sheared, deflection.joints, deflection.added), "chord", xi) - without
-    return _over_largest(deflection, _greatest(more), _greatest(without))
+    return _relative(deflection, _largest(more), _largest(without))
 
 
 def _statically_determinate(deflection: Deflection) -> bool:
@@ -103,9 +104,10 @@ def _statically_determinate(deflection: Deflection) -> bool:
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
-    """Return the chord deflection due to shear if the forces do not change, in the shape returned by `sample`.
+    """Return the chord deflection due to shear at stations `xi`, in the shape of the results of `sample`.
 
-    Since w' = V/kGA = M'/kGA, it is (M minus the straight line through its end values)/kGA.
+    This requires that shear does not change the section forces. The slope due to shear is w' = V/kGA = M'/kGA. The
+    chord deflection is therefore (M - M0)/kGA, with the straight line M0 through the values of M at both ends.
     """
     moment, ndim = sample(deflection, "M", xi), len(deflection.motion.columns)
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
@@ -115,31 +117,33 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Estimate the deflection due to moments introduced at beam ends, relative to the deflection of each member.
+    """Estimate the deflection due to moments introduced at beam ends, relative to the largest chord deflection.
 
-    The reference is the largest deflection of the member. In beam theory, the moment of a drive or slider acts at a
-    point. In a solid body, it enters through a pin and develops into a bending moment over a length of about one depth,
-    and the pin shifts sideways by about 0.28 M/kGA. The moment between two beams of a link counts fully at a corner of
-    90 degrees or more, less at smaller angles, and not at all if the beams are in line.
+    Both values are the largest ones of the member that contains the beam. In beam theory, the moment of a drive or
+    slider acts at a point. In a solid body, this moment enters through a pin and develops into a bending moment over a
+    length of about one depth of the beam. The pin shifts laterally by about 0.28 M/kGA. The moment between two beams of
+    a link counts fully if the direction changes by 90 degrees or more at the corner. It counts less if the change is
+    smaller, and not at all between collinear beams.
 
     Returns
     -------
     Array of shape (beams, ...).
     """
     sections = sections_with_shear(deflection.sections, poisson)
-    moments = _greatest(_introduced(sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)))
+    moments = _largest(_introduced(sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)))
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
-    soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
-    return _over_largest(deflection, PIN_SHIFT * soft * moments, _greatest(chord))
+    soft = np.array([np.broadcast_to(_shear_flexibility(section), moments.shape[1:]) for section in sections])
+    return _relative(deflection, PIN_SHIFT * soft * moments, _largest(chord))
 
 
 def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
-    """Return the deflection with estimates for shear, introduced moments and stiff corners.
+    """Return the deflection with estimates of the effects of shear, introduced moments and stiff corners.
 
-    The difference from the given deflection is an estimate of the error of beam theory. The problem is solved again
-    with the sections of `sections_with_shear`. Near an end with an introduced moment, over about `END_SHARE` of the
-    length, the beam shifts as in `introduction_share`. A corner of a link bends less than its beams would. If nothing
-    changes, the same object is returned.
+    The difference between the result and the given deflection is an estimate of the error of beam theory. The problem
+    is solved again with the sections of `sections_with_shear`. Near an end with an introduced moment, the beam axis
+    shifts laterally as in `introduction_share`. The shift develops over about `END_SHARE` of the beam's length. A solid
+    corner of a link bends less than beam theory predicts for the two beam ends that meet there. If none of these
+    effects exist, the given object is returned.
 
     Parameters
     ----------
@@ -149,7 +153,7 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
     sheared = sections_with_shear(deflection.sections, poisson)
     M, meetings = sample(deflection, "M", [0.0, 1.0]), _meetings(deflection.motion.mechanism)
     moments, columns = _introduced(M, meetings), deflection.motion.columns
-    soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:-2]) for section in sheared])
+    soft = np.array([np.broadcast_to(_shear_flexibility(section), moments.shape[1:-2]) for section in sheared])
     shift = -PIN_SHIFT * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
     kink = _stiff_corners(M, meetings, deflection.sections)
     if sheared == deflection.sections and not (shift.any() or kink.any()):
@@ -160,7 +164,11 @@ def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Defl
 
 
 def _near_ends(at_ends: Numbers) -> Numbers:
-    """Return polynomials in xi, concentrated near the ends of the beams, with given integrals there (last axis)."""
+    """Return polynomials in xi that are large only near the ends of the beams; the first axis contains the powers.
+
+    Each polynomial is the sum of a term that is large near the start and a term that is large near the end. The last
+    axis of `at_ends` contains the integrals of these two terms over the beam, in this order.
+    """
     start, end = np.moveaxis(at_ends, -1, 0)
     rise = round(1.0 / END_SHARE)
     rates: Numbers = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in range(rise)], complex)
@@ -169,9 +177,10 @@ def _near_ends(at_ends: Numbers) -> Numbers:
 
 
 def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section]) -> AtStations:
-    """Return the excess rotation in beam theory at both ends of every beam that forms a corner.
+    """Return the correction of the rotation of corners, which beam theory overestimates, at both ends of each beam.
 
-    It is half of M/EI times the stiff length of the corner. The depth is that of the rectangle with the same EA and EI.
+    The magnitude of the correction is (M/EI) * (rigid length of the corner) / 2. The formula for the rigid length
+    contains a depth, which is taken from the rectangle with the same EA and EI.
     """
     stiff = -CORNER_FACTOR / 2 * np.tan(np.minimum(_turns(meetings, sections), MAX_CORNER) / 2) ** CORNER_EXPONENT
     kink: AtStations = np.zeros_like(M)
@@ -184,10 +193,10 @@ def _stiff_corners(M: AtStations, meetings: Meetings, sections: Sequence[Section
 
 
 def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
-    """Return the smallest angle to another beam of the link at both ends of every beam, shape (beams, 2).
+    """Return the smallest change of direction to a neighbouring beam of the link, for both beam ends, shape (beams, 2).
 
-    The angle of collinear beams is zero. It is also set to zero if one of the beams is thin-walled, because the fit
-    for corners is valid for solid sections only.
+    The change is zero between collinear beams. It is also set to zero if a beam at the corner is thin-walled, because
+    the formula for corners was fitted to solid sections.
     """
     turns = np.zeros((len(sections), 2))
     for meeting in meetings.values():
@@ -200,7 +209,10 @@ def _turns(meetings: Meetings, sections: Sequence[Section]) -> Reals:
 
 
 def _meetings(mechanism: Mechanism) -> Meetings:
-    """Return the beams that end at each point of each link: index, end (0 or 1), unit vector away from the point."""
+    """Return the beams that meet at each point of each link.
+
+    A beam is given by its index, its end at the point (0: start, 1: end), and the unit vector away from the point.
+    """
     nodes: Meetings = {}
     for number, (at, beam) in enumerate(mechanism.beams):
         points = mechanism.links[at].points
@@ -222,10 +234,12 @@ def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
 
 
 def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
-    """Return the moments introduced at both ends of every beam, with the sign of M [N m], (beams, ..., positions, 2).
+    """Return the moments that are introduced at both ends of each beam [N m], shape (beams, ..., positions, 2).
 
-    A moment from outside the link counts fully. A moment from other beams of the link is reduced according to the angle
-    between the beams, to zero for collinear beams.
+    They have the sign of the bending moment M. A moment from outside the link counts fully. A moment from neighbouring
+    beams of the link counts fully if the direction changes by 90 degrees or more, less if the change is smaller, and
+    not at all if the beams are collinear. If there are moments of both types, the result is the one with the larger
+    magnitude.
     """
     moments = np.zeros_like(M)
     for meeting in meetings.values():
@@ -238,20 +252,23 @@ def _introduced(M: AtStations, meetings: Meetings) -> AtStations:
     return moments
 
 
-def _softest(section: Section) -> Numbers:
-    """Return the larger of the two values of 1/kGA at the ends of a beam."""
+def _shear_flexibility(section: Section) -> Numbers:
+    """Return the shear flexibility 1/kGA at the start or at the end of a beam, whichever is larger."""
     taper = section.taper or Taper()
     factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
 
 
-def _greatest(values: AtStations) -> PerBeam:
-    """Return the largest finite magnitude over positions and stations, the last two axes."""
+def _largest(values: AtStations) -> PerBeam:
+    """Return the largest finite magnitude over the last two axes (positions and stations)."""
     return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
 
 
-def _over_largest(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
-    """Return the largest change in the member of each beam, relative to its reference deflection; 0 if it is zero."""
+def _relative(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
+    """Return the largest change in the member of each beam, relative to the reference deflection of the member.
+
+    The result is 0 if the reference deflection is zero.
+    """
     members = members_of(deflection.motion.mechanism)
-    taken, change = reference_deflection(members.greatest(largest)), members.greatest(change)
-    return np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
+    reference, change = reference_deflection(members.greatest(largest)), members.greatest(change)
+    return np.divide(change, reference, out=np.zeros_like(change), where=reference > 0)

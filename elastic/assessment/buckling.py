@@ -1,25 +1,28 @@
-"""Buckling of the whole mechanism: load / critical load, at which the tangent stiffness is singular.
+"""Buckling of the whole mechanism: the ratio of the load to the critical load, called load ratio.
 
-With locked drives, K + f K_G is the stiffness under f times all forces. K is due to links, compliant joints and
-springs. K_G is due to the axial forces of displaced links and to forces that rotate or move with the links. The load
-ratio is the reciprocal of the smallest positive f for which the sum is singular. A force that rotates with its link
-makes K_G unsymmetric. Complex roots then mean flutter, which statics cannot judge. The equations are in docs/theory.md.
+If all forces are multiplied by f and the drives are locked, the tangent stiffness is K + f K_G. K contains the
+stiffness of links, compliant joints and springs. K_G contains the effect of axial forces on displaced links, and the
+effect of forces that rotate or move with the links. At the critical load, K + f K_G is singular. The load ratio is the
+reciprocal of the smallest positive f for which this happens. A force that rotates with its link makes K_G unsymmetric.
+The roots can then be complex, which means flutter. A static analysis cannot assess flutter. The equations are in
+docs/theory.md.
 
 References
 ----------
 Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
 """
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.assessment.buckling_bound import buckling_bound
 from elastic.elastodynamics.displacements import (
     Displacements,
-    at_joints,
-    own_basis,
+    can_open_joint,
+    compatible_basis,
     rigid_body_modes,
     unit_displacements,
 )
@@ -31,30 +34,32 @@ from elastic.solution import Deflection
 from rigid import PointLoad, Reals
 from rigid.arrays import Flags, Integers, distinct
 
-INNER_POLYNOMIALS = 4  # number of inner polynomials per beam and direction
+INNER_POLYNOMIALS = 4  # number of inner polynomials per beam for each of u, w and phi
 MAX_IMAGINARY = 1e-9  # roots with a smaller imaginary part count as real; relative to the largest root
 ROUND_OFF = 1e-12  # roots smaller than this count as zero; relative to the largest root
-RESOLVED = 0.2  # ratios above this are found at whichever position they occur
+RESOLVED = 0.2  # the search over positions may miss the largest load ratio if it is below this value
 EVEN_POSITIONS = 13  # number of evenly spaced positions that are always computed
-VIBRATING_POSITIONS = 61  # same, for loads from vibration, which vary faster
-BATCH_POSITIONS = 8  # number of positions computed at once
+VIBRATING_POSITIONS = 61  # the same if the loads include vibration, because these loads vary faster
+BATCH_POSITIONS = 8  # number of positions that are computed at once
 UNKNOWN = -1.0  # marks a position at which the ratio has not been computed
 
 
-@dataclass(frozen=True, eq=False)
-class Buckling:
-    """Load / critical load of one design.
+class Buckling(Struct, frozen=True, eq=False):
+    """Load ratios of one design.
 
     Attributes
     ----------
     ratio
-        Largest ratio over the positions for each link, shape (links,): the ratio of a mode * (work of the forces of the
-        link / largest work of any link). It is 0 if there is no such mode, and nan if unknown.
+        Largest load ratio of each link over modes and positions, shape (links,). In each mode, the load ratio of a link
+        is the load ratio of the mode, multiplied by a factor. The factor is the work of the forces of this link,
+        relative to the largest work of the forces of any link. The load ratio is 0 if there is no buckling mode, and
+        nan if unknown.
     position
-        Position of the largest ratio, shape (links,).
-        neighbour_drop
-        Largest drop of the ratio from this position to its neighbours, shape (links,). It bounds how much more the
-        ratio may rise between the positions, even if another link begins to do the most work there.
+        Index of the position with the largest ratio, shape (links,).
+    neighbour_drop
+        Difference between `ratio` and the smaller of the load ratios at both neighbouring positions, shape (links,).
+        Between positions, the load ratio is assumed to exceed `ratio` by at most this difference. This margin also
+        covers the case that a different link does the most work there.
     """
 
     ratio: Reals
@@ -63,28 +68,28 @@ class Buckling:
 
     @property
     def link(self) -> int:
-        """Index of the link that buckles first."""
+        """Index of the link with the largest load ratio, which buckles first."""
         return int(np.nan_to_num(self.ratio).argmax())
 
     @property
     def largest(self) -> float:
-        """Largest ratio of all links; nan if unknown."""
+        """Largest load ratio of all links; nan if unknown."""
         return float(self.ratio.max())
 
 
 def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolved: float = RESOLVED) -> Buckling:
-    """Compute the largest load / critical load of one design over the positions.
+    """Compute the largest load ratio of each link over the positions, for one design.
 
-    The eigenvalue problem is solved at evenly spaced positions and at those with the largest upper bounds. It is then
-    solved at further positions, until no other position can have a ratio above `resolved` and above those found. If all
-    ratios are smaller, the maximum of each link is found by a local search.
+    The eigenvalue problem is solved at evenly spaced positions, and at those with the largest upper bounds (see
+    `buckling_bound`). It is then solved at more positions, until all positions that remain have an upper bound below
+    `resolved` or below the largest known ratio. Finally, a local search refines the maximum of each link.
 
     Parameters
     ----------
     counted
-        Mask of the positions to include, shape (positions,).
+        True at the positions to include, shape (positions,).
     resolved
-        Ratio above which the maximum is guaranteed to be the largest over all positions.
+        The search over the positions may miss the largest ratio if it is below this value.
     """
     of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
     bound = of_links.max(axis=0)
@@ -101,7 +106,7 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
         roots = BucklingModes(deflection)
         while len(some):
             ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
-            some = _unseen(ratios, bound, resolved)
+            some = _next_positions(ratios, bound, resolved)
     except np.linalg.LinAlgError:  # redundant rigid joints, or unrealistic dimensions
         return Buckling(np.full(links, np.nan), np.zeros(links, int), np.zeros(links))
     best, largest = ratios.argmax(axis=1), ratios.max(axis=1)
@@ -110,11 +115,13 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     return Buckling(largest, pressed[best], largest - lower)
 
 
-def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
-    """Select the next positions at which to compute the ratio.
+def _next_positions(ratios: Reals, bound: Reals, resolved: float) -> Integers:
+    """Select the next positions at which to compute the ratios.
 
-    These are the positions with bounds above the resolved ratio. If there are none, they are the vertices of the
-    parabolas through the largest ratio of each link and its neighbours, with one position on each side.
+    They are positions whose upper bound exceeds both `resolved` and the largest known ratio. If there are no such
+    positions, a parabola is fitted for each link through three known ratios: the largest one and those at the two
+    neighbouring known positions. The next positions are then the vertex of this parabola, and one position on each side
+    of the vertex.
     """
     seen = ratios[0] != UNKNOWN
     above = np.flatnonzero(~seen & (bound > max(ratios.max(), resolved)))
@@ -137,15 +144,16 @@ def _unseen(ratios: Reals, bound: Reals, resolved: float) -> Integers:
 
 
 def _pressed_shapes(structure: ElasticStructure) -> Reals:
-    """Return shapes with unit strain energy on which axial forces do work, shape (n, r).
+    """Return shapes with unit stiffness on which the forces in K_G do work, shape (n, r).
 
-    Inner shapes that stretch the beam, or rotate the section of a beam with shear, neither rotate the axis nor move a
-    point, so axial forces do no work on them. They are eliminated by static condensation, which is exact here.
+    All remaining shapes stretch a beam between its ends, or rotate sections of a beam with shear. They neither rotate
+    the beam axis nor move a point. Static condensation eliminates these remaining shapes. This is exact, because the
+    forces in K_G do no work on them.
     """
     stiffness = structure.stiffness
-    felt = at_joints(structure) | structure.fields["slope"].any(axis=(0, 1))
-    shapes = np.eye(len(felt))[:, felt]
-    shapes[~felt] = -np.linalg.solve(stiffness[np.ix_(~felt, ~felt)], stiffness[np.ix_(~felt, felt)])
+    pressed = can_open_joint(structure) | structure.fields["slope"].any(axis=(0, 1))
+    shapes = np.eye(len(pressed))[:, pressed]
+    shapes[~pressed] = -np.linalg.solve(stiffness[np.ix_(~pressed, ~pressed)], stiffness[np.ix_(~pressed, pressed)])
     factor = np.linalg.cholesky(shapes.T @ stiffness @ shapes)
     return np.asarray(shapes @ np.linalg.inv(factor).T)
 
@@ -156,54 +164,60 @@ class BucklingModes:
     def __init__(self, deflection: Deflection) -> None:
         motion = deflection.motion
         if len(motion.columns) != 1:
-            raise ValueError(f"columns of shape {motion.columns}: expected one design")
+            raise ValueError(f"the deflection has several designs (shape {motion.columns}): expected one")
         self.motion, mechanism = motion, motion.mechanism
         self.structure = elastic_structure(mechanism, deflection.sections, deflection.joints, INNER_POLYNOMIALS)
         self.chosen = chosen_points(mechanism)
         self.basis = _pressed_shapes(self.structure)
         if not self.basis.size:
             return
-        self.carried = rigid_body_modes(self.structure, motion)
-        self.felt = geometric_stiffness(self.structure, deflection, self.chosen)
+        self.rigid_modes = rigid_body_modes(self.structure, motion)
+        self.geometric = geometric_stiffness(self.structure, deflection, self.chosen)
         turning = (isinstance(load, PointLoad) and load.turning for load in mechanism.loads)
-        self.symmetric = self.felt.turning is None and not any(turning)
+        self.symmetric = self.geometric.follower_loads is None and not any(turning)
 
     def of_links(self, some: Integers) -> Reals:
-        """Compute the largest load ratio of each link, see `Buckling.ratio`, shape (positions, links)."""
+        """Compute the largest load ratio of each link at given positions, shape (positions, links).
+
+        See `Buckling.ratio`.
+        """
         ratio = np.zeros((len(some), len(self.motion.mechanism.links)))
         if not self.basis.size:
             return ratio
-        felt, moved = self.felt[some], self._moved(some)
-        pressing = -felt.stiffness(moved, moved)
+        geometric, moved = self.geometric[some], self._moved(some)
+        pressing = -geometric.stiffness(moved, moved)
         known = np.isfinite(pressing).all(axis=(-2, -1))
         ratio[~known] = np.nan
-        felt, moved = felt[known], moved[known]
-        values, modes = self._solved(felt, moved, pressing[known])
+        geometric, moved = geometric[known], moved[known]
+        values, modes = self._solved(geometric, moved, pressing[known])
         values = np.where(values > ROUND_OFF * np.abs(values).max(axis=-1, keepdims=True), values, 0.0)
         values, modes = (part[..., -2 * ratio.shape[1] :] for part in (values, modes))
         pressed = np.where(values > 0.0, values, 0.0)
-        ratio[known] = (self._shares(felt, moved, modes) * pressed).max(axis=-1, initial=0.0).T
+        ratio[known] = (self._shares(geometric, moved, modes) * pressed).max(axis=-1, initial=0.0).T
         return ratio
 
     def _moved(self, some: Integers) -> Displacements:
-        """Return the displacements per unit of each shape in `basis` at some positions."""
+        """Return the displacements per unit of each shape in `basis` at given positions."""
         if trees_of(self.motion.mechanism).rails:  # positions of the blocks are computed for the whole motion
             return self._everywhere[some]
-        carried = replace(self.carried, shift=self.carried.shift[..., some], angle=self.carried.angle[..., some],
-                          work=self.carried.work[some])  # fmt: skip
-        basis = own_basis(self.structure, carried, self.basis)
+        modes = self.rigid_modes
+        modes = replace(modes, shift=modes.shift[..., some], angle=modes.angle[..., some], work=modes.work[some])
+        basis = compatible_basis(self.structure, modes, self.basis)
         motion = replace(self.motion, direction=self.motion.direction[:, some])
-        return unit_displacements(self.structure, motion, carried, basis, self.chosen)
+        return unit_displacements(self.structure, motion, modes, basis, self.chosen)
 
     @cached_property
     def _everywhere(self) -> Displacements:
         """Displacements per unit of each shape in `basis`, at all positions."""
-        basis = own_basis(self.structure, self.carried, self.basis)
-        return unit_displacements(self.structure, self.motion, self.carried, basis, self.chosen)
+        basis = compatible_basis(self.structure, self.rigid_modes, self.basis)
+        return unit_displacements(self.structure, self.motion, self.rigid_modes, basis, self.chosen)
 
-    def _solved(self, felt: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
-        """Return load ratios in ascending order (0 for complex roots), (positions, n), and modes, (positions, n, n)."""
-        springs = [effect.form(moved, moved) for effect in felt.effects if effect.elastic]
+    def _solved(self, geometric: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
+        """Return load ratios in ascending order, shape (positions, n), and modes, shape (positions, n, n).
+
+        A complex root gets the load ratio 0. Each mode is one column, i.e. one index of the last axis.
+        """
+        springs = [effect.form(moved, moved) for effect in geometric.effects if effect.elastic]
         back: Reals = np.eye(pressing.shape[-1])
         if springs:
             own = sum(springs)
@@ -219,19 +233,20 @@ class BucklingModes:
         modes = np.take_along_axis(vectors.real, order[:, None], -1)
         return np.take_along_axis(values, order, -1), back @ modes
 
-    def _shares(self, felt: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
-        """Return the work of the forces of each link / largest work of any link, shape (links, positions, modes).
+    def _shares(self, geometric: GeometricStiffness, moved: Displacements, modes: Reals) -> Reals:
+        """Return the work of each link's forces in each mode, relative to the largest work of the forces of any link.
 
-        These shares are continuous over the positions even if the link with the most work changes.
+        The shape is (links, positions, modes). The ratios stay continuous over the positions when the link with the
+        largest work changes.
         """
         mechanism = self.motion.mechanism
         work = np.zeros((len(mechanism.links), len(modes), modes.shape[-1]))
         for beam, (at, _) in enumerate(mechanism.beams):
-            work[at] -= (felt.pull[:, beam, :, None] * (moved.slope[:, beam] @ modes) ** 2).sum(axis=1)
-        for effect in felt.effects:
+            work[at] -= (geometric.axial[:, beam, :, None] * (moved.slope[:, beam] @ modes) ** 2).sum(axis=1)
+        for effect in geometric.effects:
             if not effect.elastic:
-                at = self.chosen[next(iter((*effect.cause.shares, *effect.cause.ways)))][0]
-                along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.felt, effect.cause))
+                at = self.chosen[next(iter((*effect.cause.rotation_factors, *effect.cause.directions)))][0]
+                along, cause = ((row(moved)[:, None] @ modes)[:, 0] for row in (effect.response, effect.cause))
                 work[at] -= effect.stiffness[:, None] * along * cause
         most = work.max(axis=0)
         return np.divide(np.maximum(work, 0.0), most, out=np.zeros_like(work), where=most > 0.0)

@@ -1,30 +1,33 @@
-"""Upper bound on load / critical load, for arrays of positions and designs.
+"""Upper bound on the ratio of load to critical load (load ratio), for arrays of positions and designs.
 
-The compression P of a span does work on its slopes. A slope is the rotation c of the chord plus the slope w' relative
-to the chord. Since w is zero at both ends of the chord,
+The compression P of a span does work on the slope of the span. This slope is c + w': c is the rotation of the chord, w
+is the deflection from the chord, and w' = dw/dx. Since w is zero at both ends of the chord of length L,
 
     P int (c + w')^2 dx = P L c^2 + P int w'^2 dx <= P L c^2 + (P/P_E + P/kGA) U,
 
-where P_E is the Euler load of the pinned span and U twice its strain energy. The strain energies add up to that of the
-mechanism. Hence the load ratio is at most max(P/P_E + P/kGA) plus the largest eigenvalue of the part due to the chords.
-This part is a small matrix that contains the rotation of each chord due to a couple P L on another. Forces that turn
-with their links add rows to it. Its Frobenius norm bounds the eigenvalue.
+where P_E is the Euler load of the pinned span, and U is twice the strain energy of the span. The sum of the strain
+energies of all spans is at most the strain energy of the mechanism. Hence the load ratio is at most the sum of two
+values: the maximum of P/P_E + P/kGA over the spans, and the largest eigenvalue of a small matrix. The element (i, j) of
+this matrix is the rotation of chord i due to a couple P L on chord j. Forces that turn with their links add rows and
+columns to the matrix. The Frobenius norm of the matrix is an upper bound on the eigenvalue.
 
-The work of the forces of a link is at most W, its largest P/P_E + P/kGA plus the diagonal elements of its rows. The
-ratio of a link is the ratio of the mode times the link's work / the largest work of any link. The ratio of the mode is
-the sum of the work of all links, so it is at most the largest work times the number of links with W > 0. The ratio of a
-link is therefore at most this number times its W. The equations are in docs/theory.md.
+In a mode with unit strain energy, the work of the forces of a link is at most W: the largest P/P_E + P/kGA of the link,
+plus the diagonal elements of the matrix that belong to this link. The load ratio of a mode is the sum of the work over
+all links. It is therefore at most (number of links with W > 0) * (largest work of a link). The load ratio of a link is
+(load ratio of the mode) * (work of the link) / (largest work of a link). It is therefore at most (number of links with
+W > 0) * (W of the link). The equations are in docs/theory.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.assessment.columns import compressions, euler_loads, least_shear_rigidity
-from elastic.elastodynamics.displacements import UNDER, Points
-from elastic.elastodynamics.point_effects import PointRow, chosen_points, point_effects
+from elastic.elastodynamics.displacements import UNDER_BLOCK, Points
+from elastic.elastodynamics.point_effects import DisplacementComponent, chosen_points, point_effects
 from elastic.links import spans_of
 from elastic.links.added_loads import AddedLoads
 from elastic.links.compatibility import bent_links, compatible_forces, problem_of, under_blocks
@@ -42,11 +45,10 @@ PointLoad = tuple[int, str, Columns, Columns]
 """Link index, point name, force in ground axes [N], complex, and moment [N m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class _ComponentRow:
-    """Component of the displacements that contributes weight * component^2 to the work of the forces of a link.
+class _ComponentRow(Struct, frozen=True, eq=False):
+    """Row of the matrix: a component of displacement that adds (weight * component^2) to the work of a link's forces.
 
-    `loads` are the unit loads that do work on the component.
+    `loads` are the loads whose work is 1 if the component is 1.
     """
 
     loads: tuple[PointLoad, ...]
@@ -55,9 +57,10 @@ class _ComponentRow:
 
 
 def buckling_bound(deflection: Deflection) -> Reals:
-    """Return an upper bound on the load / critical load of each link, shape (links, ..., positions).
+    """Return an upper bound on the load ratio of each link, shape (links, ..., positions).
 
-    It is nan at singular positions. It is inf if line loads turn with their beams, because no bound is known then.
+    The bound is nan at singular positions. If a line load turns with its beam, the bound is inf, because no finite
+    bound is known for this case.
     """
     mechanism, columns = deflection.motion.mechanism, deflection.motion.columns
     work = np.zeros((len(mechanism.links), *columns))
@@ -76,9 +79,10 @@ def buckling_bound(deflection: Deflection) -> Reals:
 
 
 def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentRow]]:
-    """Return the largest ratio of the compression of a span to its pinned critical load with shear, and the chord rows.
+    """Return the largest P/P_E + P/kGA of all spans, and the rows of the matrix for the chords of the spans.
 
-    The largest value of each link is added to its `work`, shape (links, ..., positions).
+    The largest P/P_E + P/kGA of each link is added to the element of this link in `work`, shape (links, ...,
+    positions).
     """
     motion = deflection.motion
     mechanism, ndim = motion.mechanism, len(motion.columns)
@@ -103,10 +107,12 @@ def _spans(deflection: Deflection, work: Reals) -> tuple[Reals, list[_ComponentR
 
 
 def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_ComponentRow], Reals]:
-    """Return the rows of forces on displaced points, and a bound for forces along one displacement due to another.
+    """Return the rows of forces with the same component as response and cause, and a bound for all other forces.
 
-    A force of the second kind does the work 2 f c, which is at most |f| |c| + f c. The products are computed with the
-    flexibility matrix. The bound is added to the `work` of both links.
+    See `PointEffect` for response and cause. If these are two different components, the bound is k (sqrt(f_11 f_22) +
+    |f_12|) / 2. Here, k is the sum of the magnitudes of the stiffnesses between both components, and f is the
+    flexibility matrix of both components. This bound is also added to the `work` of the links to which the components
+    belong.
     """
     chosen, rows = chosen_points(deflection.motion.mechanism), []
     pairs: dict[frozenset[int], Any] = {}
@@ -114,13 +120,13 @@ def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_Component
         effect for effect in point_effects(deflection, chosen) if not effect.elastic and np.any(effect.stiffness)
     ]
     for effect in effects:
-        if effect.felt is effect.cause:
+        if effect.response is effect.cause:
             weight = np.maximum(-effect.stiffness, 0.0)
-            rows.append(_ComponentRow(_loads_of(effect.felt, chosen), weight, _link_of(effect.cause, chosen)))
+            rows.append(_ComponentRow(_loads_of(effect.response, chosen), weight, _link_of(effect.cause, chosen)))
         else:
-            both = frozenset((id(effect.felt), id(effect.cause)))
+            both = frozenset((id(effect.response), id(effect.cause)))
             before = pairs[both][1] if both in pairs else 0.0
-            pairs[both] = (effect.felt, effect.cause), before + np.abs(effect.stiffness)
+            pairs[both] = (effect.response, effect.cause), before + np.abs(effect.stiffness)
     beyond = np.zeros(deflection.motion.columns)
     for both, stiffness in pairs.values():
         unit = np.ones(deflection.motion.columns)
@@ -134,20 +140,23 @@ def _turned_points(deflection: Deflection, work: Reals) -> tuple[list[_Component
     return rows, beyond
 
 
-def _link_of(row: PointRow, chosen: Points) -> int:
-    """Return the index of the link to which the work on a component is assigned, see `buckling_ratio`."""
-    return chosen[next(iter((*row.shares, *row.ways)))][0]
+def _link_of(row: DisplacementComponent, chosen: Points) -> int:
+    """Return the index of the link to which the work on a component is assigned."""
+    return chosen[next(iter((*row.rotation_factors, *row.directions)))][0]
 
 
-def _loads_of(row: PointRow, chosen: Points) -> tuple[PointLoad, ...]:
-    """Return the unit loads that do work on a component; points of the ground do not move and are omitted."""
-    forces = [(*chosen[point], way, 0.0) for point, way in row.ways.items()]
-    moments = [(*chosen[point], 0.0, share) for point, share in row.shares.items()]
+def _loads_of(row: DisplacementComponent, chosen: Points) -> tuple[PointLoad, ...]:
+    """Return the loads that do work of 1 if a component is 1; loads on points of the ground are left out."""
+    forces = [(*chosen[point], way, 0.0) for point, way in row.directions.items()]
+    moments = [(*chosen[point], 0.0, share) for point, share in row.rotation_factors.items()]
     return tuple(load for load in (*forces, *moments) if load[0])
 
 
 def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
-    """Compute the component of each row due to the weighted loads of every row, shape (rows, rows, ..., positions)."""
+    """Return the component of each row (first axis) due to the weighted loads of each row (second axis).
+
+    The loads are multiplied by the weight of their row. The shape is (rows, rows, ..., positions).
+    """
     motion, sections = deflection.motion, deflection.sections
     problem = problem_of(motion, sections, deflection.joints).unloaded
     states = self_stresses(motion.closures, deflection.forces.flank)
@@ -155,10 +164,10 @@ def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
     for number, row in enumerate(rows):
         loads = tuple((at, point, row.weight * force, row.weight * moment) for at, point, force, moment in row.loads)
         moved = _displaced(problem, loads, deflection.forces.flank, states)
-        for other, felt in enumerate(rows):
+        for other, response in enumerate(rows):
             work = (
                 dot(force, move) + moment * turn
-                for (*_, force, moment), (move, turn) in zip(felt.loads, map(moved, felt.loads), strict=True)
+                for (*_, force, moment), (move, turn) in zip(response.loads, map(moved, response.loads), strict=True)
             )
             responses[other, number] = sum(work, start=np.zeros(motion.columns))
     return responses
@@ -167,11 +176,11 @@ def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
 def _displaced(
     problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
 ) -> Callable[[PointLoad], tuple[Columns, Columns]]:
-    """Return a function that gives the displacement and rotation of the point of a load under the given loads alone."""
+    """Return a function that returns, for a load, the displacement and rotation of its point under `loads` alone."""
     motion, trees = problem.motion, problem.configuration.trees
     no_gaps, zeros = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
-    points = tuple(load for load in loads if not load[1].startswith(UNDER))
-    blocks = tuple((_number(load), *load[2:]) for load in loads if load[1].startswith(UNDER))
+    points = tuple(load for load in loads if not load[1].startswith(UNDER_BLOCK))
+    blocks = tuple((_number(load), *load[2:]) for load in loads if load[1].startswith(UNDER_BLOCK))
     added = AddedLoads(problem.loads.q, points, blocks, no_gaps, no_gaps)
     problem = replace(problem, loads=replace(problem.loads, nodes=with_points({}, trees, points)), added=added)
     pull, twist = zeros[:], zeros[:]
@@ -187,7 +196,7 @@ def _displaced(
     def moved(load: PointLoad) -> tuple[Columns, Columns]:
         at, point, *_ = load
         angle = np.imag(turning[at])
-        if point.startswith(UNDER):
+        if point.startswith(UNDER_BLOCK):
             bent, arm = under_blocks(problem, response, rails[_number(load)]), motion.places[_number(load)].arm(at)
         else:
             bent = response.nodes.get((at, point), NO_DISPLACEMENT)
@@ -199,4 +208,4 @@ def _displaced(
 
 def _number(load: PointLoad) -> int:
     """Return the index of the slider joint with the block that applies a load."""
-    return int(load[1].removeprefix(UNDER))
+    return int(load[1].removeprefix(UNDER_BLOCK))

@@ -14,12 +14,12 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16  # number of polynomials for the moment of a tapered column; more add only round-off
-POINTS = 64  # number of Gauss points, and of intervals at which tapers are evaluated
+TERMS = 16  # number of polynomials for the bending moment of a tapered column; more would only add round-off
+POINTS = 64  # number of Gauss points, and number of intervals on which tapers are evaluated
 
 
 def least_axial_force(deflection: Deflection) -> PerBeam:
-    """Return the smallest axial force along every beam, negative in compression [N], shape (beams, ..., positions)."""
+    """Return the smallest axial force along each beam [N], shape (beams, ..., positions); compression is negative."""
     rows = least_on(deflection.N)
     least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
     for row, beam in zip(rows, deflection.division.beam, strict=True):
@@ -28,10 +28,12 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 
 
 def euler_loads(deflection: Deflection) -> PerBeam:
-    """Return the Euler load of the span that contains each beam, pinned at both ends [N], shape (beams, ..., 1).
+    """Return the Euler load of the span that contains each beam [N], shape (beams, ..., 1).
 
-    The Euler load of a prismatic span is pi^2 EI/l^2. Other spans are computed by Ritz's method, which is accurate to
-    round-off for a tapered beam and to about 0.1 % for stepped sections.
+    A span is the part of a member (row of collinear beams) between two joints. It is assumed to be pinned at both ends.
+    The Euler load of a prismatic span is pi^2 EI/l^2. For all other spans, Ritz's method is used. Its result is
+    accurate to round-off if the span is a single tapered beam, and to about 0.1 % if the span has beams with different
+    sections.
 
     References
     ----------
@@ -49,15 +51,17 @@ def euler_loads(deflection: Deflection) -> PerBeam:
 
 
 def _load_of_span(span: BeamRun, sections: Sequence[Section], length: Reals) -> Reals:
-    """Return the critical load of a row of collinear beams that is pinned at its ends [N], shape (..., 1)."""
+    """Return the critical load of a span of several collinear beams, pinned at its ends [N], shape (..., 1)."""
     parts = zip(span.start, span.width, (sections[beam] for beam in span.beams), strict=True)
     return _critical_load((start, width, section.EI, section.taper) for start, width, section in parts) / length**2
 
 
 def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> Reals:
-    """Return P l^2 of a pinned column, shape (..., 1), from the start, width, EI and taper of its parts.
+    """Return the critical load of a pinned column, multiplied by the square of its length [N m^2], shape (..., 1).
 
-    The parts are given for a column of length 1. Ritz's method minimises the integral of M'^2 / the integral of M^2/EI.
+    Each part of the column is given by four values: its start and its width, both relative to the length of the column;
+    EI at the start of the part; and its taper. Ritz's method minimises the ratio (integral of M'^2) / (integral of M^2
+    / EI).
     """
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     xi = (nodes + 1) / 2
@@ -72,10 +76,10 @@ def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> R
 
 
 def _moments(place: Reals) -> Reals:
-    """Evaluate polynomials for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, points).
+    """Evaluate polynomials M_k for the moment of a pinned column at points from -1 to 1, shape (..., TERMS, points).
 
-    They are integrals of Legendre polynomials, scaled such that the integrals of their M' M' over a column of unit
-    length form the identity matrix.
+    The M_k are integrals of Legendre polynomials. They are scaled so that the integrals of M_j' M_k' over a column of
+    unit length form the identity matrix.
     """
     legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
     scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
@@ -84,21 +88,24 @@ def _moments(place: Reals) -> Reals:
 
 @lru_cache(maxsize=256)
 def _critical_factor(section: Section) -> float:
-    """Return P l^2/EI of a pinned column, with EI at its start: pi^2 without a taper."""
+    """Return the critical load of a pinned beam, multiplied by length^2 and divided by EI at the start.
+
+    Without a taper, the result is pi^2.
+    """
     return np.pi**2 if section.taper is None else float(_critical_load([(0.0, 1.0, 1.0, section.taper)])[0])
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Return the largest compression along the span that contains each beam, divided by its Euler load.
+    """Return the largest compression along the span that contains each beam, divided by the Euler load of the span.
 
-    A span is the part of a member between two joints. The largest compression is assumed to act over the whole span,
-    which is conservative. Both ends are assumed to be held sideways and free to rotate; the critical load of a
-    cantilever is only a quarter of the Euler load.
+    For spans see `euler_loads`. The largest compression is assumed to act over the whole span, which is conservative.
+    Both ends of the span are assumed to be fixed laterally and free to rotate. This second assumption is not
+    conservative for a cantilever: its critical load is only a quarter of the Euler load.
 
     Returns
     -------
-    Array of shape (beams, ..., positions), 0 in tension and for beams that cannot bend. A beam with a ratio of 1 or
-    more buckles.
+    Array of shape (beams, ..., positions). The ratio is 0 in tension and for beams that cannot bend. A pinned span with
+    a ratio of 1 or more buckles.
     """
     return compressions(deflection) / euler_loads(deflection)
 
@@ -118,29 +125,31 @@ def least_shear_rigidity(section: Section) -> float | Reals:
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
-    """Return the slenderness ratio of each beam, l sqrt(EA/EI), with l of its member, shape (beams, ..., 1).
+    """Return the slenderness ratio l sqrt(EA/EI) of each beam, shape (beams, ..., 1).
 
-    It is the smallest value along a tapered beam, and nan for beams that cannot stretch.
+    l is the length of the member that contains the beam. For a tapered beam, the result is the smallest slenderness
+    ratio along the beam. For a beam that cannot stretch, the result is nan.
     """
     ndim = len(deflection.motion.columns)
     EA, EI = (
         per_row([getattr(section, name) for section in deflection.sections], ndim, float) for name in ("EA", "EI")
     )
-    taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
+    least_factor = per_row([_least_taper_ratio(section) for section in deflection.sections], ndim, float)
     with np.errstate(invalid="ignore"):
         ratio = EA / EI
-    return np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
+    return np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * least_factor), np.nan)
 
 
 def member_lengths(deflection: Deflection) -> PerBeam:
-    """Return the length of the member that contains each beam [m], shape (beams, ..., 1)."""
+    """Return the length of the member (row of collinear beams) that contains each beam [m], shape (beams, ..., 1)."""
     length = np.array(deflection.length)
     for run in members_of(deflection.motion.mechanism).runs:
         length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)
     return length
 
 
-def _least_ratio(section: Section) -> float:
+def _least_taper_ratio(section: Section) -> float:
+    """Return the smallest EA/EI along a beam, relative to EA/EI at the start."""
     if section.taper is None:
         return 1.0
     xi = np.linspace(0.0, 1.0, POINTS + 1)

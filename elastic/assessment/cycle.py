@@ -1,17 +1,27 @@
-"""Largest and rms values over all positions, and the period of a cycle."""
+"""Largest and rms values over a cycle, period of the cycle, and harmonics of the loads."""
+
+from collections.abc import Collection
+from functools import cache
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.extreme_values import Extreme
 from elastic.largest import Largest, largest
+from elastic.sampling import sample
+from elastic.solution import Deflection
 from rigid import Motion, Reals
-from rigid.arrays import ArrayLike
+from rigid.arrays import ArrayLike, Integers
 
-STEP_TOLERANCE = 1e-9  # steps and speeds with a smaller relative difference count as equal
+STEP_TOLERANCE = 1e-9  # two steps or speeds count as equal if their relative difference is at most this
+POINTS = 6  # number of Gauss points along a beam; exact for M^2 under a linearly varying load
+# attribute of `BeamCompliance` for each section force
+COMPLIANCES = {"M": "bend", "N": "stretch", "V": "shear"}
+MIN_HARMONIC = 0.05  # a harmonic is called strong if its `Harmonics.share` exceeds this
 
 
 def over_cycle(values: Extreme | ArrayLike) -> Largest:
-    """Return the largest magnitude over the last axis (positions), ignoring singular positions.
+    """Return the value with the largest magnitude over the last axis (positions). Singular positions are ignored.
 
     Parameters
     ----------
@@ -27,7 +37,7 @@ def over_cycle(values: Extreme | ArrayLike) -> Largest:
 
 
 def rms(values: ArrayLike) -> Reals:
-    """Return the root mean square over the last axis (positions), ignoring singular positions."""
+    """Return the root mean square over the last axis (positions). Singular positions are ignored."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)
     count = known.sum(axis=-1)
@@ -36,9 +46,11 @@ def rms(values: ArrayLike) -> Reals:
 
 
 def period_of(motion: Motion) -> float:
-    """Return the duration of a motion that is one revolution at constant speed in equal steps [s].
+    """Return the period of a motion [s]: the duration of one revolution at constant speed in equal steps.
 
-    The positions must not include the end point. The result is nan for any other motion.
+    The last position must be one step before the end of the revolution. If there are several drives, each must make a
+    whole number of revolutions, and the slowest one exactly one. The result is nan if the motion does not meet these
+    conditions.
     """
     rate = motion.drive_rate
     if not len(rate) or rate.shape[-1] < 3 or not all(drive.turns for drive in motion.mechanism.drives):
@@ -55,3 +67,81 @@ def period_of(motion: Motion) -> float:
     if np.ptp(periods) > STEP_TOLERANCE * abs(periods[0]):
         return float("nan")
     return float(abs(periods[0]))
+
+
+class Harmonics(Struct, frozen=True, eq=False):
+    """Harmonics of the section forces of all beams.
+
+    Attributes
+    ----------
+    omega
+        Angular frequencies of the harmonics 0, 1, 2, ... of the cycle [rad/s], shape (harmonics,).
+    share
+        Square root of a ratio: the mean strain energy of each harmonic, relative to the sum of the mean strain energies
+        of all harmonics. Shape (harmonics,). The squares of the shares add up to 1.
+    crest
+        Square root of the ratio of the largest to the mean strain energy in the cycle.
+    """
+
+    omega: Reals
+    share: Reals
+    crest: float
+
+    def strong(self, share: float = MIN_HARMONIC) -> Integers:
+        """Return the numbers (from 1) of the harmonics with a `share` above the given value."""
+        return 1 + np.flatnonzero(self.share[1:] > share)
+
+
+def harmonics(deflection: Deflection, period: float, forces: Collection[str] = ("M",)) -> Harmonics:
+    """Compute the harmonics of the loads, measured by the strain energy that they cause.
+
+    The strain energy is computed from section forces, which include the effects of all loads.
+
+    Parameters
+    ----------
+    deflection
+        Deflection of one design at equal time steps over one cycle. The last position is one step before the end.
+    period
+        Duration of the cycle [s].
+    forces
+        Section forces that are included: "M", "N", "V".
+
+    Returns
+    -------
+    Harmonics with numbers up to half of the number of positions. `share` and `crest` are nan if a position is singular,
+    or if no beam is strained.
+
+    Raises
+    ------
+    ValueError
+        If there are several designs.
+    """
+    columns = deflection.motion.columns
+    if len(columns) != 1:
+        raise ValueError(f"the deflection has several designs (shape {columns}): expected one")
+    count = columns[0]
+    xi, weights = _quadrature()
+    twice = np.full(count // 2 + 1, 2.0)
+    twice[0] = 1.0
+    if count % 2 == 0:
+        twice[-1] = 1.0
+    energy, course = np.zeros(len(twice)), np.zeros(count)  # strain energy by harmonic, and by position
+    for name in forces:
+        force = sample(deflection, name, xi)
+        per_length = (deflection.length * getattr(deflection.compliance, COMPLIANCES[name]))[:, 0]
+        spectrum = np.square(np.abs(np.fft.rfft(force, axis=1)) / count)
+        energy += np.einsum("bks,s,b->k", spectrum, weights, per_length) * twice
+        course += np.einsum("bks,s,b->k", np.square(force), weights, per_length)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share, crest = np.sqrt(energy / energy.sum()), np.sqrt(course.max() / energy.sum())
+    return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share, float(crest))
+
+
+@cache
+def _quadrature() -> tuple[Reals, Reals]:
+    """Return Gauss points on [0, 1], and weights with the sum 2 (instead of 1).
+
+    The factor 2 cancels, because all results are ratios.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    return (nodes + 1) / 2, weights

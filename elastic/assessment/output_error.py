@@ -1,8 +1,7 @@
-"""Error of the output of a machine due to elastic links, and its settling time after a stop."""
-
-from dataclasses import dataclass
+"""Error of the output of a machine due to elastic links, and settling time of the output after a stop."""
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.derived import coefficients
 from elastic.sampling import displacement_of
@@ -10,22 +9,21 @@ from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 from rigid.arrays import Complexes, Flags
 
-REST_SPEED = 1e-12  # a point slower than this is at rest; relative to its largest speed
-REST_RATE = 1e-9  # drive rates smaller than this are round-off; relative to the largest
+REST_SPEED = 1e-12  # a point counts as at rest up to this speed, relative to its largest speed
+REST_RATE = 1e-9  # a drive counts as at rest up to this rate, relative to its largest rate
 
 
-@dataclass(frozen=True, eq=False)
-class PathDeviation:
-    """Displacement of a point, resolved along and normal to its path, shape (..., positions).
+class PathDeviation(Struct, frozen=True, eq=False):
+    """Displacement of a point, and its components along and normal to the path of the point in the rigid mechanism.
 
     Attributes
     ----------
     along
-        Component along the path [m], positive if the point is ahead.
+        Component along the path [m], positive in the direction of motion, shape (..., positions).
     normal
-        Component normal to the path [m], positive to the left.
+        Component normal to the path [m], positive to the left of the direction of motion, shape (..., positions).
     displacement
-        Displacement in ground axes [m], complex.
+        Displacement in ground axes [m], complex, shape (..., positions).
     """
 
     along: Reals
@@ -34,9 +32,9 @@ class PathDeviation:
 
 
 def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviation:
-    """Return the deviation of a point of a link from its path in the rigid mechanism.
+    """Return the deviation of a point of a link from its position and path in the rigid mechanism.
 
-    `along` and `normal` are nan while the point is at rest, because its path then has no direction.
+    `along` and `normal` are nan at positions where the point is at rest, because its path has no direction there.
     """
     moved = displacement_of(deflection, link, point)
     velocity = velocity_of(deflection.motion, link, point)
@@ -48,10 +46,11 @@ def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviati
 
 
 def angle_error(deflection: Deflection, link: str, point: str | None = None) -> Reals:
-    """Return the rotation of a link at a point relative to the rigid link [rad], shape (..., positions).
+    """Return the rotation of a link at a point, relative to the rigid link [rad], shape (..., positions).
 
-    A bent link rotates differently at different points. The default point is the origin of the link axes. A point that
-    is not on a beam rotates with the link axes.
+    The result depends on the point, because the sections of a bent link rotate by different angles. The default point
+    is the first point of the link. For a point at which no beam begins or ends, the rotation of the link axes is
+    returned.
     """
     mechanism = deflection.motion.mechanism
     at = mechanism.index[link]
@@ -64,7 +63,7 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
 
 
 def rest_from(rates: Reals) -> Flags:
-    """Return whether all drives have stopped for the rest of the run, shape (..., positions).
+    """Return for each position whether all drives are at rest from this position on, shape (..., positions).
 
     Parameters
     ----------
@@ -78,23 +77,23 @@ def rest_from(rates: Reals) -> Flags:
 
 
 def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | float) -> Reals:
-    """Return the time from the first instant of rest until a distance stays within a tolerance [s], shape (...).
+    """Return the time from the stop of the drives until a distance stays within a tolerance [s], shape (...).
 
     Parameters
     ----------
     time
         Times [s], shape (..., positions) or (positions,).
     apart
-        Distance from the rest position, shape (..., positions).
+        Distance of a point from its rest position, shape (..., positions).
     rests
-        Mask of the positions at rest, see `rest_from`.
+        Result of `rest_from`, shape (..., positions).
     tolerance
         Tolerance in the unit of the distance, scalar or of shape (...).
 
     Returns
     -------
-    Settling time, interpolated linearly between the given times. It is inf if the distance at the end exceeds the
-    tolerance, and nan if there is no rest.
+    Settling time, interpolated linearly between the given times. It is inf if the distance at the last position exceeds
+    the tolerance, and nan if the drives never stop.
 
     Examples
     --------

@@ -1,9 +1,11 @@
 """Stress ranges of the beams, and safety factors against yield."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from elastic.arrays import AtStations
-from elastic.extreme_values import Extreme, extremes
+from elastic.beams.section import Section
 from elastic.fields import FIELDS
 from elastic.sampling import sample
 from elastic.solution import Deflection
@@ -13,22 +15,27 @@ from rigid.constants import per_row
 
 
 def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
-    """Return the range of the normal stress over the positions, largest minus smallest [Pa].
+    """Return the range (largest minus smallest) of the normal stress over the positions [Pa].
+
+    Singular positions are ignored. The range is nan if all positions are singular.
 
     Returns
     -------
-    Array of shape (2, beams, ..., stations) for the left and right fibre. Singular positions are ignored.
+    Array of shape (2, beams, ..., stations). Index 0 of the first axis is the left fibre, and index 1 the right fibre.
     """
     least, most = stress_ends(deflection, stations)
     return np.where(least <= most, most - least, np.nan)
 
 
 def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations, AtStations]:
-    """Return the smallest and largest normal stress over the positions [Pa], or (inf, -inf) if unknown.
+    """Return the smallest and largest normal stress over the positions [Pa].
+
+    Singular positions are ignored. The result is (inf, -inf) if all positions are singular.
 
     Returns
     -------
-    Two arrays of shape (2, beams, ..., stations) for the left and right fibre. Singular positions are ignored.
+    Two arrays of shape (2, beams, ..., stations). Index 0 of the first axis is the left fibre, and index 1 the right
+    fibre.
     """
     known: dict[str, AtStations] = {}
     sides = [_ends(sample(deflection, side, stations, known)) for side in FIELDS["normal"].greatest_of]
@@ -44,18 +51,21 @@ def _ends(values: AtStations) -> tuple[AtStations, AtStations]:
     return np.where(known, values, np.inf).min(axis=-2), np.where(known, values, -np.inf).max(axis=-2)
 
 
-def safety_factor(deflection: Deflection, mises: Extreme | None = None) -> Reals:
-    """Return yield stress / largest von Mises stress along every beam, shape (beams, ..., positions).
+def safety_factor(sections: Sequence[Section], stress: AtStations) -> Reals:
+    """Return the safety factor against yield, shape (beams, ..., positions).
 
-    The factor is infinite without stress, and nan if the yield stress or the dimensions of the section are unknown.
+    The safety factor is the yield stress divided by the von Mises stress.
+
+    The factor is infinite if the stress is zero, and nan if the stress or the yield stress is unknown.
 
     Parameters
     ----------
-    mises
-        Result of `extremes`, if already computed.
+    sections
+        Sections of the beams.
+    stress
+        Largest von Mises stress along each beam [Pa], shape (beams, ..., positions).
     """
-    largest = (mises or extremes(deflection, ["mises"])["mises"]).value
-    limit = per_row([section.yield_stress for section in deflection.sections], largest.ndim - 1, float)
+    limit = per_row([section.yield_stress for section in sections], stress.ndim - 1, float)
     with np.errstate(divide="ignore"):
-        factor: Reals = limit / largest
+        factor: Reals = limit / np.abs(stress)
     return factor

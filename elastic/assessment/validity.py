@@ -1,13 +1,13 @@
-"""Validity of linear, quasi-static beam theory: detection of results outside its range.
+"""Validity of linear, quasi-static beam theory: detection of results outside its range of validity.
 
 The limits and their sources are documented in docs/strength.md.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.columns import euler_ratio, member_lengths
@@ -21,40 +21,41 @@ from rigid.constants import per_row
 KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 
-@dataclass(frozen=True)
-class ValidityLimit:
-    """Limits of a validity measure, for a warning and for an unreliable result.
+class ValidityRange(Struct, frozen=True):
+    """Limits of a figure that measures the validity of a result.
 
     Attributes
     ----------
-    watch, beyond
-        The result is accurate up to `watch`, less accurate up to `beyond`, and unreliable above.
+    watch
+        Upper limit of the figure for an accurate result.
+    beyond
+        Upper limit of the figure for a usable result. If the figure is between both limits, the result is less
+        accurate. If the figure exceeds this limit, the result is unreliable.
     """
 
     watch: float
     beyond: float
 
     def passed(self, figure: float) -> bool:
-        """Return whether a figure exceeds the first limit."""
+        """Return whether a figure exceeds the limit `watch`."""
         return figure > self.watch
 
     def far_passed(self, figure: float) -> bool:
-        """Return whether a figure exceeds the second limit."""
+        """Return whether a figure exceeds the limit `beyond`."""
         return figure > self.beyond
 
 
-LIMITS = {  # "vibration" limits the total error of a result, see `kinelast.figures.theory`
-    "slenderness": ValidityLimit(0.03, 0.25),
-    "deflection": ValidityLimit(0.01, 0.1),
-    "axial force": ValidityLimit(0.1, 0.5),
-    "yield": ValidityLimit(2 / 3, 1.0),
-    "vibration": ValidityLimit(0.03, 0.25),
+VALIDITY_RANGES = {  # "vibration" limits the total error of a result, see `kinelast.figures.theory`
+    "slenderness": ValidityRange(0.03, 0.25),
+    "deflection": ValidityRange(0.01, 0.1),
+    "axial force": ValidityRange(0.1, 0.5),
+    "yield": ValidityRange(2 / 3, 1.0),
+    "vibration": ValidityRange(0.03, 0.25),
 }
-"""Limits by validity condition."""
+"""Limits by kind of figure, see `Exceedance.figure`."""
 
 
-@dataclass(frozen=True)
-class Exceedance:
+class Exceedance(Struct, frozen=True):
     """A figure that exceeds its limit.
 
     Attributes
@@ -65,14 +66,16 @@ class Exceedance:
         Index of the beam in `Mechanism.beams`, or None for the whole mechanism.
     position
         Index of the position, or None if the figure does not belong to a single position.
-    figure, limit
-        Figure and exceeded limit. In the order of `KINDS`, the figure is the deflection that beam theory neglects / the
-        largest deflection from the chord, deflection / length, compression / Euler load, or von Mises stress / yield
-        stress.
+    figure
+        Ratio of two values, which depend on the kind. "slenderness": deflection that beam theory neglects, relative to
+        the largest deflection from the chord. "deflection": deflection relative to the length of the member. "axial
+        force": compression relative to the Euler load. "yield": von Mises stress relative to the yield stress.
+    limit
+        Limit that the figure exceeds: `ValidityRange.beyond` if severe, otherwise `ValidityRange.watch`.
     severe
-        True if the result is unreliable.
+        True if the figure exceeds `ValidityRange.beyond`, so that the result is unreliable.
     message
-        Sentence for the user, without its subject, the beam.
+        Message for the user: the predicate of a sentence with the beam as its subject.
     """
 
     kind: str
@@ -87,17 +90,23 @@ class Exceedance:
 def exceedances(
     deflection: Deflection, kinds: Sequence[str] = KINDS, known: Mapping[str, Any] | None = None
 ) -> list[Exceedance]:
-    """Find the figures of one design that exceed their limits, the worst one of each kind for every beam.
+    """Find the limits that the beams of one design exceed: the largest figure of each kind and beam is checked.
 
     Parameters
     ----------
     kinds
-        Conditions to check.
+        Kinds of figures to check.
     known
-        Results that are already computed, by key: `extremes` of "w" and "mises", and "euler_ratio".
+        Results that have already been computed, by key: results of `extremes` for "w" and "mises", and of `euler_ratio`
+        for "euler_ratio".
+
+    Raises
+    ------
+    ValueError
+        If there are several designs.
     """
     if len(deflection.motion.columns) != 1:
-        raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
+        raise ValueError(f"the deflection has several designs (shape {deflection.motion.columns}): expected one")
     if not deflection.sections:
         return []
     known = known or {}
@@ -106,14 +115,14 @@ def exceedances(
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
-    limit = LIMITS[kind]
+    limit = VALIDITY_RANGES[kind]
     if limit.passed(figure):
         severe = limit.far_passed(figure)
         yield Exceedance(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
 
 
 def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
-    """Check the errors of beam theory due to shear and to moments introduced at beam ends."""
+    """Check the errors of beam theory due to shear and due to moments introduced at beam ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
@@ -149,7 +158,7 @@ def _per_beam(kind: str, peak: Largest, message: str) -> Iterator[Exceedance]:
 
 
 def _share(figure: float) -> str:
-    """Format a fraction in per cent, or a multiple."""
+    """Format a ratio as a percentage if it is below 1, and otherwise as a multiple."""
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 

@@ -1,11 +1,13 @@
-"""Bound on the effect of vibration on a quasi-static solution, from its harmonics and the lowest natural frequency.
+"""Bound on the effect of vibration on a quasi-static solution, from harmonics and the lowest natural frequency.
 
-A harmonic of frequency w excites a mode with natural frequency omega and damping ratio zeta to at most
-1/|1 - (w/omega)^2| times its quasi-static amplitude, and to at most 1 + 1/(2 zeta) times. Damping beta causes a phase
-lag of beta w. In the worst case, all modes are as soft as the lowest one. Axial forces change the stiffness by a
-fraction equal to force / critical load, and rotation of the links changes it by (rate/omega)^2. The sum bounds the
-change of the square root of the strain energy; individual figures may change by `SAFETY` times as much. Comparisons are
-in docs/validity.md.
+A mode has the natural frequency omega and the damping ratio zeta = beta omega / 2. In this mode, the response to a
+harmonic of frequency w differs from the quasi-static response by at most ((w/omega)^2 + (beta w)^2) / |1 -
+(w/omega)^2|, and by at most 1 + 1/(2 zeta), both relative to the quasi-static response. In the worst case, all modes
+have the lowest natural frequency. In addition, axial forces change the stiffness by a fraction of at most (force /
+critical load), and the rotation of the links changes the stiffness by a fraction of at most (angular velocity /
+omega)^2. The sum of these three relative changes is a bound on the relative change in the square root of the strain
+energy. A particular figure may change by `SAFETY` times this bound. Comparisons with exact solutions are in
+docs/validity.md.
 """
 
 import math
@@ -13,24 +15,27 @@ import math
 import numpy as np
 
 from elastic.assessment.columns import euler_loads, euler_ratio
-from elastic.assessment.spectrum import harmonics
+from elastic.assessment.cycle import harmonics
 from elastic.elastodynamics.point_effects import chosen_points, point_effects
 from elastic.elastodynamics.strains import Damping
 from elastic.sampling import sample
 from elastic.solution import Deflection
 
-SAFETY = 1.25  # largest change of a figure / change of the root of the strain energy, for random mechanisms
-MAX_BOUND = 0.1  # the bound has not been tested above this, where softening by axial forces is not small
-MAX_SPACING_ERROR = 1e-6  # largest deviation of evenly spaced positions, relative to the spacing
-PINNED_PER_CANTILEVER = 4.0  # critical load of a pinned beam / of a cantilever; used if no beam is compressed
+# largest ratio of the relative change in a figure to the relative change in the square root of the strain energy,
+# measured on random mechanisms
+SAFETY = 1.25
+MAX_BOUND = 0.1  # a larger bound is replaced by infinity, because no tests cover it
+MAX_SPACING_ERROR = 1e-6  # time steps count as equal if they deviate by at most this, relative to a step
+# critical load of a pinned beam, relative to the critical load of a cantilever of the same length
+PINNED_PER_CANTILEVER = 4.0
 STATIONS = 9
 
 
 def vibration_bound(deflection: Deflection, period: float, lowest: float, damping: Damping, pressed: float) -> float:
-    """Return a bound on the change of figures by vibration, relative to the largest figure of the same kind.
+    """Return a bound on the change in figures due to vibration, relative to the largest figure of the same kind.
 
-    It is infinite if no bound is known, i.e. with unevenly spaced positions, friction, or forces that follow displaced
-    points.
+    The result is infinite in each of these cases: the time steps are unequal; there is friction; the force of a spring
+    or load changes when its point is displaced; the natural frequency is unknown; or the bound exceeds `MAX_BOUND`.
 
     Parameters
     ----------
@@ -41,9 +46,9 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     lowest
         Lowest natural frequency over the cycle [rad/s].
     damping
-        Damping of the beams.
+        Damping of beams and compliant joints.
     pressed
-        Largest load / critical load of the mechanism.
+        Largest ratio of load to critical load of the mechanism, see `buckling_ratio`.
     """
     motion = deflection.motion
     steps = np.diff(motion.time)
@@ -53,20 +58,25 @@ def vibration_bound(deflection: Deflection, period: float, lowest: float, dampin
     if any(np.any(each.stiffness) for each in point_effects(deflection, chosen_points(motion.mechanism))):
         return math.inf
     spectrum = harmonics(deflection, period)
-    settled = damping.settled(lowest)
+    damping = damping.with_default_beta(lowest)
     square = np.square(spectrum.omega / lowest)
     with np.errstate(divide="ignore"):
-        most = 1.0 + 1.0 / (lowest * settled.beams.min(initial=settled.joints))
-        lag = spectrum.omega * settled.beams.max(initial=settled.joints)  # phase lag due to damping
+        most = 1.0 + 1.0 / (lowest * damping.beams.min(initial=damping.joints))
+        lag = spectrum.omega * damping.beams.max(initial=damping.joints)  # phase lag due to damping
         gain = np.where(square < 1.0, np.minimum((square + np.square(lag)) / np.abs(1.0 - square), most), most)
     change = math.sqrt(2.0) * float(gain[1:] @ spectrum.share[1:]) / spectrum.crest
     turned = float(np.square(motion.angular_velocity).max(initial=0.0)) / lowest**2
-    bound = SAFETY * (change + turned + _stiffened(deflection, pressed))
+    bound = SAFETY * (change + turned + _stiffness_change(deflection, pressed))
     return bound if bound <= MAX_BOUND else math.inf
 
 
-def _stiffened(deflection: Deflection, pressed: float) -> float:
-    """Return the relative change of the stiffness by axial forces: load / critical load, in tension or compression."""
+def _stiffness_change(deflection: Deflection, pressed: float) -> float:
+    """Return a bound on the relative change in the stiffness due to axial forces, in tension or compression.
+
+    The bound is the largest axial force of a beam relative to its Euler load, multiplied by a factor of at least 1. The
+    factor corrects the Euler load, which is that of a span with pinned ends. It is `pressed` divided by the largest
+    `euler_ratio`. If no beam is compressed, the factor is the one for a cantilever.
+    """
     force = np.abs(sample(deflection, "N", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     loads, compressed = force / euler_loads(deflection), float(euler_ratio(deflection).max(initial=0.0))
     factor = max(pressed / compressed, 1.0) if compressed > 0.0 else PINNED_PER_CANTILEVER

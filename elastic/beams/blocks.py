@@ -1,13 +1,12 @@
-"""Loads of sliding blocks on beams, and their effect on the fields beyond the blocks."""
+"""Loads of sliding blocks on beams, and the effect of these loads between each block and the end of its beam."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from elastic.beams.compliance import BeamCompliance
 from rigid.arrays import Columns, Complexes, Flags, Reals
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
+class Block(Struct, frozen=True, eq=False):
     """Force and moment that a sliding block applies to a beam between its ends.
 
     Attributes
@@ -15,8 +14,8 @@ class Block:
     beam
         Index of the beam.
     xi
-        Position of the block, shape (..., positions). It is nan if the block is off the beam, and the nearer end of the
-        beam if the block is on a collinear neighbour.
+        Position of the block, shape (..., positions). If the block is on a collinear neighbour of the beam, `xi` is the
+        nearer end of the beam (0 or 1). If the block is on neither of them, `xi` is nan.
     force, moment
         Force in beam axes [N], complex, and moment [N m] on the beam.
     here
@@ -30,7 +29,7 @@ class Block:
     here: Flags | bool = True
 
     def beyond(self, compliance: BeamCompliance) -> dict[str, tuple[Columns, ...]]:
-        """Return the change of each field beyond the block, in powers of the distance xi - xi_block."""
+        """Return the change in each field from the block to the end of the beam, in powers of xi - xi_block."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
         bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))
@@ -46,5 +45,5 @@ class Block:
 
 
 def at(powers: tuple[Columns, ...], way: Reals) -> Reals:
-    """Evaluate a polynomial of low degree, given by its coefficients, at a distance beyond a block."""
+    """Evaluate a polynomial of low degree, given by its coefficients, at the distance `way` from a block."""
     return sum(factor * way**power for power, factor in enumerate(powers))

@@ -1,11 +1,12 @@
-"""Flexibilities of the beams, i.e. the reciprocals of their rigidities, for all designs at once."""
+"""Flexibilities of the beams (reciprocals of the rigidities), for all designs at once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.section import Section
@@ -18,8 +19,7 @@ Ends = tuple[Coefficients, Coefficients, Coefficients, Coefficients]
 """Values of `taper_functions` at the ends of the beams."""
 
 
-@dataclass(frozen=True, eq=False)
-class BeamCompliance:
+class BeamCompliance(Struct, frozen=True, eq=False, dict=True):
     """Flexibilities of all beams, in arrays of shape (beams, ..., 1).
 
     Attributes
@@ -31,10 +31,10 @@ class BeamCompliance:
     strain, tapered
         Free strain, and a flag that is True if the rigidities vary along the beam.
     ends
-        Four arrays of shape (powers, beams, 1) with the contribution of each power to u(1), phi(1), w(1) due to bending
-        and w(1) due to shear, relative to a prismatic beam. None if all beams are prismatic.
+        Values of the four `taper_functions` at the end of each beam (xi = 1), each of shape (powers, beams, 1). They
+        are 1 for a prismatic beam. None if all beams are prismatic.
     powers
-        Largest number of powers of xi in the bending moment.
+        Number of coefficients of the bending moment as a polynomial in xi.
     """
 
     length: PerBeam
@@ -60,7 +60,9 @@ class BeamCompliance:
     def integrals(self) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
         """Factors for integrating powers of xi along the beams, each of shape (powers + 1, beams, ..., 1).
 
-        The four arrays integrate the powers themselves, N/EA, M/EI and -V/kGA.
+        Multiply the coefficients of a polynomial by the first array to integrate the polynomial itself, those of N by
+        the second array to integrate N/EA, those of M by the third array to integrate M/EI, and those of V by the
+        fourth array to integrate -V/kGA.
         """
         power = np.arange(1.0, self.powers + 2).reshape(-1, *[1] * self.length.ndim)
         alone, stretch, bend, shear = (
@@ -76,7 +78,7 @@ class BeamCompliance:
 
 @lru_cache(maxsize=64)
 def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> BeamCompliance:
-    """Return the flexibilities, shaped for columns with `ndim` axes and bending moments with `powers` powers of xi."""
+    """Return the flexibilities for columns with `ndim` axes, and for bending moments with `powers` coefficients."""
     return BeamCompliance(beam_constants(mechanism, ndim).length, *_flexibilities_of(sections, ndim, powers), powers)
 
 
@@ -84,7 +86,7 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
 def _flexibilities_of(
     sections: tuple[Section, ...], ndim: int, powers: int
 ) -> tuple[PerBeam, PerBeam, PerBeam, PerBeam, Flags, Ends | None]:
-    """Return the flexibilities that depend on the sections but not on the lengths."""
+    """Return the attributes of `BeamCompliance` that depend on the sections but not on the lengths."""
     stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)
         for values in zip(*((section.EA, section.EI, section.kGA) for section in sections), strict=True)

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 POISSON = 0.3
 """Default Poisson's ratio (metals)."""
@@ -13,20 +13,19 @@ Wall = tuple[Any, Any, Any, Any, Any]
 """Thin wall: thickness, length, distance Y of each end from the neutral axis, and integral of Y dA up to its start."""
 
 
-@dataclass(frozen=True)
-class Shape:
+class Shape(Struct, frozen=True):
     """Properties of a cross-section that is bent in the plane of motion.
 
     Attributes
     ----------
     area, inertia
         Area [m^2], and second moment of area for bending in the plane of motion [m^4]. A section without an axis of
-        symmetry also bends sideways. `inertia` assumes that it is free to do so, and is then I_z - I_yz^2/I_y, which
-        is less than I_z.
+        symmetry also bends sideways. `inertia` assumes that the section is free to bend sideways. It is then I_z -
+        I_yz^2/I_y, which is less than I_z.
     fibre
         Distance from the axis to the outermost fibre [m]. The largest bending stress is M fibre/inertia.
     peak_shear
-        Largest shear stress V Q/(I b), which usually occurs at the axis, divided by the mean shear stress V/A.
+        (Largest shear stress V Q/(I b)) / (mean shear stress V/A). The largest shear stress usually occurs at the axis.
     cowper
         Coefficients a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
     width, round
@@ -42,7 +41,7 @@ class Shape:
     round: bool = False
 
     def shear_coefficient(self, poisson: float) -> float:
-        """Return Timoshenko's shear coefficient k of the shear rigidity k G A.
+        """Return Timoshenko's shear coefficient k, by which the shear rigidity is k G A.
 
         References
         ----------
@@ -93,10 +92,10 @@ def tube(outer: float, inner: float) -> Shape:
 
 
 def i_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """Return an I-section with its web in the plane of motion [m].
+    """Return an I-section from its dimensions [m], with the web in the plane of motion.
 
     `fillet` is the radius between web and flange. The shear coefficient is that of a thin-walled section. The largest
-    shear stress, V Q/(I web), is at the axis.
+    shear stress is V Q/(I web), at the axis.
 
     Raises
     ------
@@ -168,7 +167,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
 
 
 def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """Return a channel with its web in the plane of motion [m] and both flanges on one side.
+    """Return a channel from its dimensions [m], with the web in the plane of motion and both flanges on one side.
 
     `fillet` is the radius between web and flange. Torsion is not modelled: the load must act through the shear centre,
     or the channel must be held against twist.
@@ -193,7 +192,7 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
-    """Return a T-section with its web in the plane of motion [m]; `fillet` is the radius between web and flange.
+    """Return a T-section with its web in the plane of motion; `fillet` is the radius between web and flange [m].
 
     Raises
     ------
@@ -225,8 +224,8 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     """Return an angle section with the leg `depth` in the plane of motion and the leg `width` normal to it [m].
 
     Neither leg is an axis of symmetry, so a moment in the plane of motion also bends the section sideways, by -I_yz/I_y
-    times the deflection in the plane. The formulas assume that the section is free to do so. If joints prevent it, the
-    section is up to I_z/`inertia` times as stiff. The load is assumed to act through the shear centre.
+    times the deflection in the plane. The formulas assume that the section is free to bend sideways. If joints prevent
+    this, the section is up to I_z/`inertia` times as stiff. The load is assumed to act through the shear centre.
 
     Parameters
     ----------
@@ -290,9 +289,9 @@ def walls_of_angle(leg: Any, other: Any, wall: Any) -> list[Wall]:
 
 
 def peak_of_angle(walls: Sequence[Wall]) -> Any:
-    """Return the largest shear stress of a thin-walled angle divided by the mean.
+    """Return the largest shear stress of a thin-walled angle section, relative to the mean shear stress V/A.
 
-    It occurs where the neutral axis crosses the first leg.
+    The largest shear stress occurs where the neutral axis crosses the first leg.
     """
     area, inertia = _wall_properties(walls)
     thick, length, first, last, _ = walls[0]
@@ -310,7 +309,7 @@ def _wall_properties(walls: Sequence[Wall]) -> tuple[Any, Any]:
 def shear_coefficient_by_energy(walls: Sequence[Wall]) -> tuple[Any, float, float]:
     """Return the shear coefficient of thin walls from the energy of the shear flow, as a, b, c of `Shape.cowper`.
 
-    The formula k = I^2/(A int Q^2/t ds) is Cowper's without the effect of Poisson's ratio.
+    The formula is k = I^2/(A int Q^2/t ds). It equals Cowper's formula for a Poisson's ratio of 0.
     """
     area, inertia = _wall_properties(walls)
     energy = 0.0

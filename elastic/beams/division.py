@@ -4,12 +4,12 @@ Most beams are a single piece. A beam with sliding blocks is divided at the bloc
 flexibility on each piece is a polynomial to round-off.
 """
 
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.arrays import AtStations, Coefficients, PerBeam
 from elastic.beams.blocks import Block
@@ -23,14 +23,13 @@ from rigid.arrays import Columns, Integers, Reals
 DISPLACEMENTS = ("u", "w", "phi")
 
 
-@dataclass(frozen=True, eq=False)
-class Division:
-    """Pieces of all beams, ordered by beam, and along each beam.
+class Division(Struct, frozen=True, eq=False, dict=True):
+    """Pieces of all beams, sorted by beam, and by position along each beam.
 
     Attributes
     ----------
     beam
-        Index of the beam that each piece belongs to, shape (pieces,).
+        Index of the beam to which each piece belongs, shape (pieces,).
     start, width
         Start and length of each piece in xi, shape (pieces, ..., positions), or (pieces, ..., 1) if every beam is a
         single piece.
@@ -55,7 +54,7 @@ class Division:
 
 
 def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], columns: tuple[int, ...]) -> Division:
-    """Divide the beams into taper pieces and at their sliding blocks."""
+    """Divide tapered beams into pieces, and divide all beams at their sliding blocks."""
     if not blocks and (whole := _undivided(sections, len(columns))):
         return whole
     pieces: list[tuple[int, Any, Any]] = []
@@ -132,7 +131,7 @@ def _tapered_field(
 
 
 def _add_beyond(values: Coefficients, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
-    """Add the effect of a block to the pieces beyond it; the result is nan if the block is off the beam."""
+    """Add the effect of a block to the pieces between the block and the end of the beam; nan if `block.xi` is nan."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
         start = division.start[row] - block.xi
@@ -141,7 +140,7 @@ def _add_beyond(values: Coefficients, block: Block, division: Division, powers: 
 
 
 def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtStations:
-    """Evaluate a field at stations; a station at a block gets the value before the block.
+    """Evaluate a field at stations. At a block, the result is the value just before the block.
 
     Parameters
     ----------
@@ -176,7 +175,7 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
 def at_station(values: Coefficients, division: Division, number: int, xi: Reals | float) -> Columns:
     """Evaluate a field of one beam at one station, shape (..., positions).
 
-    If the station is at a block, the value before the block is returned.
+    At a block, the result is the value just before the block.
 
     Parameters
     ----------
@@ -191,6 +190,6 @@ def at_station(values: Coefficients, division: Division, number: int, xi: Reals 
 
 
 def _on_piece(division: Division, row: int, xi: Reals | float) -> Columns:
-    """Convert xi of a beam to the local coordinate t of a piece, which runs from 0 to 1."""
+    """Convert xi of a beam to the local coordinate t, which runs from 0 to 1 along a piece."""
     width = division.width[row]
     return (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.compliance import BeamCompliance
@@ -16,7 +17,7 @@ from rigid.arrays import Numbers
 def section_forces(
     q: VectorCoefficients, couple: Coefficients | None, pull: VectorPerBeam, twist: PerBeam, compliance: BeamCompliance
 ) -> tuple[Coefficients, Coefficients, Coefficients]:
-    """Return N, V, M from the equilibrium of the part beyond each section (exact for polynomial loads).
+    """Return N, V, M from the equilibrium of the part between each cut and the beam's end; exact for polynomial loads.
 
     Parameters
     ----------
@@ -47,24 +48,24 @@ def section_forces(
 
 
 def _sum(rows: Numbers) -> Numbers:
-    """Sum over the first axis, which is short."""
+    """Sum over the first axis; fast if this axis is short."""
     return reduce(np.add, rows)
 
 
-@dataclass(frozen=True, eq=False)
-class Amplitudes:
+class Amplitudes(Struct, frozen=True, eq=False):
     """Coefficients of the fields of all beams before the beams are divided into pieces (see `elastic.beams.division`).
 
-    N, V, M, u, w, phi are polynomials in xi, valid from the start of a beam to the first block on it, with coefficients
-    of shape (beams, ..., positions). On tapered beams, `taper_functions` replace the powers of xi in the parts of
-    u, w, phi that are due to section forces.
+    N, V, M, u, w, phi are polynomials in xi, with coefficients of shape (beams, ..., positions). They are valid from
+    the start of a beam to the first sliding block on the beam. On tapered beams, `taper_functions` replace the powers
+    of xi in the parts of u, w, phi that are due to section forces.
 
     Attributes
     ----------
     slide
-        Part of w due to shear on tapered beams (see `elastic.beams.taper`), or None if there is none.
+        Shear deflection of tapered beams, not included in `w` (see `elastic.beams.taper`), or None if there is none.
     free
-        Part of u, w, phi due to the free strains of `AddedLoads`, in powers of xi, shape (3, n, ...), or None.
+        Additional u, w, phi due to the free strains of `AddedLoads`, not included in `u`, `w` and `phi`, in powers of
+        xi, shape (3, n, ...), or None.
     """
 
     N: Coefficients
@@ -77,22 +78,22 @@ class Amplitudes:
     free: Coefficients | None = None
 
     def with_section(self, force: VectorCoefficients, moment: VectorCoefficients) -> Amplitudes:
-        """Return a copy with terms in powers of xi, shape (n, ...), added to N + i V and M; u, w, phi do not change."""
+        """Return a copy with polynomials in xi, shape (n, ...), added to N + i V and to M; u, w, phi do not change."""
         return replace(self, N=added(self.N, force.real), V=added(self.V, force.imag), M=added(self.M, moment.real))
 
 
 def elastic_line(
     N: Coefficients, V: Coefficients, M: Coefficients, compliance: BeamCompliance
 ) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
-    """Integrate N/EA and free strain once and M/EI twice, and add shear: u, w, phi of beams clamped at their start.
+    """Integrate the elastic line of beams that are clamped at their start.
 
-    This follows equations (2) to (5) of Utenov et al. with zero constants of integration, and EA in place of the
-    misprinted EI in (4), see docs/errata.md. phi is the rotation of the section, so w' = phi - V/kGA with shear
-    deformation.
+    u is the integral of (N/EA + free strain of the section), phi is the integral of M/EI, and w is the integral of (phi
+    - V/kGA). These are equations (2) to (5) of Utenov et al. as corrected in docs/errata.md, with zero constants of
+    integration.
 
     Returns
     -------
-    The amplitudes, and u, w, phi at the ends of the beams, equations (6) and (7).
+    The amplitudes, and u, w, phi at the end of each beam, which are equations (6) and (7).
     """
     along, stretch, bend, shear = compliance.integrals
     u = np.empty((len(N) + 1, *N.shape[1:]))
@@ -138,5 +139,5 @@ def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
 
 
 def _sum_at_end(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
-    """Evaluate a field at the ends of beams: the sum of amplitudes times values of the taper functions."""
+    """Evaluate a field at the end of each beam: the sum of (amplitude * taper function)."""
     return (amplitudes * ends[: len(amplitudes)]).sum(0)

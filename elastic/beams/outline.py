@@ -8,7 +8,7 @@ from elastic.beams.cross_sections import Shape
 
 Ring = tuple[tuple[float, float], ...]
 
-MIN_ELEMENTS = 400  # number of six-node triangles, for which the shear area of a tube has an error of 1e-3
+MIN_ELEMENTS = 400  # least number of six-node triangles; with these, the shear area of a tube has an error of 1e-3
 CUTS = 200  # the shear stress is evaluated on this many straight cuts
 MIN_CORNER_DISTANCE = 1e-6  # corners closer than this are merged, because the mesher crashes on them
 STRIP_WIDTH = 1e-4  # width of the strip used to measure the length of a cut
@@ -16,7 +16,7 @@ MESHED_SIZE = 100.0  # the section is scaled to this size, because the mesher fa
 
 
 class CrossSectionError(ValueError):
-    """Raised if an outline crosses itself or a hole is not inside it."""
+    """Raised if an outline crosses itself, or if a hole is not inside the outline."""
 
 
 @lru_cache(maxsize=64)
@@ -24,9 +24,9 @@ def outline(ring: Ring, holes: tuple[Ring, ...] = ()) -> Shape:
     """Compute the properties of a cross-section from its corners (y, z) [m], with y in the plane of motion.
 
     The corners may be given clockwise or counter-clockwise. Area and second moments are exact. The shear coefficient is
-    that for a Poisson's ratio of 0. A section without an axis of symmetry also bends sideways, see `Shape`. The largest
-    shear stress is the largest mean stress V Q/(I b) over a straight cut normal to the plane; the local stress at a
-    notch is higher.
+    computed for a Poisson's ratio of 0. A section without an axis of symmetry also bends sideways, see `Shape`. The
+    largest shear stress is the largest mean stress V Q/(I b) over a straight cut normal to the plane of motion. The
+    local stress at a notch is higher.
 
     Raises
     ------

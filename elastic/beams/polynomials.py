@@ -16,7 +16,7 @@ import numpy as np
 from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
-MAX_STEPS = 60  # maximum number of steps of Halley's method; as many bisections exhaust double precision
+MAX_STEPS = 60  # maximum number of steps of Halley's method; as many bisections would reach double precision
 COMMON_STEPS = 2  # number of steps for all zeros before the converged ones are dropped
 MAX_DIRECT = 3  # polynomials with at most this many coefficients have closed-form zeros
 LAST_CHANGE = 1e-8  # the iteration has converged to round-off after a step of xi smaller than this
@@ -118,9 +118,9 @@ def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Rea
 
 
 def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
-    """Return the values of the largest magnitude on [0, 1] and where they occur (nan if a coefficient is nan).
+    """Return the value with the largest magnitude on [0, 1] and its place xi; nan if a coefficient is nan.
 
-    If no inner Bernstein coefficient of a polynomial exceeds its end values, the largest value is at an end.
+    The magnitude is largest at an end if no inner Bernstein coefficient exceeds the end values in magnitude.
     """
     flat = values.reshape(len(values), -1)
     size = np.abs(in_bernstein(len(flat)) @ flat)
@@ -133,9 +133,9 @@ def greatest_on(values: Coefficients) -> tuple[Reals, Reals]:
 
 
 def least_on(values: Coefficients) -> Reals:
-    """Return the smallest values on [0, 1] (nan if a coefficient is nan).
+    """Return the smallest value of each polynomial on [0, 1]; nan if a coefficient is nan.
 
-    If no inner Bernstein coefficient of a polynomial is below its end values, the smallest value is at an end.
+    The value is smallest at an end if no inner Bernstein coefficient is smaller than both end values.
     """
     flat = values.reshape(len(values), -1)
     hull = in_bernstein(len(flat)) @ flat
@@ -148,7 +148,7 @@ def least_on(values: Coefficients) -> Reals:
 
 
 def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
-    """Return the value of the largest magnitude and its mark (nan if any value is nan)."""
+    """Return the value with the largest magnitude, and its mark; nan if any value is nan."""
     best = np.abs(heights).argmax(axis=0)
     best *= best.size  # index into the flat arrays, which is faster than take_along_axis
     best += np.arange(best.size).reshape(best.shape)
@@ -156,7 +156,7 @@ def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
 
 
 def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
-    """Find the zeros in [0, 1] of polynomials with known turning points, in ascending order.
+    """Find the zeros of polynomials in [0, 1], in ascending order, from the turning points of the polynomials.
 
     Parameters
     ----------
@@ -167,8 +167,8 @@ def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
 
     Returns
     -------
-    Array of shape (m + 1, ...) with the zero between each pair of neighbouring marks (0, turning points, 1). A pair
-    without a zero has its lower mark instead.
+    Array of shape (m + 1, ...) with the zero between each pair of neighbouring marks (0, turning points, 1). If there
+    is no zero between two marks, the lower mark is returned.
     """
     marks, heights = at_marks(values, turning)
     shape = marks.shape[1:]
@@ -215,10 +215,11 @@ def _zeros_in_brackets(values: Coefficients, low: Sequence[Reals], high: Sequenc
 
 
 def _direct_zeros(values: Coefficients) -> Reals:
-    """Return the zeros of straight lines or parabolas, moved into [0, 1], ascending; 0 if there is none.
+    """Return the zeros of straight lines or parabolas, clipped to [0, 1], in ascending order.
 
-    The larger zero of a parabola is computed by the formula without cancellation, and the smaller one from the product
-    of both. A parabola without zeros has its extreme instead.
+    The zero of a parabola with the larger magnitude is computed by the formula without cancellation, and the other zero
+    from the product of both. If a parabola has no real zeros, one result is the place of its extreme, and the other has
+    no meaning. An undefined zero is replaced by 0.
     """
     low, middle = values[:2]
     with np.errstate(all="ignore"):

@@ -2,19 +2,19 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid import Beam, Mechanism
 from rigid.arrays import Complex, Reals
 
-MAX_SOLID_SHEAR = 1.6  # a section with a larger peak / mean shear stress is thin-walled (rectangle: 1.5, circle: 4/3)
+MAX_SOLID_SHEAR = 1.6  # a section is thin-walled if (peak / mean shear stress) is larger (rectangle: 1.5, circle: 4/3)
 
 
-@dataclass(frozen=True, eq=False)
-class Taper:
-    """Variation of the rigidities along a beam, as polynomials in xi relative to the values at the start.
+class Taper(Struct, frozen=True, eq=False):
+    """Variation of the rigidities along a beam: polynomials in xi, relative to the values at the start.
 
     For example, `(1.0, -0.5)` reduces a rigidity linearly to one half. No polynomial may have a zero on the beam. Area
     and second moment of area vary like EA and EI, because the material is uniform. `fibre` and `peak_shear` are used
@@ -29,8 +29,7 @@ class Taper:
     width: tuple[float, ...] = (1.0,)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Section:
+class Section(Struct, frozen=True, eq=False):
     """Rigidities of a beam at its start, as scalars or arrays of shape (designs, 1).
 
     Attributes
@@ -40,7 +39,7 @@ class Section:
     kGA
         Shear rigidity of Timoshenko's beam [N]; infinite for a beam without shear deformation.
     strain
-        Free strain, i.e. elongation per length without load, due to thermal expansion or a length error.
+        Free strain due to thermal expansion or a length error: elongation per unit length without load.
     taper
         Variation of the rigidities along the beam, or None.
     area, inertia, fibre, peak_shear
@@ -49,7 +48,7 @@ class Section:
     yield_stress
         Yield stress [Pa], nan if unknown.
     shear_rigidity
-        kGA of a beam that is computed without shear deformation [N], used to estimate this deformation; nan if unknown.
+        Real shear rigidity [N], also if `kGA` is infinite because shear deformation is neglected; nan if unknown.
     width, round
         Properties for drawings: width normal to the plane of motion [m] (nan if unknown), and whether the outline is an
         ellipse.
@@ -71,7 +70,7 @@ class Section:
 
     @property
     def thin_walled(self) -> bool:
-        """True if the section has thin walls, such as a tube or an I, so that plane-stress elements do not apply."""
+        """True if the walls are thin, as in a tube or I-section, so that plane-stress elements do not apply."""
         return bool(np.ravel(self.peak_shear)[0] > MAX_SOLID_SHEAR)
 
     def __repr__(self) -> str:
@@ -79,7 +78,7 @@ class Section:
 
 
 def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Mechanism:
-    """Return the mechanism with the rotary inertia of its cross-sections, m I/A per length, added.
+    """Return the mechanism with the rotary inertia of the beams added: m I/A per unit length.
 
     Parameters
     ----------
@@ -89,7 +88,7 @@ def with_rotary_inertia(mechanism: Mechanism, sections: Sequence[Section]) -> Me
     Raises
     ------
     ValueError
-        If the mass of a beam and the area of its section have different tapers.
+        If the mass per unit length of a beam has a different taper than the area of its section.
     """
     of_beam = iter(sections)
     links = [
@@ -114,7 +113,7 @@ def _with_rotary_inertia(beam: Beam, section: Section) -> Beam:
 
 
 def _property_text(value: float | Reals) -> str:
-    """Format a property as its value, or as the number of designs if it has several values."""
+    """Format a property: its value, or the number of designs if there are several values."""
     return f"{float(np.ravel(value)[0]):.6g}" if np.size(value) == 1 else f"of {np.size(value)} designs"
 
 
@@ -122,20 +121,19 @@ RIGID = Section()
 """Section of a rigid beam."""
 
 
-@dataclass(frozen=True)
-class JointCompliance:
+class JointCompliance(Struct, frozen=True):
     """Compliance and clearance of a joint.
 
     Attributes
     ----------
     translation
-        Displacement of the parent's point from the child's point, in the direction of the force on the child, per unit
-        force [m/N].
+        Displacement of the parent's point relative to the child's point, in the direction of the force on the child,
+        per unit force [m/N].
     rotation
         Rotation per unit moment of a drive or slider [rad/(N m)].
     gap, turn
-        Offset of the child's point from the parent's point in ground axes [m], complex, and rotation [rad], without
-        load.
+        Offset of the child from the parent without load: displacement of the child's point in ground axes [m], complex,
+        and rotation [rad].
     """
 
     translation: float = 0.0

@@ -8,8 +8,8 @@ import numpy as np
 from elastic.beams.cross_sections import Shape
 from elastic.beams.section import Section, Taper
 
-FIT_DEGREE = 12  # degree of the polynomial fitted to a property that is not a polynomial along the beam
-MAX_FIT_ERROR = 1e-12  # largest accepted error of a polynomial of low degree, relative to the largest value
+FIT_DEGREE = 12  # degree of the polynomial fitted to a property that no polynomial of low degree describes
+MAX_FIT_ERROR = 1e-12  # largest accepted error of a polynomial of low degree, relative to its largest value
 MIN_COEFFICIENT = 1e-14  # taper coefficients smaller than this are round-off; relative to the largest one
 
 
@@ -30,11 +30,12 @@ def section_of(
     poisson
         Poisson's ratio. If given, the beam is a Timoshenko beam with Cowper's shear coefficient.
     yield_stress
-        Yield stress, used for the safety factor [Pa].
+        Yield stress [Pa], used for the safety factor.
     taper
         See `tapered`.
     shear
-        If False, shear deformation is neglected, but the shear rigidity is stored to estimate its effect.
+        If False, shear deformation is neglected. The shear rigidity is still stored, to estimate the neglected
+        deformation.
     """
     kGA = math.nan
     if poisson is not None:
@@ -60,9 +61,9 @@ def tapered(
 ) -> tuple[Taper, tuple[float, ...]]:
     """Return the taper of a beam with linearly varying dimensions.
 
-    The area and the second moment of area are then polynomials of degree 2 and 4, except for the second moment of a T
-    or angle, because its axis moves. If such a polynomial has an error of more than `MAX_FIT_ERROR`, a polynomial of
-    degree `FIT_DEGREE` is fitted instead.
+    The area is then a polynomial of degree 2. The second moment of area is a polynomial of degree 4, except for a
+    T-section or an angle section: the position of the centroid is no polynomial in xi. If a polynomial of this degree
+    has a relative error above `MAX_FIT_ERROR`, a polynomial of degree `FIT_DEGREE` is fitted instead.
 
     Parameters
     ----------

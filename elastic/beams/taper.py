@@ -1,4 +1,4 @@
-"""Functions that replace powers of xi on tapered beams, and pieces on which they are polynomials to round-off."""
+"""Functions that replace powers of xi on tapered beams, and pieces on which these functions are polynomials."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -12,10 +12,10 @@ from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
 DEGREE = 14  # degree of the polynomials on a piece; increased if the bending moment has a degree above 3
-MAX_DEGREE = 20  # limited because conversion to powers amplifies round-off by 6^degree
-MIN_AXES_SUM = 16.0  # half axes (sum) of a pole-free ellipse with foci at the piece's ends; 16^-15 is round-off
-MIN_PIECE = 2.0**-40  # shortest piece in xi, for rigidities that almost vanish at an end
-LOG_ACCURACY = 50.0  # -ln of the quadrature error: below round-off even for poles of high order
+MAX_DEGREE = 20  # upper limit of this degree, because conversion to powers amplifies round-off by 6^degree
+MIN_AXES_SUM = 16.0  # smallest sum of half axes, see `piece_ends`; degree 14 then has the error 16^-15, i.e. round-off
+MIN_PIECE = 2.0**-40  # length of the shortest piece in xi; limits the division if a rigidity almost vanishes at an end
+LOG_ACCURACY = 50.0  # -ln of the quadrature error; e^-50 leaves a margin below round-off for poles of high order
 PRISMATIC = Taper()
 
 
@@ -62,7 +62,7 @@ def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
 
 
 def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:
-    """Return the sum of the half axes of the largest zero-free ellipse with its foci at the ends of the interval."""
+    """Return the sum of the half axes of the largest ellipse without zeros. Its foci are the ends of the interval."""
     roots = (2 * polyroots(polynomial).astype(complex) - low - high) / (high - low)
     return float(np.abs(roots + np.sqrt(roots - 1) * np.sqrt(roots + 1)).min(initial=np.inf))
 
@@ -71,9 +71,9 @@ def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:
 def piece_ends(section: Section) -> tuple[float, ...]:
     """Return the ends of the pieces of a beam in xi, starting with 0.
 
-    Pieces are halved until the flexibility on each piece is a polynomial to round-off. If the nearest pole lies on an
-    ellipse whose half axes sum to r, interpolation of degree n has an error of r^-(n+1) (Trefethen, Approximation
-    Theory and Approximation Practice, theorem 8.2).
+    Pieces are halved until the flexibility on each piece is a polynomial to round-off. Scale a piece to [-1, 1], and
+    let r be the sum of the half axes of the ellipse with the foci -1 and 1 through the nearest pole. Interpolation of
+    degree n then has an error of r^-(n+1) (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
     taper = section.taper or PRISMATIC
 
@@ -124,15 +124,15 @@ def nodes(degree: int) -> Reals:
 def interpolated(values: Reals) -> Coefficients:
     """Return the polynomials in powers of t with given values at the `nodes`, shape (degree + 1, ...).
 
-    The conversion uses a Chebyshev series as an intermediate step. Cancellation in a single matrix would amplify
-    round-off by 6^degree.
+    The values are converted to a Chebyshev series first, and then to powers. If a single matrix did both steps,
+    cancellation would amplify round-off by 6^degree.
     """
     spectrum, powers = _chebyshev(len(values) - 1)
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)
 
 
 def lowered(values: Coefficients, degree: int) -> Coefficients:
-    """Lower the degree of polynomials on a piece by interpolation at the `nodes`, accurate to round-off."""
+    """Lower the degree of polynomials on a piece by interpolation at the `nodes`; the error is round-off."""
     if len(values) <= degree + 1:
         return values
     powers = np.power.outer(nodes(degree), np.arange(len(values)))
@@ -141,7 +141,7 @@ def lowered(values: Coefficients, degree: int) -> Coefficients:
 
 @lru_cache(maxsize=16)
 def _chebyshev(degree: int) -> tuple[Reals, Reals]:
-    """Return the matrices from nodal values to Chebyshev coefficients of 2 t - 1, and from those to powers of t."""
+    """Return the matrices that convert nodal values to a Chebyshev series, and this series to powers of t."""
     orders = np.arange(degree + 1)
     spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles(degree))) * (2.0 / (degree + 1))
     spectrum[0] /= 2

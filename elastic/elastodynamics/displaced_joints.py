@@ -1,12 +1,12 @@
-"""Joints, sliding blocks and gears with large displacement: forces and gaps that linear theory does not include."""
+"""Forces and gaps that linear theory neglects at joints, sliding blocks and gears with large displacement."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
-from elastic.elastodynamics.displaced_points import Load, Turned, bare_links
+from elastic.elastodynamics.displaced_points import DisplacedPoints, PointForce, rigid_link_loads
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.time_grid import interpolation, slopes
 from elastic.links.beam_trees import BeamTrees, trees_of
@@ -17,14 +17,18 @@ from rigid.joints import JointPlace
 from rigid.kinetostatics import beam_directions
 from rigid.plane import cross, dot
 
-SHIFTS = 4  # iterations for the position of a block; each multiplies the error by about the axial strain
+# number of iterations for the shift of a block; each reduces the error by a factor of about the axial strain
+SHIFT_ITERATIONS = 4
 
 
-@dataclass(frozen=True, eq=False)
-class DisplacedJoints:
-    """Loads and gaps at the points of a grid, with the fields of `AddedLoads`; `points` includes the given loads."""
+class DisplacedJoints(Struct, frozen=True, eq=False):
+    """Additional loads and gaps of joints with large displacement, at the points of a grid.
 
-    points: Sequence[Load]
+    The fields have the same meaning as in `AddedLoads`. `points` also contains the loads `added`, see
+    `displaced_joints`.
+    """
+
+    points: Sequence[PointForce]
     blocks: tuple[tuple[int, Columns, Columns], ...]
     gaps: Sequence[Columns]
     turns: Sequence[Columns]
@@ -32,119 +36,126 @@ class DisplacedJoints:
 
 
 def displaced_joints(
-    turned: Turned, structure: ElasticStructure, added: list[Load], forces: Complexes, moments: Reals
+    displaced: DisplacedPoints, structure: ElasticStructure, added: list[PointForce], forces: Complexes, moments: Reals
 ) -> DisplacedJoints:
-    """Collect the loads and gaps of pins and sliders on links without beams, blocks on elastic links, and gears.
+    """Collect the additional loads and gaps of pins and sliders on rigid links, blocks on elastic links, and gears.
 
     Parameters
     ----------
-    turned
+    displaced
         Displacements at the nodes.
     added
-        Loads on displaced points, see `point_loads`.
+        Additional loads on displaced points, see `displaced_points.point_loads`.
     forces, moments
         Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
     """
-    joints = turned.motion.structure.joints
-    blocks = displaced_blocks(turned, structure, forces, moments)
+    joints = displaced.motion.structure.joints
+    blocks = displaced_blocks(displaced, structure, forces, moments)
     forces = forces.copy()
     for block in blocks:
         forces[1:, block.joint] = joints[block.joint].sense * block.force
     gears = [
         (gear, end, sign)
-        for gear in displaced_gears(turned, moments)
+        for gear in displaced_gears(displaced, moments)
         for end, sign in zip(gear.ends, (1, -1), strict=True)
         if end[0]
     ]
-    points, gaps = bare_links(turned, added, forces, [(*end, sign * gear.force) for gear, end, sign in gears])
-    points += [(*end, sign * gear.more, 0.0) for gear, end, sign in gears]
+    points, gaps = rigid_link_loads(displaced, added, forces, [(*end, sign * gear.force) for gear, end, sign in gears])
+    points += [(*end, sign * gear.force_change, 0.0) for gear, end, sign in gears]
     turns: list[Any] = [0.0] * len(joints)
     for gear, *_ in gears:
         turns[gear.joint] = gear.turn
     for block in blocks:
         joint = joints[block.joint]
-        points.append((joint.block, joint.point(joint.block) or "", block.more, 0.0))
-        gaps[block.joint] = gaps[block.joint] + block.gap
+        points.append((joint.block, joint.point(joint.block) or "", block.force_change, 0.0))
+        gaps[block.joint] = gaps[block.joint] + block.rotation_gap
     return DisplacedJoints(
         points,
-        tuple((block.joint, -block.more, 0.0) for block in blocks),
+        tuple((block.joint, -block.force_change, 0.0) for block in blocks),
         gaps,
         turns,
-        tuple((block.joint, block.slide, block.lever) for block in blocks),
+        tuple((block.joint, block.shift, block.moment_change) for block in blocks),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class DisplacedBlock:
+class DisplacedBlock(Struct, frozen=True, eq=False):
     """Block of a slider on an elastic link with large displacement, at the points of a grid.
 
     Attributes
     ----------
     joint
         Index of the slider.
-    slide
-        Shift of the block along the line of the rigid link, onto the bent axis [m].
+    shift
+        Position of the block along the undeformed beam, relative to its position in the rigid motion [m].
     force
         Force of the beam on the block in ground axes [N], complex.
-    more
-        Difference between `force` and the linear solution.
-    lever
-        Moment of the force at the block on the link of the beam, minus its moment at the position in the rigid motion
-        [N m].
-    gap
-        Additional gap of the joint from child to parent due to the shift of the block and the rotation of the link [m],
-        complex.
+    force_change
+        `force` minus the force in linear theory [N], complex.
+    moment_change
+        Additional moment on the link to which the beam belongs, because the force acts at the shifted block [N m].
+    rotation_gap
+        Additional gap of the joint (see `AddedLoads.gaps`), because the shift rotates with the link [m], complex.
     """
 
     joint: int
-    slide: Reals
+    shift: Reals
     force: Complexes
-    more: Complexes
-    lever: Reals
-    gap: Complexes
+    force_change: Complexes
+    moment_change: Reals
+    rotation_gap: Complexes
 
 
 def displaced_blocks(
-    turned: Turned, structure: ElasticStructure, forces: Complexes, moments: Reals
+    displaced: DisplacedPoints, structure: ElasticStructure, forces: Complexes, moments: Reals
 ) -> list[DisplacedBlock]:
     """Compute the blocks of all sliders on elastic links.
 
     Parameters
     ----------
-    turned
+    displaced
         Displacements at the nodes.
     forces, moments
         Joint forces and moments in ground axes [N, N m], shape (nodes, joints).
     """
     trees = trees_of(structure.mechanism)
-    return [_displaced_block(turned, structure, trees, number, forces, moments) for number in trees.rails]
+    return [_displaced_block(displaced, structure, trees, number, forces, moments) for number in trees.rails]
 
 
 def _displaced_block(
-    turned: Turned, structure: ElasticStructure, trees: BeamTrees, number: int, forces: Complexes, moments: Reals
+    displaced: DisplacedPoints,
+    structure: ElasticStructure,
+    trees: BeamTrees,
+    number: int,
+    forces: Complexes,
+    moments: Reals,
 ) -> DisplacedBlock:
-    motion, place = turned.motion, turned.motion.places[number]
+    motion, place = displaced.motion, displaced.motion.places[number]
     joint = place.joint
     along = np.broadcast_to(place.along, motion.columns)
-    moved = turned.displacement(joint.block, joint.point(joint.block) or "")
-    slide = np.zeros(motion.columns)
-    for _ in range(0 if joint.drive is not None else SHIFTS):
-        slide = dot(along, moved - _under(turned.moved.beams, structure, motion, trees, number, slide)[0])
-    angle, curvature = _under(turned.moved.phi, structure, motion, trees, number, slide)
+    moved = displaced.displacement(joint.block, joint.point(joint.block) or "")
+    shift = np.zeros(motion.columns)
+    for _ in range(0 if joint.drive is not None else SHIFT_ITERATIONS):
+        shift = dot(
+            along, moved - _values_under_block(displaced.moved.beams, structure, motion, trees, number, shift)[0]
+        )
+    angle, curvature = _values_under_block(displaced.moved.phi, structure, motion, trees, number, shift)
     linear = joint.sense * forces[:, number]
-    pushed = 0.0 if joint.drive is not None else -joint.sense * moments[:, number] * curvature
-    force = np.exp(1j * angle) * (linear + pushed * along)
-    missed = joint.sense * 1j * turned.angle(joint.owner) * slide * along
+    follower_force = 0.0 if joint.drive is not None else -joint.sense * moments[:, number] * curvature
+    force = np.exp(1j * angle) * (linear + follower_force * along)
+    rotation_gap = joint.sense * 1j * displaced.angle(joint.owner) * shift * along
     return DisplacedBlock(
-        number, slide[1:], force[1:], (force - linear)[1:], -cross(slide * along, force)[1:], missed[1:]
+        number, shift[1:], force[1:], (force - linear)[1:], -cross(shift * along, force)[1:], rotation_gap[1:]
     )
 
 
-def _under(
-    values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, slide: Columns
+def _values_under_block(
+    values: Any, structure: ElasticStructure, motion: Motion, trees: BeamTrees, number: int, shift: Columns
 ) -> tuple[Any, Any]:
-    """Interpolate values along the beams, (nodes, beams, points, 1), and their slopes at a shifted block."""
-    places = block_places(motion, trees, {number: slide})[number]
+    """Return values along the beams at a shifted block, and their derivatives along the line of the slider.
+
+    `values` has the shape (nodes, beams, Gauss points, 1).
+    """
+    places = block_places(motion, trees, {number: shift})[number]
     there: Any = np.zeros(len(values))
     slope: Any = np.zeros(len(values))
     for at, place in enumerate(places):
@@ -156,53 +167,52 @@ def _under(
     return there, slope
 
 
-@dataclass(frozen=True, eq=False)
-class DisplacedGear:
-    """Teeth of two wheels with large displacement, at the points of a grid.
+class DisplacedGear(Struct, frozen=True, eq=False):
+    """Meshing teeth of two wheels with large displacement, at the points of a grid.
 
     Attributes
     ----------
     joint
         Index of the joint of the follower.
     turn
-        Difference between the rotation of the follower (child relative to parent) and the linear solution [rad].
+        Rotation of the follower (child relative to parent) that linear theory neglects [rad].
     ends
-        Link and point of the wheel centres of follower and driver.
+        Link index and point name of the centre of the follower, and of the centre of the driver.
     force
         Tooth force on the follower in ground axes [N], complex. The opposite force acts on the driver.
-    more
-        Difference between `force` and the linear solution.
+    force_change
+        `force` minus the force in linear theory [N], complex.
     """
 
     joint: int
     turn: Reals
     ends: tuple[tuple[int, str], tuple[int, str]]
     force: Complexes
-    more: Complexes
+    force_change: Complexes
 
 
-def displaced_gears(turned: Turned, moments: Reals) -> Iterator[DisplacedGear]:
-    """Yield the toothed gears between two wheels.
+def displaced_gears(displaced: DisplacedPoints, moments: Reals) -> Iterator[DisplacedGear]:
+    """Yield each toothed gear between two wheels (not between a wheel and a rack).
 
     Parameters
     ----------
-    turned
+    displaced
         Displacements at the nodes.
     moments
         Joint moments [N m], shape (nodes, joints).
     """
-    for number, place in enumerate(turned.motion.places):
+    for number, place in enumerate(displaced.motion.places):
         if place.teeth is not None and place.joint.gear is not None and place.turns and place.joint.gear.driver.turns:
-            yield _displaced_gear(turned, number, place, moments[:, number])
+            yield _displaced_gear(displaced, number, place, moments[:, number])
 
 
-def _displaced_gear(turned: Turned, number: int, place: JointPlace, moment: Reals) -> DisplacedGear:
+def _displaced_gear(displaced: DisplacedPoints, number: int, place: JointPlace, moment: Reals) -> DisplacedGear:
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
     assert teeth is not None
     wheel, body = (teeth.wheel, joint.point(teeth.wheel) or ""), (teeth.body, joint.gear.driver.point(teeth.body) or "")
-    between = np.broadcast_to(teeth.reach_body - teeth.reach, turned.motion.columns)
-    apart, linear = (moved(*wheel) - moved(*body) for moved in (turned.displacement, turned.linear_displacement))
+    between = np.broadcast_to(teeth.reach_body - teeth.reach, displaced.motion.columns)
+    apart, linear = (moved(*wheel) - moved(*body) for moved in (displaced.displacement, displaced.linear_displacement))
     push = teeth.push(np.sign(moment))
     share = push * np.conj(between)
     after = 1 + apart / between

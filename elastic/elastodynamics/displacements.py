@@ -1,19 +1,21 @@
-"""Displacements of the whole mechanism per unit of its elastic coordinates, at the positions of a motion.
+"""Displacements of the whole mechanism per unit of each elastic coordinate, at the positions of a motion.
 
-Clamped links are moved as rigid bodies so that the joints close with locked drives, as in the linear quasi-static
-problem. Displacements are relative to the rigid positions and in ground axes. Their second time derivatives are
-therefore accelerations, without Coriolis terms.
+Each link deforms as if it were clamped at one of its points, the root. In addition, it moves as a rigid body so that
+the joints close with locked drives. The linear quasi-static problem is solved in the same way. Displacements are
+relative to the rigid positions and in ground axes. The second time derivative of a displacement is therefore the
+acceleration relative to the rigid motion, without Coriolis terms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
-from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
+from elastic.elastodynamics.elastic_structure import ElasticStructure, opening_direction
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.links.beam_trees import trees_of
 from elastic.links.free_body import follower_displacement
@@ -28,28 +30,33 @@ from rigid.plane import ZERO, dot, number
 Points = Sequence[tuple[int, str]]
 
 
-UNDER = "under joint "
+UNDER_BLOCK = "under joint "
 
 
-def under(number: int) -> str:
+def point_under_block(number: int) -> str:
     """Return the name of the point on a beam under the block of a joint."""
-    return f"{UNDER}{number}"
+    return f"{UNDER_BLOCK}{number}"
 
 
-@dataclass(frozen=True, eq=False)
-class Displacements:
-    """Displacements of c kinds (last axis) at every position.
+class Displacements(Struct, frozen=True, eq=False):
+    """Set of c displacement fields of a mechanism at every position.
+
+    The last axis of each array runs over the fields.
 
     Attributes
     ----------
     beams
         Displacements of the Gauss points in ground axes [m], complex, shape (positions, beams, points, c).
-    slope, phi
-        dw/dx and rotation of the section at these points [rad], same shape.
+    slope
+        Rotation of the beam axis at the Gauss points: dw/dx plus the rotation of the link [rad], same shape.
+    phi
+        Rotation of the section at the Gauss points, including the rotation of the link [rad], same shape.
     angle
-        Rotation of the axes of the links [rad], shape (positions, links, c).
-    moves, turns
-        Displacement in ground axes [m], complex, and rotation [rad] of chosen points, shape (positions, chosen, c).
+        Rotation of the link axes [rad], shape (positions, links, c).
+    moves
+        Displacement of selected points in ground axes [m], complex, shape (positions, selected points, c).
+    turns
+        Rotation of the link or section at the selected points [rad], same shape.
     """
 
     beams: Complexes
@@ -60,36 +67,39 @@ class Displacements:
     turns: Reals
 
     def __matmul__(self, amounts: Any) -> Displacements:
-        """Combine the kinds linearly, with `amounts` of shape (c, k) or (positions, c, k)."""
+        """Return k linear combinations of the fields. `amounts` has the shape (c, k) or (positions, c, k)."""
         wide = np.asarray(amounts)
         if wide.ndim == 2:
-            return Displacements(*(part @ wide for part in vars(self).values()))
+            return Displacements(*(part @ wide for part in astuple(self)))
         return Displacements(
-            *(part @ wide.reshape(len(wide), *(1,) * (part.ndim - 3), *wide.shape[1:]) for part in vars(self).values())
+            *(part @ wide.reshape(len(wide), *(1,) * (part.ndim - 3), *wide.shape[1:]) for part in astuple(self))
         )
 
     def __add__(self, other: Displacements) -> Displacements:
-        return Displacements(*(one + part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
+        return Displacements(*(one + part for one, part in zip(astuple(self), astuple(other), strict=True)))
 
     def __sub__(self, other: Displacements) -> Displacements:
-        return Displacements(*(one - part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
+        return Displacements(*(one - part for one, part in zip(astuple(self), astuple(other), strict=True)))
 
     def __getitem__(self, positions: Any) -> Displacements:
         """Select positions."""
-        return Displacements(*(part[positions] for part in vars(self).values()))
+        return Displacements(*(part[positions] for part in astuple(self)))
 
 
-@dataclass(frozen=True, eq=False)
-class RigidBodyModes:
-    """Rigid-body motion of the links that closes the joints, per unit of the elastic coordinates.
+class RigidBodyModes(Struct, frozen=True, eq=False):
+    """Rigid-body displacements of the links that close the joints, per unit of each of the n elastic coordinates.
 
     Attributes
     ----------
-    shift, angle
-        Displacement [m], complex, and rotation [rad] of the axes of the links, shape (links, n, positions).
+    shift
+        Displacement of the origins of the link axes in ground axes [m], complex, shape (links, n, positions).
+    angle
+        Rotation of the link axes [rad], same shape.
     work
-        Work of the self-stresses on the gaps due to unit coordinates, shape (positions, self-stresses, n). For a
-        mechanism with redundant joints, the work of the actual coordinates must be zero.
+        A self-stress is a set of joint forces in equilibrium without loads, which exists only in mechanisms with
+        redundant joints. `work` is the work that each self-stress does on the joint gaps opened by a unit of each
+        coordinate, shape (positions, self-stresses, n). Rigid-body displacements can close all joints only if the total
+        work of each self-stress is zero.
     """
 
     shift: Complexes
@@ -98,21 +108,21 @@ class RigidBodyModes:
 
 
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
-    """Compute the rigid-body motions that close the joints for unit elastic coordinates.
+    """Compute the rigid-body displacements that close the joints, per unit of each elastic coordinate.
 
-    Gear teeth act along the common tangent of the pitch circles, midway between the lines of action of both flanks.
-    Displacements are therefore smooth in time even if the loaded flank changes.
+    The force of gear teeth is assumed to act along the common tangent of the pitch circles. This is midway between the
+    lines of action of both flanks, so that displacements are smooth in time even if the loaded flank changes.
     """
     flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
-    felt = at_joints(structure)
-    shape = (int(np.count_nonzero(felt)), motion.columns[-1])
+    opens_joint = can_open_joint(structure)
+    shape = (int(np.count_nonzero(opens_joint)), motion.columns[-1])
     bent = {
-        (at, name): (motion.direction[at] * move[felt, None], np.broadcast_to(turn[felt, None], shape))
-        for (at, name), (move, turn) in structure.nodes.items()
+        (at, name): (motion.direction[at] * move[opens_joint, None], np.broadcast_to(turn[opens_joint, None], shape))
+        for (at, name), (move, turn) in structure.point_shapes.items()
     }
     gaps, turns = _openings(structure, motion, bent, flank, shape)
-    still = [ZERO] * len(motion.mechanism.links)
-    shifts, turning, _ = displacements(motion.closures, gaps, turns, still, flank)
+    zero = [ZERO] * len(motion.mechanism.links)
+    shifts, turning, _ = displacements(motion.closures, gaps, turns, zero, flank)
     work = [
         sum(
             number(dot(force, gap)) + number(moment * turn)
@@ -120,35 +130,43 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
         )
         for state in self_stresses(motion.closures, flank)
     ]
-    open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
-    moved = stacked(shifts, shape, complex), stacked([value.imag for value in turning], shape, float), open_by
-    shift, angle, gap = (np.zeros((len(part), len(felt), shape[1]), part.dtype) for part in moved)
-    shift[:, felt], angle[:, felt], gap[:, felt] = moved
+    work_per_coordinate = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
+    moved = (
+        stacked(shifts, shape, complex),
+        stacked([value.imag for value in turning], shape, float),
+        work_per_coordinate,
+    )
+    shift, angle, gap = (np.zeros((len(part), len(opens_joint), shape[1]), part.dtype) for part in moved)
+    shift[:, opens_joint], angle[:, opens_joint], gap[:, opens_joint] = moved
     return RigidBodyModes(shift, angle, np.moveaxis(gap, -1, 0))
 
 
-def at_joints(structure: ElasticStructure) -> Flags:
-    """Return for each coordinate whether it can open a joint, shape (n,).
+def can_open_joint(structure: ElasticStructure) -> Flags:
+    """Return for each coordinate whether it can open a gap of a joint, shape (n,).
 
     Such a coordinate displaces a point or a block, or opens a compliant joint.
     """
-    felt = np.full(len(structure.stiffness), bool(trees_of(structure.mechanism).rails))
-    for move, turn in structure.nodes.values():
-        felt |= (move != 0) | (turn != 0)
-    felt[len(felt) - len(structure.soft) :] = True
-    return felt
+    opens_joint = np.full(len(structure.stiffness), bool(trees_of(structure.mechanism).rails))
+    for move, turn in structure.point_shapes.values():
+        opens_joint |= (move != 0) | (turn != 0)
+    opens_joint[len(opens_joint) - len(structure.joint_openings) :] = True
+    return opens_joint
 
 
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float], shape: tuple[int, int]
 ) -> tuple[list[Columns], list[Columns]]:
-    """Return the gaps to close per unit coordinate, of `shape`. For gaps due to loads, see `bent_links`."""
+    """Return the gap and the relative rotation that a unit of each coordinate opens in each joint.
+
+    `shape` is the shape of each gap and rotation: (coordinates, positions). `bent` contains the displacement and
+    rotation of points of clamped links, by link index and point name.
+    """
     blocks = block_places(motion, trees_of(motion.mechanism))
-    still = (ZERO, ZERO)
+    zero = (ZERO, ZERO)
     gaps, turns = [], []
     for place_number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
-        child = bent.get((joint.child, joint.child_point or ""), still)
-        parent = bent.get((joint.parent, joint.parent_point or ""), still)
+        child = bent.get((joint.child, joint.child_point or ""), zero)
+        parent = bent.get((joint.parent, joint.parent_point or ""), zero)
         if place_number in blocks:
             on_beam = _under_block(structure, motion, blocks[place_number], bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
@@ -158,22 +176,23 @@ def _openings(
             gap, turn = gap + along, turn + turned
         gaps.append(gap)
         turns.append(turn)
-    for row, freedom in enumerate(structure.soft, shape[0] - len(structure.soft)):
+    for row, opening in enumerate(structure.joint_openings, shape[0] - len(structure.joint_openings)):
         opened = np.zeros(shape, complex)
-        opened[row] = 1.0 if freedom.kind == "turn" else way_of(freedom, motion)
-        if freedom.kind == "turn":
-            turns[freedom.joint] = turns[freedom.joint] + opened.real
+        opened[row] = 1.0 if opening.kind == "turn" else opening_direction(opening, motion)
+        if opening.kind == "turn":
+            turns[opening.joint] = turns[opening.joint] + opened.real
         else:
-            gaps[freedom.joint] = gaps[freedom.joint] + opened
+            gaps[opening.joint] = gaps[opening.joint] + opened
     return gaps, turns
 
 
 def _under_block(
     structure: ElasticStructure, motion: Motion, places: Sequence[OnBeam], bent: Any
 ) -> tuple[Complexes, Reals]:
-    """Return the displacement and rotation of a beam under a block, with its link clamped, shape (n, positions).
+    """Return the displacement and rotation of a beam under a block per unit of each coordinate, shape (n, positions).
 
-    `places` are the positions of the block on the beams along its line.
+    The link of the beam is clamped at one of its points, the root. `places` are the positions of the block on each beam
+    on which it slides.
     """
     moved: Any = 0j
     turned: Any = 0.0
@@ -185,14 +204,16 @@ def _under_block(
     return moved, turned
 
 
-def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
-    """Correct a basis at every position so that redundant joints fit together, with minimum strain energy.
+def compatible_basis(structure: ElasticStructure, rigid_modes: RigidBodyModes, basis: Reals) -> Reals:
+    """Correct each vector of a basis at every position so that redundant joints close.
+
+    Of all such corrections, the one with the least strain energy is chosen.
 
     Returns
     -------
     Array of shape (n, r), or (positions, n, r) for a mechanism with redundant joints.
     """
-    work = carried.work
+    work = rigid_modes.work
     if not work.shape[1]:
         return basis
     soft = np.linalg.solve(structure.stiffness, work.swapaxes(-1, -2))
@@ -200,10 +221,13 @@ def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals
 
 
 def unit_displacements(
-    structure: ElasticStructure, motion: Motion, carried: RigidBodyModes, basis: Any, chosen: Points
+    structure: ElasticStructure, motion: Motion, rigid_modes: RigidBodyModes, basis: Any, chosen: Points
 ) -> Displacements:
-    """Compute the displacements per unit of each vector of a basis, shape (n, r) or (positions, n, r)."""
-    shift, angle = (np.moveaxis(part, -1, 0) @ basis for part in (carried.shift, carried.angle))
+    """Compute the displacements per unit of each vector of a basis.
+
+    `basis` has the shape (n, r) or (positions, n, r), and `chosen` are the selected points.
+    """
+    shift, angle = (np.moveaxis(part, -1, 0) @ basis for part in (rigid_modes.shift, rigid_modes.angle))
     per = basis[:, None] if np.ndim(basis) == 3 else basis
     local_fields = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
     links = [at for at, _ in motion.mechanism.beams]
@@ -218,15 +242,15 @@ def unit_displacements(
     beams += directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
     moves, turns = [], []
     for at, name in chosen:
-        if name.startswith(UNDER):
-            found = below(structure, motion, name, beams, turned + local_fields["slope"])
+        if name.startswith(UNDER_BLOCK):
+            found = motion_under_block(structure, motion, name, beams, turned + local_fields["slope"])
             moves.append(found[0])
             turns.append(found[1])
             continue
         arm = motion.direction[at] * np.ravel(motion.mechanism.links[at].points[name])[0]
         move, turn = shift[:, at] + 1j * angle[:, at] * arm[:, None], angle[:, at]
-        if (at, name) in structure.nodes:
-            bent, more = (part @ basis for part in structure.nodes[at, name])
+        if (at, name) in structure.point_shapes:
+            bent, more = (part @ basis for part in structure.point_shapes[at, name])
             move, turn = move + motion.direction[at][:, None] * bent, turn + more
         moves.append(move)
         turns.append(turn)
@@ -241,11 +265,14 @@ def unit_displacements(
     )
 
 
-def below(
+def motion_under_block(
     structure: ElasticStructure, motion: Motion, name: str, beams: Complexes, slope: Reals
 ) -> tuple[Complexes, Reals]:
-    """Return the displacement in ground axes and the slope of a beam under a block, shape (positions, c)."""
-    number = int(name.removeprefix(UNDER))
+    """Return the displacement in ground axes, and the rotation, of a beam under a block, each of shape (positions, c).
+
+    `name` identifies the block, see `point_under_block`. For `beams` and `slope` see `Displacements`.
+    """
+    number = int(name.removeprefix(UNDER_BLOCK))
     moved, turned = np.zeros(1, complex), np.zeros(1)
     for at, place in enumerate(block_places(motion, trees_of(motion.mechanism))[number]):
         there = interpolation(structure.xi, place.xi)[:, None]
@@ -256,6 +283,6 @@ def below(
 
 
 def _starts(structure: ElasticStructure) -> Complexes:
-    """Return the starts of the beams in link axes [m], complex, shape (beams,)."""
+    """Return the position of the start of each beam in link axes [m], complex, shape (beams,)."""
     links = structure.mechanism.links
     return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)

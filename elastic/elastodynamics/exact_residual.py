@@ -1,99 +1,110 @@
-"""Residual of the exact equations of displaced links, and its reduction by linear equations of motion."""
+"""Residual of the exact equations for large displacement, and its reduction by linear equations of motion.
+
+Displaced links are links with large displacement, see `Displaced`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple, replace
 
 from elastic.elastodynamics.correction import displacements_of, inertia_load
 from elastic.elastodynamics.displaced_links import Displaced, ExactLoads
 from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.exact_iterate import TINY
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.samples import along_beams
-from elastic.elastodynamics.settled import TINY
-from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
+from elastic.elastodynamics.strains import rigidities, strain_forces, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
+from elastic.sampling import along_beams
 from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 from rigid.kinematics import stacked
 
-ROUND_OFF = 1e-8  # round-off of strains, relative to (largest displacement / length)
-SMALL = 0.1  # smallest reference for a residual force, relative to the largest force of all beams
+# Round-off of strains. For a stretch, it is relative to the largest displacement divided by the beam length. For a
+# curvature, it is relative to the largest displacement divided by the square of the beam length.
+ROUND_OFF = 1e-8
+# the reference for a residual force is at least this, relative to the largest force of all beams
+MIN_FORCE_REFERENCE = 0.1
 
 Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # function from a load to the history of the coordinates
 
 
-@dataclass(frozen=True, eq=False)
-class Loaded:
-    """Quantities of a quasi-static deflection at the nodes of a grid that are compared in the residual.
+class DeflectionState(Struct, frozen=True, eq=False):
+    """Forces and displacements of a quasi-static deflection at the nodes of a grid.
+
+    The residual is the difference between them and the forces and displacements of displaced links.
 
     Attributes
     ----------
-    force, joints, moments
-        See `Displaced`. The force does not include couples.
-    strained
-        Forces of the strains, see `given_forces`.
+    force
+        Section force N - i V of the deflection, with the same shape as `Displaced.force`.
+    joints, moments
+        See `Displaced`.
+    strain_forces
+        Forces conjugate to the strains, see `strain_forces`.
     moved
-        Displacements, as a single kind.
+        Displacements, as a single displacement field (c = 1).
     """
 
     force: Complexes
     joints: Complexes
     moments: Reals
-    strained: Reals
+    strain_forces: Reals
     moved: Displacements
 
-    def without(self, other: Loaded, share: float) -> Loaded:
-        """Subtract `share` times another set of quantities."""
-        return Loaded(
+    def without(self, other: DeflectionState, share: float) -> DeflectionState:
+        """Subtract `share` times the forces and displacements of another deflection."""
+        return DeflectionState(
             self.force - share * other.force,
             self.joints - share * other.joints,
             self.moments - share * other.moments,
-            self.strained - share * other.strained,
+            self.strain_forces - share * other.strain_forces,
             self.moved - other.moved @ np.array([[share]]),
         )
 
 
-def loaded(vibration: Vibration, bent: Deflection) -> Loaded:
-    """Return the quantities of a deflection at the nodes of the grid of a vibration."""
+def deflection_state(vibration: Vibration, bent: Deflection) -> DeflectionState:
+    """Return the forces and displacements of a deflection at the nodes of the grid of a vibration."""
     structure = vibration.problem.terms.kinematics.structure
     N, V = (along_beams(bent, name, structure.xi) for name in ("N", "V"))
     count = (len(N),)
     moments = [bent.forces.without_friction(number)[1] for number in range(len(bent.forces.moment))]
-    joints, held = stacked(bent.forces.force, count, complex).T, stacked(moments, count, float).T
-    return Loaded(N - 1j * V, joints, held, given_forces(structure, bent), displacements_of(vibration, bent))
+    joints, joint_moments = stacked(bent.forces.force, count, complex).T, stacked(moments, count, float).T
+    return DeflectionState(
+        N - 1j * V, joints, joint_moments, strain_forces(structure, bent), displacements_of(vibration, bent)
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class Coordinates:
-    """Strains of the reduced coordinates of a vibration at the nodes of its grid."""
+class CoordinateForces(Struct, frozen=True, eq=False, dict=True):
+    """Elastic forces due to the reduced coordinates of a vibration, at the nodes of its grid."""
 
     vibration: Vibration
 
     @cached_property
     def _strains(self) -> tuple[Reals, Reals]:
-        kinds = self.vibration.problem.terms.kinematics
-        return strain_rows(kinds.structure, kinds.basis), rigidities(kinds.structure)
+        kinematics = self.vibration.problem.terms.kinematics
+        return strain_rows(kinematics.structure, kinematics.basis), rigidities(kinematics.structure)
 
-    def forces(self, amounts: Reals) -> Reals:
-        """Return the forces due to the strains for given values of the coordinates, shape (nodes, rows)."""
+    def forces(self, values: Reals) -> Reals:
+        """Return the forces conjugate to the strains for given values of the coordinates, shape (nodes, rows)."""
         strains, stiff = self._strains
-        forces: Reals = stiff * (strains @ amounts[..., None])[..., 0]
+        forces: Reals = stiff * (strains @ values[..., None])[..., 0]
         return forces
 
-    def push(self, strained: Reals) -> Reals:
-        """Return the load on the coordinates due to forces of strains, shape (nodes, r)."""
-        push: Reals = (self._strains[0].swapaxes(-1, -2) @ strained[..., None])[..., 0]
-        return push
+    def load(self, strain_forces: Reals) -> Reals:
+        """Return the load on the coordinates that is equivalent to given `strain_forces`, shape (nodes, r)."""
+        load: Reals = (self._strains[0].swapaxes(-1, -2) @ strain_forces[..., None])[..., 0]
+        return load
 
-    def static(self, push: Reals) -> Reals:
-        """Return the static response to a load, shape (nodes, r)."""
+    def static(self, load: Reals) -> Reals:
+        """Return the static response of the coordinates to a load, shape (nodes, r)."""
         strains, stiff = self._strains
-        found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])
+        found: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, load[..., None])
         return np.asarray(found[..., 0], float)
 
     def response(self, amounts: Reals) -> ResidualResponse:
@@ -102,43 +113,48 @@ class Coordinates:
         return ResidualResponse(moved, self.forces(amounts))
 
 
-@dataclass(frozen=True, eq=False)
-class Unbalanced:
-    """Displaced links, and the quasi-static deflection under their loads. They agree in equilibrium.
+class ResidualState(Struct, frozen=True, eq=False, dict=True):
+    """Links with large displacement (displaced links), and the quasi-static deflection under their loads.
+
+    In equilibrium, both have the same displacements.
 
     Attributes
     ----------
     now
         Displaced links.
     bent
-        Quasi-static deflection under their loads.
-    found
-        Quantities of this deflection; the forces include the couples of rotated sections.
+        Quasi-static deflection under the loads of `now`.
+    state
+        Forces and displacements of the deflection `bent`. As section force it contains P, which is N - i V plus
+        `ExactLoads.section_correction`.
     """
 
     now: Displaced
     bent: Deflection
-    found: Loaded
+    state: DeflectionState
 
     @cached_property
     def change(self) -> Displacements:
         """Residual: displacements of the quasi-static deflection minus displacements of the links."""
-        return self.found.moved - self.now.moved
+        return self.state.moved - self.now.moved
 
     @cached_property
-    def strained(self) -> Reals:
-        """Residual of the forces of the strains, shape (nodes, rows); 0 for compliant joints."""
+    def strain_force_residual(self) -> Reals:
+        """Residual of the forces conjugate to the strains, shape (nodes, rows); 0 for compliant joints."""
         now, structure = self.now, self.now.vibration.problem.terms.kinematics.structure
-        more = self.found.strained - self._coordinates.forces(now.vibration.problem.terms.grid.at_nodes(now.history[0]))
-        more -= now.residual.forces
-        more[:, more.shape[1] - len(structure.soft) :] = 0.0
-        return more
+        residual = self.state.strain_forces - self._coordinates.forces(
+            now.vibration.problem.terms.grid.with_start(now.history[0])
+        )
+        residual -= now.residual.forces
+        residual[:, residual.shape[1] - len(structure.joint_openings) :] = 0.0
+        return residual
 
     @property
-    def force_share(self) -> float:
-        """Largest residual of N or M, relative to the largest value on its beam, or to `SMALL` times that of all beams.
+    def force_residual(self) -> float:
+        """Largest residual of N or M, relative to the largest N or M of the same beam.
 
-        Round-off of the strains is subtracted, because it would cause large forces in stiff beams.
+        The reference is at least `MIN_FORCE_REFERENCE` times the largest N or M of all beams. Round-off of the strains
+        causes large forces in stiff beams. An estimate of these forces is subtracted from the residual.
         """
         structure = self.now.vibration.problem.terms.kinematics.structure
         weights, both = structure.weights, 2 * structure.weights.size
@@ -150,90 +166,97 @@ class Unbalanced:
 
         strain = ROUND_OFF * np.abs(self.now.moved.beams).max() / structure.length ** np.array([[1], [2]])
         noise = strain * greatest(rigidities(structure)[:both])
-        off, forces = (greatest(rows[1:, :both]) for rows in (self.strained, self.found.strained))
-        base = np.maximum(forces, SMALL * forces.max(axis=1, keepdims=True))
-        return float((np.maximum(off - noise, 0.0) / np.maximum(base, TINY)).max())
+        residuals, forces = (
+            greatest(rows[1:, :both]) for rows in (self.strain_force_residual, self.state.strain_forces)
+        )
+        reference = np.maximum(forces, MIN_FORCE_REFERENCE * forces.max(axis=1, keepdims=True))
+        return float((np.maximum(residuals - noise, 0.0) / np.maximum(reference, TINY)).max())
 
     @cached_property
-    def _coordinates(self) -> Coordinates:
-        return Coordinates(self.now.vibration)
+    def _coordinates(self) -> CoordinateForces:
+        return CoordinateForces(self.now.vibration)
 
     @cached_property
-    def push(self) -> Reals:
-        """Residual as a load on the reduced coordinates, shape (nodes, r)."""
-        return self._coordinates.push(self.strained)
+    def load(self) -> Reals:
+        """Residual, converted to a load on the reduced coordinates, shape (nodes, r)."""
+        return self._coordinates.load(self.strain_force_residual)
 
     @cached_property
-    def besides(self) -> ResidualResponse:
-        """Residual minus its static response in the reduced coordinates."""
-        followed = self._coordinates.response(self._coordinates.static(self.push))
-        return ResidualResponse(self.change, self.strained) - followed
+    def unrepresented(self) -> ResidualResponse:
+        """Part of the residual that a static response of the reduced coordinates does not represent."""
+        represented = self._coordinates.response(self._coordinates.static(self.load))
+        return ResidualResponse(self.change, self.strain_force_residual) - represented
 
 
-def unbalanced(now: Displaced, loads: ExactLoads, still: Loaded | None = None, share: float = 1.0) -> Unbalanced:
-    """Compute the residual of displaced links under their loads.
+def residual_state(
+    now: Displaced, loads: ExactLoads, rigid_loads_state: DeflectionState | None = None, share: float = 1.0
+) -> ResidualState:
+    """Compute the residual of links with large displacement under their loads.
 
     Parameters
     ----------
-    still
-        Quasi-static deflection under the loads of the rigid motion, of which only `share` acts. If None, they act
-        fully.
+    rigid_loads_state
+        Forces and displacements of the quasi-static deflection under the loads of the rigid motion. Required if `share`
+        is below 1.
+    share
+        Fraction of the loads of the rigid motion that acts on the links.
     """
     linear = now.vibration
-    grid, plain = linear.problem.terms.grid, linear.quasi_static
-    added = resampled(replace(loads.added, section=None), grid.at_nodes)
-    bent = deflection(plain.motion, plain.sections, plain.joints, added)
-    found = loaded(linear, bent)
-    if still is not None and share != 1.0:
-        found = found.without(still, 1.0 - share)
-    return Unbalanced(now, bent, replace(found, force=found.force + grid.at_nodes(loads.residual)))
+    grid, quasi_static = linear.problem.terms.grid, linear.quasi_static
+    added = resampled(replace(loads.added, section=None), grid.with_start)
+    bent = deflection(quasi_static.motion, quasi_static.sections, quasi_static.joints, added)
+    state = deflection_state(linear, bent)
+    if rigid_loads_state is not None and share != 1.0:
+        state = state.without(rigid_loads_state, 1.0 - share)
+    return ResidualState(now, bent, replace(state, force=state.force + grid.with_start(loads.section_correction)))
 
 
-def stepped(step: Unbalanced, operator: Vibration, response: Response, fastest: float) -> Displaced:
-    """Correct displaced links by the response of linear equations of motion to their residual.
+def stepped(step: ResidualState, operator: Vibration, response: Response, cutoff: float) -> Displaced:
+    """Take one step: correct `step.now` by the response of linear equations of motion to its residual.
 
     Parameters
     ----------
     operator
-        Equations of motion, also used for the inertia of the residual response.
+        Linear equations of motion, from which the inertia load of the residual response is computed.
     response
-        Function for the response of their coordinates to a load.
-    fastest
-        See `exact_steps.settled_links`.
+        Function that returns the response of the coordinates of `operator` to a load.
+    cutoff
+        See `exact_steps.solve_exact`.
     """
     now = step.now
-    besides = step.besides.slowed(now.vibration.problem, now.vibration.cyclic, fastest)
-    moving = response(step.push[1:] + inertia_load(operator, besides))
+    unrepresented = step.unrepresented.filtered(now.vibration.problem, now.vibration.cyclic, cutoff)
+    moving = response(step.load[1:] + inertia_load(operator, unrepresented))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    residual, answer = now.residual + besides, step.found
+    residual, state = now.residual + unrepresented, step.state
     after = replace(
-        now, history=(x, x1, x2), residual=residual, force=answer.force, joints=answer.joints, moments=answer.moments
+        now, history=(x, x1, x2), residual=residual, force=state.force, joints=state.joints, moments=state.moments
     )
-    return shortened(after)
+    return with_updated_foreshortening(after)
 
 
-def shortened(now: Displaced) -> Displaced:
-    """Update the foreshortening, if there is any, to the current rotations."""
-    if now.shortened is None:
+def with_updated_foreshortening(now: Displaced) -> Displaced:
+    """Update the amplitudes of the foreshortening for the current rotations, if there is foreshortening."""
+    if now.foreshortening is None:
         return now
-    return replace(now, amplitudes=now.shortened.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
+    return replace(now, amplitudes=now.foreshortening.amplitudes(now.history[0], now.residual.moved, now.amplitudes))
 
 
-def begin(linear: Vibration) -> Displaced:
+def from_linear(linear: Vibration) -> Displaced:
     """Convert a linear vibration to displaced links."""
     terms = linear.problem.terms
     residual = linear.residual
     if residual is None:
-        nothing = terms.kinematics.unit @ np.zeros((terms.kinematics.unit.angle.shape[-1], 1))
-        residual = ResidualResponse(
-            nothing, np.zeros((len(nothing.angle), len(rigidities(terms.kinematics.structure))))
-        )
-    found = loaded(linear, linear.deflection)
-    return Displaced(linear, linear.history, residual, found.force, found.joints, found.moments)
+        zero = terms.kinematics.unit @ np.zeros((terms.kinematics.unit.angle.shape[-1], 1))
+        residual = ResidualResponse(zero, np.zeros((len(zero.angle), len(rigidities(terms.kinematics.structure)))))
+    state = deflection_state(linear, linear.deflection)
+    return Displaced(linear, linear.history, residual, state.force, state.joints, state.moments)
 
 
 def mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
-    """Combine the last steps with weights that minimise the change (Anderson mixing)."""
+    """Combine the results of the last steps so that the combined change is as small as possible (Anderson mixing).
+
+    `before` contains for each step the links after the step, and the change in the step.
+    """
     changes = np.array([np.ravel(change).view(float) for _, change in before])
     shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
     return summed([after for after, _ in before], np.diff(shares, prepend=0.0, append=1.0))
@@ -247,54 +270,58 @@ def summed(parts: Sequence[Displaced], weights: Reals) -> Displaced:
         return weighted
 
     x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
-    moved = Displacements(*map(total, *(vars(part.residual.moved).values() for part in parts)))
+    moved = Displacements(*map(total, *(astuple(part.residual.moved) for part in parts)))
     residual = ResidualResponse(moved, total(*(part.residual.forces for part in parts)))
-    held = (total(*each) for each in zip(*((part.force, part.joints, part.moments) for part in parts), strict=True))
-    force, joints, moments = held
+    totals = (total(*each) for each in zip(*((part.force, part.joints, part.moments) for part in parts), strict=True))
+    force, joints, moments = totals
     last = parts[-1]
-    return shortened(replace(last, history=(x, x1, x2), residual=residual, force=force, joints=joints, moments=moments))
+    return with_updated_foreshortening(
+        replace(last, history=(x, x1, x2), residual=residual, force=force, joints=joints, moments=moments)
+    )
 
 
-def carried_over(now: Displaced, linear: Vibration, turned: Reals) -> Displaced:
+def transferred(now: Displaced, linear: Vibration, transformation: Reals) -> Displaced:
     """Transfer displaced links to another discretization of the same elastic coordinates.
+
+    The coordinates and their rates are interpolated. If the new coordinates can represent a part of the residual
+    response, this part is added to them. The rates of this part are computed separately within each time element,
+    because the residual response may jump at the edges of elements.
 
     Parameters
     ----------
     linear
-        Vibration in that discretization.
-    turned
-        Coordinates per unit coordinate of `now`, shape (new r, r). They also take over the representable part of the
-        residual response, differentiated within each time element, because it may jump at the edges. Rates of the
-        other amplitudes are interpolated.
+        Vibration in the other discretization.
+    transformation
+        New coordinates per unit of each old coordinate, shape (r of `linear`, r of `now`).
     """
     grid = linear.problem.terms.grid
     sampler = now.vibration.problem.terms.grid.sampler(grid.nodes[1:])
 
     def sampled(values: Any) -> Any:
-        return grid.at_nodes(sampler(values[1:]))
+        return grid.with_start(sampler(values[1:]))
 
-    coordinates = Coordinates(linear)
-    moved = Displacements(*map(sampled, vars(now.residual.moved).values()))
+    coordinates = CoordinateForces(linear)
+    moved = Displacements(*map(sampled, astuple(now.residual.moved)))
     residual = ResidualResponse(moved, sampled(now.residual.forces))
-    amounts = coordinates.static(coordinates.push(residual.forces))
+    amounts = coordinates.static(coordinates.load(residual.forces))
     rates = (grid.derivative(amounts[1:], order) for order in (1, 2))
     parts = zip(now.history, (amounts[1:], *rates), strict=True)
-    history = _consistent(linear, [sampler(known) @ turned.T + added for known, added in parts])
+    history = _consistent(linear, [sampler(known) @ transformation.T + added for known, added in parts])
     residual -= coordinates.response(amounts)
     return Displaced(linear, history, residual, sampled(now.force), sampled(now.joints), sampled(now.moments))
 
 
 def _consistent(linear: Vibration, history: Sequence[Reals]) -> tuple[Reals, Reals, Reals]:
-    """Return the history of a vibration under the load that balances an interpolated history.
+    """Replace an interpolated history by a solution of the equations of motion under the same forces.
 
-    Interpolated rates are not exactly the derivatives of interpolated amplitudes. Steps would not remove this error,
-    because they add to a history.
+    In an interpolated history, rates are not exactly the derivatives of the coordinates. Later steps would not remove
+    this inconsistency, because they only add corrections to the history.
     """
     equations = linear.problem.equations
     x, x1, x2 = (part - known for part, known in zip(history, linear.history, strict=True))
     load: Reals = (
         equations.mass @ x2[..., None] + equations.damping @ x1[..., None] + equations.stiffness @ x[..., None]
     )
-    added = linear.under(load[..., 0])
+    added = linear.response_to(load[..., 0])
     x, x1, x2 = (known + part for known, part in zip(linear.history, added, strict=True))
     return x, x1, x2

@@ -1,85 +1,69 @@
 """Settings of the solver for the exact equations of links with large displacement."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class ExactSettings:
-    """Limits of the iteration. Relative values refer to the largest displacement unless stated otherwise.
+class ExactSettings(Struct, frozen=True):
+    """Settings of the iteration.
 
-    Attributes
-    ----------
-    max_steps, max_steps_with_friction
-        Maximum number of steps of the equations that are linearized about the rigid motion.
-    max_mixed
-        Number of previous steps that are combined with the next one (Anderson mixing).
-    max_growth
-        The iteration ends if a residual exceeds the smallest one by this factor.
-    patience, min_progress
-        Newton's method takes over if `patience` steps do not reduce the residual to the fraction `min_progress`.
-    max_ratio
-        If the ratio of successive steps is larger, friction is hard.
-    first_creep, creep_ratio
-        Initial smoothing rate of hard friction / final rate (`creep_rate`), and factor by which each step divides it.
-    max_first_steps, first_step_share, first_rest, first_resolved, first_enough
-        Limits of the steps that estimate the effect of large displacement: maximum number, accepted remainder relative
-        to the first step, its upper and lower limit, and size of a first step that needs no further steps.
-    max_newton_steps
-        Maximum number of Newton steps at one load level.
-    newton_from
-        Newton's method starts from the best of the linearized steps if its residual is below this value.
-    max_newton_ratio, min_newton_reuse
-        Ratio of successive steps above which Newton's method ends, and below which the operator is reused.
-    min_fall, filtered_change, max_in_vain
-        Newton's method ends after `max_in_vain` successive steps at full load that do not reduce the residual to the
-        fraction `min_fall`, with a change below `filtered_change` times the residual. The coordinates cannot represent
-        such a residual.
-    newton_fastest
-        Frequency limit for the inertia of the residual response, relative to the limit in the linearized steps.
-    max_rough
-        Residual / tolerance above which Newton's method starts again, with the interpolated residual of a coarser
-        solution.
-    balance, max_balances
-        Tolerance of the section forces of rotated beams, relative to the largest force, and maximum number of
-        iterations.
-    first_load_share, min_load_step, load_step_growth
-        Load steps: first step, smallest step, and growth after fast convergence.
-    quick_steps
-        Number of iterations that counts as fast convergence.
-    part_tolerance
-        Tolerance at partial loads.
+    Changes, residuals, convergence errors and tolerances are relative to the largest displacement.
     """
 
-    max_steps: int = 30
-    max_steps_with_friction: int = 50
-    max_mixed: int = 5
+    # steps with equations that are linearized about the rigid motion
+    max_steps: int = 30  # maximum number of steps
+    max_steps_with_friction: int = 50  # maximum number of steps with Coulomb friction
+    max_mixed: int = 5  # maximum number of previous steps that are combined with the last step (Anderson mixing)
+    # the iteration ends if the convergence error exceeds the smallest so far by this factor; not with stiff friction
     max_growth: float = 10.0
+    # the iteration ends if `patience` steps leave more than the fraction `min_progress` of the convergence error
     patience: int = 6
     min_progress: float = 0.3
+    # friction is stiff if the change in a step exceeds this multiple of the change in the step before
     max_ratio: float = 0.5
+    # initial creep rate, relative to the final one; at sliding rates below the creep rate, friction is about viscous
     first_creep: float = 100.0
-    creep_ratio: float = 3.0
-    max_first_steps: int = 8
+    creep_ratio: float = 3.0  # each step divides the creep rate by this factor, until it has its final value
+
+    # steps that estimate the effect of large displacement
+    max_first_steps: int = 8  # maximum number of steps
+    # The steps end when the convergence error is below a limit. The limit is `first_step_share` times the convergence
+    # error of the first step, but at most `max_first_remainder` and at least `min_first_remainder`.
     first_step_share: float = 0.1
-    first_rest: float = 0.01
-    first_resolved: float = 3e-4
-    first_enough: float = 0.005
-    max_newton_steps: int = 20
+    max_first_remainder: float = 0.01
+    min_first_remainder: float = 3e-4
+    # a second step is not taken if the convergence error of the first step is below this
+    negligible_first_step: float = 0.005
+
+    # Newton's method
+    max_newton_steps: int = 20  # maximum number of steps at one load level
+    # largest convergence error with which the method starts at full load, or accepts the final load step
     newton_from: float = 0.3
+    # the method ends if the change in a step exceeds this multiple of the change in the step before
     max_newton_ratio: float = 1.5
-    min_newton_reuse: float = 0.2
-    min_fall: float = 0.7
+    # the operator (tangent equations) is reused if the change in a step is below this multiple of the previous change
+    max_reuse_ratio: float = 0.2
+    # A step at full load has stalled if the residual is still more than `stall_ratio` times the residual before the
+    # step, and the change in the step is below `filtered_change` times the residual. The coordinates cannot represent
+    # such a residual. The method ends after `max_stalled` such steps in succession.
+    stall_ratio: float = 0.7
     filtered_change: float = 0.3
-    max_in_vain: int = 2
-    newton_fastest: float = 0.5
-    max_rough: float = 3.0
-    balance: float = 1e-3
-    max_balances: int = 4
-    first_load_share: float = 0.5
-    min_load_step: float = 1 / 64
-    load_step_growth: float = 1.5
-    quick_steps: int = 4
-    part_tolerance: float = 1e-2
+    max_stalled: int = 2
+    # cutoff frequency for the residual response (`ResidualResponse`), relative to that in linearized steps
+    newton_cutoff_ratio: float = 0.5
+    # When the method starts from a solution on a coarser grid, it first ignores the residual response of that solution.
+    # If the resulting convergence error exceeds this multiple of the tolerance, it starts again with the interpolated
+    # residual response.
+    max_restart_ratio: float = 3.0
+    # the iteration for section forces ends when they change by less than this, relative to the largest
+    force_tolerance: float = 1e-3
+    max_force_iterations: int = 4  # maximum number of iterations for the section forces of rotated beams
+
+    # load steps of Newton's method, as fractions of the loads of the rigid motion
+    first_load_share: float = 0.5  # first load step
+    min_load_step: float = 1 / 64  # the method fails if a smaller load step is necessary
+    load_step_growth: float = 1.5  # the load step is multiplied by this after fast convergence
+    quick_steps: int = 4  # convergence is fast if it takes at most this number of Newton steps
+    partial_load_tolerance: float = 1e-2  # largest accepted change in the last step at partial loads
 
 
 SETTINGS = ExactSettings()

@@ -1,18 +1,19 @@
-"""Geometrically exact elastodynamics, starting from the solution for small displacements."""
+"""Geometrically exact elastodynamics (large displacement), starting from the solution for small displacements."""
 
 import math
-from dataclasses import replace
 from typing import Any
 
+from msgspec.structs import replace
+
 from elastic.elastodynamics.correction import corrected
-from elastic.elastodynamics.discretization import Discretization, halved, numbers_of
+from elastic.elastodynamics.discretization import Discretization, array_size, halved
 from elastic.elastodynamics.displaced_links import Displaced
-from elastic.elastodynamics.displaced_points import require_known
-from elastic.elastodynamics.exact_residual import carried_over
-from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, next_step, settled_links
-from elastic.elastodynamics.newton import newly_shortened, settled_by_newton
+from elastic.elastodynamics.displaced_points import require_supported
+from elastic.elastodynamics.exact_iterate import ExactIterate
+from elastic.elastodynamics.exact_residual import transferred
+from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, next_step, solve_exact
+from elastic.elastodynamics.newton import solve_by_newton, with_new_foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.settled import Settled
 from elastic.elastodynamics.solution import (
     TOLERANCE,
     Elastodynamic,
@@ -26,30 +27,31 @@ from elastic.solution import Deflection
 
 
 def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = None) -> tuple[Elastodynamic, float]:
-    """Estimate the effect of large displacement at the same positions by a few steps towards the exact solution.
+    """Estimate the effect of large displacement by a few steps from a linear solution towards the exact solution.
 
-    The difference from the linear solution is the error of the latter. One step, which is the second-order effect,
-    usually suffices.
+    The difference between the result and the linear solution is the error of the linear solution. Usually one step is
+    sufficient, which gives the second-order effect.
 
     Parameters
     ----------
     finer
-        Result of `finer_vibration`. If given, the steps use this finer discretization, because the exact solution may
-        need it.
+        Result of `finer_vibration`. If given, the steps use its finer discretization, because the discretization of the
+        linear solution may be too coarse for the exact solution.
 
     Returns
     -------
-    The solution with the change by the last step in `exact`, and the possible change by further steps, relative to the
-    largest displacement (0 if converged). If no link vibrates or there is no steady state, these are the linear
-    solution and 0.
+    Solution at the same positions, and an estimate of the change that further steps would make, relative to the largest
+    displacement (0 if the steps converged). The last step is in `exact` of the solution. If no beam vibrates or there
+    is no steady state, the solution is the linear one and the estimate is 0.
 
     Raises
     ------
     MechanismError
-        If a wheel runs along a rack, or a slider moves on an elastic link while joints are redundant.
+        If the axis of a wheel on a rack moves, a rigid wheel on a rack rotates about a point other than its first, or a
+        block is on an elastic link of a mechanism with redundant joints.
     """
     vibration, discretization = linear.vibration, linear.discretization
-    if vibration is None or discretization is None or not _bends(linear):
+    if vibration is None or discretization is None or not _has_vibrating_beams(linear):
         return linear, 0.0
     if finer is not None:
         vibration, discretization = finer, discretization.wider()
@@ -58,21 +60,22 @@ def with_large_displacement(linear: Elastodynamic, finer: Vibration | None = Non
     return replace(linear, deflection=bent, vibration=vibration, discretization=discretization, exact=step), left
 
 
-def stepped_on(answer: Elastodynamic) -> Elastodynamic:
-    """Take one more step from a solution of `with_large_displacement`; the difference is the error of that solution.
+def with_one_more_step(answer: Elastodynamic) -> Elastodynamic:
+    """Take one more step from a result of `with_large_displacement`.
 
-    `exact.change` is the change by this step.
+    The difference between the result and `answer` is the error of `answer`. `exact.change` of the result is the change
+    in the beam displacements in this step.
     """
     assert answer.exact is not None
     assert answer.discretization is not None
-    step = next_step(answer.exact, answer.discretization.fastest)
+    step = next_step(answer.exact, answer.discretization.cutoff)
     return replace(answer, deflection=_at_positions(step.displaced, answer), exact=step)
 
 
 def finer_vibration(answer: Elastodynamic) -> Vibration | None:
-    """Return the vibration with small displacements, half the element length and twice the modes.
+    """Return the linear vibration in a finer discretization, or None if no link vibrates.
 
-    Return None if no link vibrates.
+    The finer discretization has time elements of half the length, and twice as many modes.
     """
     vibration, discretization = answer.vibration, answer.discretization
     if vibration is None or discretization is None:
@@ -80,23 +83,24 @@ def finer_vibration(answer: Elastodynamic) -> Vibration | None:
     return vibration_in(*halved(discretization, vibration.problem.terms.grid))
 
 
-def discretized_finer(
-    answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, begun: Elastodynamic | None = None
+def finer_solution(
+    answer: Elastodynamic, finer: Vibration | None, tolerance: float = TOLERANCE, guess: Elastodynamic | None = None
 ) -> tuple[Elastodynamic, float]:
-    """Return the solution at the same positions in a finer discretization, and the convergence error of this solution.
+    """Return the solution in a finer discretization at the same positions, and its convergence error.
 
-    The convergence error is relative to the largest displacement, or for large displacement to that of the worst beam.
-    The difference of both solutions is the discretization error of the given one. Time and coordinates are refined
-    together, because refining only one of them may show little.
+    The difference between the result and `answer` is the discretization error of `answer`. For small displacements, the
+    convergence error is relative to the largest displacement. For large displacements, it is relative to the chord
+    deflection of the worst beam. Time elements and coordinates are refined together, because refinement of only one of
+    them may hardly change the result.
 
     Parameters
     ----------
     finer
-        Result of `finer_vibration`, which the exact solution and that for small displacements share.
+        Result of `finer_vibration`, for the linear and for the exact solution alike.
     tolerance
         Tolerance of the finer solution.
-    begun
-        Result of `with_large_displacement` in the finer discretization, if known.
+    guess
+        Result of `with_large_displacement` with the same argument `finer`, if known.
     """
     if finer is None or answer.discretization is None:
         return answer, 0.0
@@ -105,134 +109,138 @@ def discretized_finer(
         after = replace(answer, vibration=found)
     else:
         wider = answer.discretization.wider()
-        now = _carried(answer.exact.displaced, finer, answer.discretization, wider)
-        if now is None:
-            now = begun.exact.displaced if begun and begun.exact else None
-        settled = settled_links(finer, tolerance, wider.fastest, begun=now)
-        after, left = replace(answer, vibration=finer, exact=settled), settled.worst
+        start = _transferred_if_useful(answer.exact.displaced, finer, answer.discretization, wider)
+        if start is None:
+            start = guess.exact.displaced if guess and guess.exact else None
+        iterate = solve_exact(finer, tolerance, wider.cutoff, guess=start)
+        after, left = replace(answer, vibration=finer, exact=iterate), iterate.worst
     return moved_to(after, answer.quasi_static), left
 
 
 def steps_to_exact(
     vibration: Vibration, discretization: Discretization, newton_to: float | None = None
-) -> tuple[Settled, float]:
+) -> tuple[ExactIterate, float]:
     """Take a few steps from linear vibration towards the exact solution, see `first_steps`.
 
-    Newton's method follows if the remaining change exceeds `newton_to`, relative to the largest displacement.
+    If the estimated remaining change exceeds `newton_to`, relative to the largest displacement, Newton's method
+    follows.
 
     Raises
     ------
     MechanismError
         See `with_large_displacement`.
     """
-    require_known(vibration.motion)
-    settled, left = first_steps(vibration, discretization.fastest)
+    require_supported(vibration.motion)
+    iterate, left = first_steps(vibration, discretization.cutoff)
     if newton_to is not None and left > newton_to and not has_dry_friction(vibration.motion.mechanism):
-        further = settled_by_newton(vibration, newton_to, discretization.fastest, settled.displaced)
-        if further is not None and further.open < left:
-            return further, further.open
-    return settled, left
+        further = solve_by_newton(vibration, newton_to, discretization.cutoff, iterate.displaced)
+        if further is not None and further.convergence_error < left:
+            return further, further.convergence_error
+    return iterate, left
 
 
 def geometrically_exact(
-    linear: Elastodynamic, tolerance: float = TOLERANCE, begun: Settled | None = None
+    linear: Elastodynamic, tolerance: float = TOLERANCE, guess: ExactIterate | None = None
 ) -> Elastodynamic:
     """Solve the vibrating mechanism with large displacement, with Reissner's beams, shear and rotary inertia.
 
-    Stability refers to vibration about the rigid motion. If the iteration does not converge, `reduction_error` is its
-    last change.
+    The attribute `stable` of the result refers to small vibration about the rigid motion. The attribute
+    `reduction_error` is `ExactIterate.convergence_error`.
 
     Parameters
     ----------
     linear
         Solution for small displacements, steady or transient.
     tolerance
-        Tolerance relative to the largest displacement.
-    begun
-        First steps from the linear solution if known, see `with_large_displacement`.
+        Largest accepted convergence error, relative to the largest displacement.
+    guess
+        Attribute `exact` of the result of `with_large_displacement`, if known.
 
     Raises
     ------
     MechanismError
-        If a wheel runs along a rack, or a slider moves on an elastic link while joints are redundant.
+        If the axis of a wheel on a rack moves, a rigid wheel on a rack rotates about a point other than its first, or a
+        block is on an elastic link of a mechanism with redundant joints.
 
     Returns
     -------
-    Solution at the same positions. N, V and M are in the axes of the rotated section and include damping. If no link
-    vibrates or there is no steady state, it is the linear solution.
+    Solution at the same positions. The section forces N, V and M are in the axes of the rotated section and include
+    damping forces. If no beam vibrates or there is no steady state, it is the linear solution.
     """
     vibration, discretization = linear.vibration, linear.discretization
-    if vibration is None or discretization is None or not _bends(linear):
+    if vibration is None or discretization is None or not _has_vibrating_beams(linear):
         return linear
-    require_known(vibration.motion)
+    require_supported(vibration.motion)
     best: Any = None
-    made_finer = refined = False
-    now, before, made = begun.displaced if begun else None, math.inf, begun.steps if begun else 0
+    was_halved = refined = False
+    now, before, steps_taken = guess.displaced if guess else None, math.inf, guess.steps if guess else 0
     for _ in range(VIBRATION.max_refinements):
-        exact = settled_links(vibration, tolerance, discretization.fastest, begun=now)
-        exact = replace(exact, steps=(made := made + exact.steps))
+        exact = solve_exact(vibration, tolerance, discretization.cutoff, guess=now)
+        exact = replace(exact, steps=(steps_taken := steps_taken + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
-        in_elements, finer = time_error(moving, discretization.resolved)
-        if refined and in_elements <= VIBRATION.min_refined_ratio * discretization.resolved:
+        grid_error, finer = time_error(moving, discretization.time_tolerance)
+        if refined and grid_error <= VIBRATION.min_refined_ratio * discretization.time_tolerance:
             finer = None
-        answer_now = _settled(linear, exact, vibration, discretization, in_elements)
-        best = answer_now if best is None or _off(answer_now) < _off(best) else best
-        few = tolerance < exact.open < VIBRATION.max_residual_fall * before
+        answer_now = _assembled(linear, exact, vibration, discretization, grid_error)
+        best = answer_now if best is None or _total_error(answer_now) < _total_error(best) else best
+        needs_modes = tolerance < exact.convergence_error < VIBRATION.max_widening_ratio * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
-        lost = exact.open > VIBRATION.max_open_residual
-        carried = now is not None and now.shortened is not None
-        if (lost and (made_finer or carried)) or best is not answer_now:
+        diverged = exact.convergence_error > VIBRATION.max_convergence_error
+        has_foreshortening = now is not None and now.foreshortening is not None
+        if (diverged and (was_halved or has_foreshortening)) or best is not answer_now:
             break
-        if lost:
+        if diverged:
             discretization, grid = halved(discretization, vibration.problem.terms.grid)
-            discretization, made_finer = discretization.complete(VIBRATION.max_complete), True
-        elif few:
+            discretization, was_halved = discretization.complete(VIBRATION.max_complete), True
+        elif needs_modes:
             discretization = discretization.wider()
-        before = exact.open
-        if not (few or finer or lost) or numbers_of(discretization, grid) > VIBRATION.max_numbers:
+        before = exact.convergence_error
+        if not (needs_modes or finer or diverged) or array_size(discretization, grid) > VIBRATION.max_entries:
             break
         refined = finer is not None
         vibration = resolved_in_time(discretization, grid, tolerance)[0]
-        now = None if lost else _carried(exact.displaced, vibration, coarse, discretization)
+        now = None if diverged else _transferred_if_useful(exact.displaced, vibration, coarse, discretization)
     answer: Elastodynamic = replace(best, deflection=_at_positions(best.exact.displaced, linear))
     return answer
 
 
-def _settled(
-    linear: Elastodynamic, exact: Settled, vibration: Vibration, discretization: Discretization, in_elements: float
+def _assembled(
+    linear: Elastodynamic, exact: ExactIterate, vibration: Vibration, discretization: Discretization, grid_error: float
 ) -> Elastodynamic:
-    """Assemble the solution of displaced links without its deflection."""
+    """Assemble the solution for displaced links. Its `deflection` is still the linear one."""
     return replace(
         linear,
         coordinates=vibration.history[0].shape[1],
         elements=len(vibration.problem.terms.grid.steps),
-        time_error=VIBRATION.residual_time_ratio * in_elements,
-        reduction_error=exact.open,
+        time_error=VIBRATION.residual_time_ratio * grid_error,
+        reduction_error=exact.convergence_error,
         vibration=vibration,
         discretization=discretization,
         exact=exact,
     )
 
 
-def _carried(known: Displaced, vibration: Vibration, before: Discretization, now: Discretization) -> Displaced | None:
+def _transferred_if_useful(
+    known: Displaced, vibration: Vibration, before: Discretization, now: Discretization
+) -> Displaced | None:
     """Transfer displaced links to another discretization, or return None if this is not useful.
 
-    It is not useful with friction, or if linearized steps use other coordinates: motion that only the old coordinates
-    represent would remain in the residual.
+    It is not useful with friction. It is also not useful if `known` is the result of linearized steps and the
+    coordinates change: motion that only the old coordinates can represent would remain in the residual.
     """
-    if has_dry_friction(vibration.motion.mechanism) or (known.shortened is None and now is not before):
+    if has_dry_friction(vibration.motion.mechanism) or (known.foreshortening is None and now is not before):
         return None
-    there = carried_over(known, vibration, now.per_coordinate_of(before))
-    return there if known.shortened is None else newly_shortened(there)
+    displaced = transferred(known, vibration, now.per_coordinate_of(before))
+    return displaced if known.foreshortening is None else with_new_foreshortening(displaced)
 
 
-def _off(found: Elastodynamic) -> float:
+def _total_error(found: Elastodynamic) -> float:
     """Return the total error of a solution."""
     return found.time_error + found.reduction_error
 
 
-def _bends(linear: Elastodynamic) -> bool:
-    """Return whether beams vibrate and there is a steady state."""
+def _has_vibrating_beams(linear: Elastodynamic) -> bool:
+    """Return whether the mechanism has vibrating beams and is stable."""
     vibration = linear.vibration
     return linear.stable and vibration is not None and bool(vibration.problem.terms.kinematics.structure.weights.size)
 

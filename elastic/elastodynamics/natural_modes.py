@@ -2,16 +2,16 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics
 from elastic.elastodynamics.point_effects import chosen_points
-from elastic.elastodynamics.reduction import mass_of, unstrained_basis
+from elastic.elastodynamics.reduction import mass_of, unit_stiffness_basis
 from elastic.elastodynamics.strains import Damping, rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.vibration import natural_frequencies
@@ -20,26 +20,28 @@ from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
 REFINEMENTS = (4, 8, 12)  # number of polynomials per beam in successive refinements
-SETTLED = 1e-3  # accepted relative change of a frequency in the last refinement, and accepted error of a shape
+# largest accepted relative change in a frequency in the last refinement, and largest accepted `shape_error`
+TOLERANCE = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class NaturalModes:
+class NaturalModes(Struct, frozen=True, eq=False):
     """Lowest natural modes at the positions of a motion.
 
     Attributes
     ----------
     omega
         Natural frequency from `natural_frequencies` [rad/s], shape (modes, positions); nan at singular positions, and
-        infinite beyond the last mode.
+        infinite if the mechanism has fewer modes.
     damping
         Damping ratio [1], same shape.
     displacement
         Displacement of the beams from their rigid positions in ground axes, complex, shape (modes, beams, positions,
-        stations). Stations are evenly spaced along each beam. The largest displacement of each mode is 1.
+        stations). Stations are evenly spaced along each beam. Each mode is scaled so that its largest displacement is
+        1.
     shape_error
-        Largest relative difference between the frequency by Rayleigh's quotient of a shape and `omega`, which is about
-        the square of the error of the shape. It exceeds `settled` if a block slides on an elastic beam.
+        Largest relative difference between `omega` and the frequency that Rayleigh's quotient gives for the shape. It
+        is about the square of the relative error of the shape. It may exceed `tolerance` if a block slides on an
+        elastic beam.
     """
 
     omega: Reals
@@ -54,27 +56,29 @@ def natural_modes(
     modes: int = 3,
     joints: Mapping[str, JointCompliance] | None = None,
     damping: Damping | None = None,
-    settled: float = SETTLED,
+    tolerance: float = TOLERANCE,
     stations: int = STATIONS,
 ) -> NaturalModes:
     """Compute frequencies, damping ratios and shapes of small vibrations about the rigid positions, with locked drives.
 
-    The stiffness does not include the effects of gravity, axial forces, springs and accelerations. A damping ratio is
-    omega/2 times the mean of beta, weighted by the strain energy of the mode. This is exact if all beta are equal, and
-    otherwise a first-order approximation for light damping.
+    Effects of gravity, axial forces, springs and accelerations on the stiffness are neglected. A mode with the natural
+    frequency omega has the damping ratio beta omega / 2. Here, beta is the mean of the Kelvin-Voigt constants of all
+    beams and joints, weighted by strain energy. This is exact if all constants are equal. Otherwise it is a first-order
+    approximation for light damping.
 
     Parameters
     ----------
     motion
         Motion of one design at the requested positions.
     sections
-        One per beam, in the order of `Mechanism.beams`.
+        Sections of the beams, in the order of `Mechanism.beams`.
     joints
         Compliant joints by name.
     damping
-        Kelvin-Voigt damping. The default is 1 % at the lowest frequency.
-    settled
-        Refinement stops if the last relative change of the frequencies and `shape_error` are below this.
+        Kelvin-Voigt damping. By default, the damping ratio is 1 % at the lowest frequency.
+    tolerance
+        Frequencies are refined until their relative change is below this value. Shapes are refined until `shape_error`
+        is below this value, or the number of polynomials reaches its maximum.
 
     Raises
     ------
@@ -88,8 +92,8 @@ def natural_modes(
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
     >>> arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1.0),))
-    >>> held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1})
-    >>> found = natural_modes(motion(held, [0.0]), [Section(1e6, 1.0)])
+    >>> supported = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1})
+    >>> found = natural_modes(motion(supported, [0.0]), [Section(1e6, 1.0)])
     >>> print(found.omega[0].round(3), found.damping[0].round(3))
     [3.516] [0.01]
     """
@@ -97,12 +101,12 @@ def natural_modes(
         raise ValueError("natural modes need a motion and sections of one design")
     shape = modes, len(sections), *motion.columns
     given = Damping(np.full(len(sections), math.nan)) if damping is None else damping
-    omega = natural_frequencies(motion, sections, modes, motion.columns[-1], joints, settled).omega
+    omega = natural_frequencies(motion, sections, modes, motion.columns[-1], joints, tolerance).omega
     if not (np.isfinite(omega).any() and len(sections)):
         return NaturalModes(omega, omega * np.nan, np.full((*shape, stations), np.nan, complex), 0.0)
-    for inner in REFINEMENTS:
-        found = _with_shapes(motion, sections, joints or {}, omega, given, inner, stations)
-        if found.shape_error < settled:
+    for polynomials_per_beam in REFINEMENTS:
+        found = _with_shapes(motion, sections, joints or {}, omega, given, polynomials_per_beam, stations)
+        if found.shape_error < tolerance:
             break
     return found
 
@@ -113,20 +117,20 @@ def _with_shapes(
     joints: Mapping[str, JointCompliance],
     omega: Reals,
     damping: Damping,
-    inner: int,
+    polynomials_per_beam: int,
     stations: int,
 ) -> NaturalModes:
-    """Compute the shapes for known frequencies, with `inner` polynomials along every beam."""
-    structure, good = elastic_structure(motion.mechanism, sections, joints, inner), np.isfinite(omega[0])
-    kinds = kinematics(structure, motion, unstrained_basis(structure), chosen_points(structure.mechanism))
-    values, vectors = np.linalg.eigh(np.where(good[:, None, None], mass_of(kinds), 0.0))
+    """Compute damping ratios and shapes for known frequencies, with `polynomials_per_beam` polynomials per beam."""
+    structure, good = elastic_structure(motion.mechanism, sections, joints, polynomials_per_beam), np.isfinite(omega[0])
+    kinematics_ = kinematics(structure, motion, unit_stiffness_basis(structure), chosen_points(structure.mechanism))
+    values, vectors = np.linalg.eigh(np.where(good[:, None, None], mass_of(kinematics_), 0.0))
     count = min(len(omega), vectors.shape[-1])
     values, vectors = values[:, ::-1][:, :count].T, vectors[:, :, ::-1][:, :, :count]
     moving = np.isfinite(omega[:count]) & (values > 0)
     off = 1.0 / (np.sqrt(values[moving]) * omega[:count][moving]) - 1.0
-    energy = (strain_rows(structure, kinds.basis) @ vectors) ** 2 * rigidities(structure)[:, None]
-    beta = damping.settled(float(omega[0, good].min())).per_row(structure)
-    moved = np.einsum("pbxn,pnm->mbpx", kinds.unit.beams, vectors)
+    energy = (strain_rows(structure, kinematics_.basis) @ vectors) ** 2 * rigidities(structure)[:, None]
+    beta = damping.with_default_beta(float(omega[0, good].min())).per_row(structure)
+    moved = np.einsum("pbxn,pnm->mbpx", kinematics_.unit.beams, vectors)
     moved = moved @ interpolation(structure.xi, np.linspace(0.0, 1.0, stations)).T
     with np.errstate(invalid="ignore"):  # singular positions
         mean = np.einsum("r,prm->mp", beta, energy) / energy.sum(axis=1).T

@@ -1,74 +1,83 @@
-"""Newton's method for the exact equations of displaced links, with load steps if necessary.
+"""Newton's method for the exact equations of links with large displacement, with load steps if necessary.
 
-The operator describes small vibrations about the displaced links. Their masses also move due to the foreshortening of
-rotated beams, and the geometric stiffness is due to the current section forces. Within a step, the forces in rotated
-sections are brought into equilibrium at every instant, without changing the inertia. If the steps diverge, the loads of
-the rigid motion are increased from zero, so that the solution is the one that is continuously connected with the
-straight links. The derivation is in docs/theory.md.
+Each step solves the linear equations of small vibrations about the displaced links (the operator). Their mass matrix
+includes the foreshortening of rotated beams, and their geometric stiffness is due to the current section forces. Before
+each step, the section forces are iterated to equilibrium at every instant, with constant inertia forces. If the steps
+diverge, the loads of the rigid motion are increased from zero, so that the solution is found by continuation from the
+undeformed links. The derivation is in docs/theory.md.
 """
 
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from elastic.elastodynamics.displaced_links import Displaced, exact_loads
 from elastic.elastodynamics.equations_of_motion import Kinematics, motion_terms, problem
+from elastic.elastodynamics.exact_iterate import TINY, ExactIterate, compared_displacements
 from elastic.elastodynamics.exact_residual import (
-    Loaded,
+    DeflectionState,
     ResidualResponse,
-    Unbalanced,
-    begin,
-    loaded,
+    ResidualState,
+    deflection_state,
+    from_linear,
     mixed,
-    shortened,
+    residual_state,
     stepped,
     summed,
-    unbalanced,
+    with_updated_foreshortening,
 )
 from elastic.elastodynamics.exact_settings import SETTINGS
 from elastic.elastodynamics.foreshortening import foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.settled import TINY, Settled, places_of
 from elastic.elastodynamics.time_elements import propagation
 from elastic.solution import Deflection
 
 
-def settled_by_newton(linear: Vibration, tolerance: float, fastest: float, near: Displaced | None) -> Settled | None:
-    """Solve for displaced links by Newton's method, or return None if it fails.
+def solve_by_newton(linear: Vibration, tolerance: float, cutoff: float, guess: Displaced | None) -> ExactIterate | None:
+    """Solve for links with large displacement (displaced links) by Newton's method, or return None if it fails.
 
     Parameters
     ----------
-    linear, tolerance, fastest
-        See `exact_steps.settled_links`.
-    near
-        Initial links. Without them, or if the method diverges, the loads are increased from zero.
+    linear, tolerance, cutoff
+        See `exact_steps.solve_exact`.
+    guess
+        Displaced links from which the method starts. If `guess` is None, or the method diverges, the loads are
+        increased from zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        still, fastest = loaded(linear, linear.quasi_static), SETTINGS.newton_fastest * fastest
-        if near is not None:
-            found = _at_share(_with_foreshortening(near), 1.0, still, tolerance, fastest)
-            if found is not None and (found.change_share < SETTINGS.part_tolerance or near.shortened is not None):
-                return found
-        return _loaded_in_steps(_with_foreshortening(begin(linear)), still, tolerance, fastest)
+        rigid_loads_state = deflection_state(linear, linear.quasi_static)
+        cutoff = SETTINGS.newton_cutoff_ratio * cutoff
+        if guess is not None:
+            iterate = _at_load_level(_with_foreshortening(guess), 1.0, rigid_loads_state, tolerance, cutoff)
+            if iterate is not None and (
+                iterate.relative_change < SETTINGS.partial_load_tolerance or guess.foreshortening is not None
+            ):
+                return iterate
+        return _loaded_in_steps(_with_foreshortening(from_linear(linear)), rigid_loads_state, tolerance, cutoff)
 
 
 def _with_foreshortening(now: Displaced) -> Displaced:
-    """Separate the foreshortening from the residual response."""
-    return now if now.shortened is not None else without_residual(now)
+    """Return displaced links with separate foreshortening.
+
+    If it must be set up first, the residual response is set to zero, because it includes foreshortening.
+    """
+    return now if now.foreshortening is not None else without_residual(now)
 
 
 def without_residual(now: Displaced) -> Displaced:
-    """Set the residual response to zero and compute the foreshortening again."""
-    return newly_shortened(replace(now, residual=_scaled_residual(now, 0.0)))
+    """Set the residual response of displaced links to zero, and compute the foreshortening of these links again."""
+    return with_new_foreshortening(replace(now, residual=_scaled_residual(now, 0.0)))
 
 
 def _scaled(now: Displaced, share: float) -> Displaced:
-    """Scale displaced links by a factor."""
+    """Multiply the displacements and forces of displaced links by the factor `share`."""
     x, x1, x2 = (share * part for part in now.history)
-    held = {name: share * getattr(now, name) for name in ("force", "joints", "moments")}
-    return shortened(replace(now, history=(x, x1, x2), residual=_scaled_residual(now, share), **held))
+    forces = {name: share * getattr(now, name) for name in ("force", "joints", "moments")}
+    return with_updated_foreshortening(
+        replace(now, history=(x, x1, x2), residual=_scaled_residual(now, share), **forces)
+    )
 
 
 def _scaled_residual(now: Displaced, share: float) -> ResidualResponse:
@@ -76,64 +85,74 @@ def _scaled_residual(now: Displaced, share: float) -> ResidualResponse:
     return replace(now.residual, moved=moved, forces=share * now.residual.forces)
 
 
-def _loaded_in_steps(first: Displaced, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Solve with loads that increase from zero, or return None if a small load step fails."""
+def _loaded_in_steps(
+    first: Displaced, rigid_loads_state: DeflectionState, tolerance: float, cutoff: float
+) -> ExactIterate | None:
+    """Solve with loads that increase from zero to full load, or return None if the smallest load step fails."""
     share, step = 0.0, SETTINGS.first_load_share
     now, before = _scaled(first, 0.0), None
     while step >= SETTINGS.min_load_step:
         following = min(1.0, share + step)
-        guess = _scaled(first, following) if before is None else _extended(before, (share, now), following)
-        enough = tolerance if following == 1.0 else SETTINGS.part_tolerance
-        settled = _at_share(guess, following, still, enough, fastest)
-        if settled is not None and following == 1.0 and settled.open < SETTINGS.newton_from:
-            return settled
-        if settled is None or not settled.change_share < SETTINGS.part_tolerance:
+        guess = _scaled(first, following) if before is None else _extrapolated(before, (share, now), following)
+        level_tolerance = tolerance if following == 1.0 else SETTINGS.partial_load_tolerance
+        iterate = _at_load_level(guess, following, rigid_loads_state, level_tolerance, cutoff)
+        if iterate is not None and following == 1.0 and iterate.convergence_error < SETTINGS.newton_from:
+            return iterate
+        if iterate is None or not iterate.relative_change < SETTINGS.partial_load_tolerance:
             step /= 2
             continue
-        before, share, now = (share, now), following, settled.displaced
-        if settled.steps <= SETTINGS.quick_steps:
+        before, share, now = (share, now), following, iterate.displaced
+        if iterate.steps <= SETTINGS.quick_steps:
             step *= SETTINGS.load_step_growth
     return None
 
 
-def _extended(before: tuple[float, Displaced], last: tuple[float, Displaced], share: float) -> Displaced:
-    """Extrapolate links linearly from two load levels to another one."""
+def _extrapolated(before: tuple[float, Displaced], last: tuple[float, Displaced], share: float) -> Displaced:
+    """Extrapolate displaced links linearly from two load levels to the load level `share`.
+
+    `before` and `last` each contain a load level and the links at this level.
+    """
     reach = (share - last[0]) / (last[0] - before[0])
     return summed([before[1], last[1]], np.array([-reach, 1.0 + reach]))
 
 
-def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, fastest: float) -> Settled | None:
-    """Solve for a share of the loads of the rigid motion, and return the best step (None if numbers overflow)."""
-    now, last, least, residual, in_vain = begun, np.inf, np.inf, np.inf, 0
+def _at_load_level(
+    guess: Displaced, share: float, rigid_loads_state: DeflectionState, tolerance: float, cutoff: float
+) -> ExactIterate | None:
+    """Solve under the fraction `share` of the loads of the rigid motion.
+
+    Return the iterate with the smallest convergence error, or None if the first step fails.
+    """
+    now, last, least, residual, stalled_count = guess, np.inf, np.inf, np.inf, 0
     operator: Vibration | None = None
     before: list[Any] = []
-    best: Settled | None = None
+    best: ExactIterate | None = None
     for count in range(1, SETTINGS.max_newton_steps + 1):
         try:
-            settled_now = _in_balance(now, share, still)
+            state = _with_equilibrium_forces(now, share, rigid_loads_state)
             if operator is None:
-                operator, before = tangent(settled_now.now, settled_now.bent), []
-            after = stepped(settled_now, operator, partial(operator.under, often=True), fastest)
+                operator, before = tangent(state.now, state.bent), []
+            after = stepped(state, operator, partial(operator.response_to, often=True), cutoff)
         except np.linalg.LinAlgError:
             break
-        change = places_of(after.moved) - places_of(settled_now.now.moved)
-        residual_now = places_of(settled_now.change)
-        settled = Settled(settled_now.now, change, residual_now, count, forces=settled_now.force_share)
+        change = compared_displacements(after.moved) - compared_displacements(state.now.moved)
+        residual_now = compared_displacements(state.change)
+        iterate = ExactIterate(state.now, change, residual_now, count, force_residual=state.force_residual)
         size = float(np.abs(change).max(initial=0.0))
-        best = settled if best is None or settled.open < best.open else best
-        done = settled.open if share == 1.0 else settled.change_share
-        high, residual = SETTINGS.min_fall * residual, settled.residual_share
-        filtered = share == 1.0 and settled.change_share < SETTINGS.filtered_change * residual
-        in_vain = in_vain + 1 if filtered and residual > high else 0
-        # the first step adds mainly the residual response, so the second may be larger
+        best = iterate if best is None or iterate.convergence_error < best.convergence_error else best
+        done = iterate.convergence_error if share == 1.0 else iterate.relative_change
+        high, residual = SETTINGS.stall_ratio * residual, iterate.relative_residual
+        filtered = share == 1.0 and iterate.relative_change < SETTINGS.filtered_change * residual
+        stalled_count = stalled_count + 1 if filtered and residual > high else 0
+        # the first step mainly adds the residual response, so the second step may be larger
         growing = count > 2 and size > SETTINGS.max_newton_ratio * last
-        if done <= tolerance or in_vain == SETTINGS.max_in_vain or growing or not np.isfinite(size):
+        if done <= tolerance or stalled_count == SETTINGS.max_stalled or growing or not np.isfinite(size):
             break
         if count % SETTINGS.patience == 0:
-            if not best.open < SETTINGS.min_progress * least:
+            if not best.convergence_error < SETTINGS.min_progress * least:
                 break
-            least = best.open
-        if size > SETTINGS.min_newton_reuse * last:
+            least = best.convergence_error
+        if size > SETTINGS.max_reuse_ratio * last:
             operator = None
         last = size
         before = [*before[-SETTINGS.max_mixed :], (after, change)]
@@ -141,45 +160,55 @@ def _at_share(begun: Displaced, share: float, still: Loaded, tolerance: float, f
     return best
 
 
-def _in_balance(now: Displaced, share: float, still: Loaded) -> Unbalanced:
-    """Return the residual of links with section forces that are in equilibrium at the displaced positions."""
-    for _ in range(SETTINGS.max_balances):
-        solution = unbalanced(now, exact_loads(now), still, share)
-        answer = solution.found
-        off = float(np.abs(answer.force - now.force).max(initial=0.0))
-        if off <= SETTINGS.balance * float(np.abs(answer.force).max(initial=TINY)):
+def _with_equilibrium_forces(now: Displaced, share: float, rigid_loads_state: DeflectionState) -> ResidualState:
+    """Iterate the section forces with constant displacements and inertia, and return the resulting residual."""
+    for _ in range(SETTINGS.max_force_iterations):
+        solution = residual_state(now, exact_loads(now), rigid_loads_state, share)
+        state = solution.state
+        change = float(np.abs(state.force - now.force).max(initial=0.0))
+        if change <= SETTINGS.force_tolerance * float(np.abs(state.force).max(initial=TINY)):
             break
-        now = now.under(answer.force, answer.joints, answer.moments)
+        now = now.with_forces(state.force, state.joints, state.moments)
     return solution
 
 
-def newly_shortened(now: Displaced) -> Displaced:
-    """Compute the foreshortening of displaced links, for example after a transfer to another grid."""
+def with_new_foreshortening(now: Displaced) -> Displaced:
+    """Set up the foreshortening of displaced links again, for example after a transfer to another grid."""
     shape = foreshortening(now.vibration)
-    return replace(now, shortened=shape, amplitudes=shape.amplitudes(now.history[0], now.residual.moved))
+    return replace(now, foreshortening=shape, amplitudes=shape.amplitudes(now.history[0], now.residual.moved))
 
 
 def tangent(now: Displaced, bent: Deflection) -> Vibration:
-    """Return the equations of small vibrations about displaced links, in the coordinates of the linear problem.
+    """Return the equations of small vibrations about displaced links, in the coordinates of their linear vibration.
 
     Parameters
     ----------
     bent
         Quasi-static deflection under the loads of the displaced links.
     """
-    linear, shape = now.vibration, now.shortened
+    linear, shape = now.vibration, now.foreshortening
     assert shape is not None
     terms = linear.problem.terms
-    kinds = terms.kinematics
+    kinematics = terms.kinematics
     phi = now.moved.phi[..., 0]
     per = shape.per_coordinate(phi.reshape(len(phi), -1))
-    unit = kinds.unit + shape.unit @ per
-    moving = Kinematics(kinds.structure, kinds.carried, kinds.chosen, kinds.basis, unit, kinds.rows + shape.rows @ per)
+    unit = kinematics.unit + shape.unit @ per
+    moving = Kinematics(
+        kinematics.structure,
+        kinematics.rigid_modes,
+        kinematics.chosen,
+        kinematics.basis,
+        unit,
+        kinematics.mass_displacements + shape.mass_displacements @ per,
+    )
     posed = problem(motion_terms(moving, terms.grid, terms.damping), bent, linear.problem.speed)
-    pull = (np.exp(-1j * phi) * now.force).real * kinds.structure.weights
-    felt, equations = replace(posed.felt, pull=pull), posed.equations
-    # the slope differs from the rotation if foreshortening has a transverse part
-    turned = replace(unit, slope=unit.phi)
-    stiffness = equations.stiffness + (felt.stiffness(turned, turned) - posed.felt.stiffness(unit, unit))[1:]
-    posed = replace(posed, felt=felt, equations=replace(equations, stiffness=stiffness))
+    axial = (np.exp(-1j * phi) * now.force).real * kinematics.structure.weights
+    geometric, equations = replace(posed.geometric, axial=axial), posed.equations
+    # Foreshortening may have a transverse part. The slope then differs from the rotation, which must be used here.
+    unit_rotation = replace(unit, slope=unit.phi)
+    stiffness = (
+        equations.stiffness
+        + (geometric.stiffness(unit_rotation, unit_rotation) - posed.geometric.stiffness(unit, unit))[1:]
+    )
+    posed = replace(posed, geometric=geometric, equations=replace(equations, stiffness=stiffness))
     return replace(linear, problem=posed, propagation=propagation(terms.grid, posed.equations))

@@ -1,15 +1,16 @@
 """Second-order effect of large displacement, which the linear equations neglect.
 
-In ground axes, masses are constant and pins transmit displacements linearly. The only quadratic term is the axial
-strain du/dx + s^2/2 of a piece that rotates by s. The linear equations include the work of the force of the rigid
-motion on s^2/2. Two loads remain: the force of the vibration normal to rotated pieces, and the inertia due to the
-shortening of rotated pieces. The derivation is in docs/elastodynamics.md.
+In ground axes, masses are constant and pins transmit displacements linearly. A beam element dx that rotates by s has
+the axial strain du/dx + s^2/2, in which s^2/2 is the only quadratic term. The linear equations include the work of the
+axial force of the rigid motion on s^2/2. They neglect two loads. One is the transverse component of the additional
+axial force that vibration causes, because this force rotates with the beam. The other is the inertia of the
+displacements due to the shortening s^2/2. The derivation is in docs/elastodynamics.md.
 """
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import own_basis, unit_displacements
-from elastic.elastodynamics.equations_of_motion import geometric_stiffness, mass_rows, masses
+from elastic.elastodynamics.displacements import compatible_basis, unit_displacements
+from elastic.elastodynamics.equations_of_motion import geometric_stiffness, mass_displacements, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
@@ -20,9 +21,10 @@ from rigid.kinetostatics import beam_directions
 
 
 def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
-    """Return the chord deflection of linear vibration at the points of the grid, and its second-order increment.
+    """Return the chord deflection of a linear vibration, and the second-order effect on it, at the points of the grid.
 
-    The rotation of rigid links is neglected, except for the forces on them.
+    For links without beams, second-order displacements of points are neglected, but second-order moments of forces are
+    included.
 
     Parameters
     ----------
@@ -34,48 +36,55 @@ def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
     Two arrays of shape (beams, points, stations) [m].
     """
     x = vibration.history[0]
-    at_nodes = vibration.problem.terms.grid.at_nodes(x)
-    load = _across(vibration, vibration.deflection, at_nodes) + _nearer(vibration, at_nodes)
+    amplitudes = vibration.problem.terms.grid.with_start(x)
+    load = _vibration_force_load(vibration, vibration.deflection, amplitudes) + _shortening_inertia_load(
+        vibration, amplitudes
+    )
     unit = vibration.problem.terms.kinematics.unit.beams[1:]
-    both = (x, vibration.under(load)[0])
-    linear, more = (chord_of(vibration, (unit @ each[:, None, :, None])[..., 0], stations) for each in both)
-    return linear, more
+    both = (x, vibration.response_to(load)[0])
+    linear, increment = (chord_of(vibration, (unit @ each[:, None, :, None])[..., 0], stations) for each in both)
+    return linear, increment
 
 
-def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
-    """Return the load due to the forces that vibration adds to those of the rigid motion, shape (points, r)."""
-    kinds, problem = vibration.problem.terms.kinematics, vibration.problem
-    moved = kinds.unit @ x[..., None]
-    whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
-    return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
+def _vibration_force_load(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
+    """Return the load due to the geometric stiffness of the forces that vibration causes, shape (points, r).
+
+    The linear equations include only the geometric stiffness of the forces of the rigid motion.
+    """
+    kinematics, problem = vibration.problem.terms.kinematics, vibration.problem
+    moved = kinematics.unit @ x[..., None]
+    by_deflection = geometric_stiffness(kinematics.structure, bent, kinematics.chosen).stiffness(kinematics.unit, moved)
+    return (problem.geometric.stiffness(kinematics.unit, moved) - by_deflection)[1:, :, 0]
 
 
-def _nearer(vibration: Vibration, x: Reals) -> Reals:
-    """Return the load due to the inertia of rotated pieces, which are shortened, shape (points, r)."""
+def _shortening_inertia_load(vibration: Vibration, x: Reals) -> Reals:
+    """Return the load due to the inertia of the motion that shortening of beam elements causes, shape (points, r)."""
     terms, motion = vibration.problem.terms, vibration.motion
-    kinds = terms.kinematics
-    structure = kinds.structure
-    slope = (kinds.unit @ x[..., None]).slope
+    kinematics = terms.kinematics
+    structure = kinematics.structure
+    slope = (kinematics.unit @ x[..., None]).slope
     stretch = -np.square(slope).reshape(len(x), -1) / 2
     size = structure.weights.size
     rows = strain_rows(structure, np.eye(len(structure.stiffness)))[:size]
     scale = 1.0 / np.sqrt(np.diagonal(structure.stiffness))
-    given = (stretch * rigidities(structure)[:size]) @ rows * scale
-    shorter = np.linalg.solve(structure.stiffness * scale[:, None] * scale, given.T).T * scale
-    own = own_basis(structure, kinds.carried, shorter[..., None])
-    moved = unit_displacements(structure, motion, kinds.carried, own, kinds.chosen)
-    acceleration = terms.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
+    forces = (stretch * rigidities(structure)[:size]) @ rows * scale
+    shortening = np.linalg.solve(structure.stiffness * scale[:, None] * scale, forces.T).T * scale
+    basis = compatible_basis(structure, kinematics.rigid_modes, shortening[..., None])
+    moved = unit_displacements(structure, motion, kinematics.rigid_modes, basis, kinematics.chosen)
+    acceleration = terms.grid.rates(mass_displacements(structure, motion, kinematics.chosen, moved))[1]
     inertia = np.conj(acceleration) * masses(structure)[:, None]
-    return -(vibration.problem.speed**2) * (kinds.rows[1:].swapaxes(-1, -2) @ inertia)[..., 0].real
+    return -(vibration.problem.speed**2) * (kinematics.mass_displacements[1:].swapaxes(-1, -2) @ inertia)[..., 0].real
 
 
 def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:
-    """Return the chord deflection at the points of a grid, shape (beams, points, stations).
+    """Return the chord deflection at the points of a grid [m], shape (beams, points, stations).
 
     Parameters
     ----------
     along
-        Displacements of the beams in ground axes [m], complex, shape (points, beams, Gauss points).
+        Displacements of the beams at Gauss points in ground axes [m], complex, shape (points, beams, Gauss points).
+    stations
+        See `second_order`.
     """
     w = (np.conj(beam_directions(vibration.motion)).T[1:, :, None] * along).imag
     nodes = vibration.problem.terms.kinematics.structure.xi

@@ -1,30 +1,36 @@
-"""Vibration of a moving mechanism, with coordinates and time elements refined to a tolerance."""
+"""Vibration of a moving mechanism. Coordinates and time elements are refined until a tolerance is met."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from elastic.elastodynamics.correction import corrected
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.correction import corrected, with_inertia_of
 from elastic.elastodynamics.discretization import (
     Discretization,
     Model,
+    MotionAt,
+    array_size,
+    array_size_per_amplitude,
     checked,
     first_discretization,
-    numbers_of,
-    numbers_per_amplitude,
-    unlocked,
+    first_grid,
+    require_unlocked,
+    vibrating_model,
 )
 from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
-from elastic.elastodynamics.exact_residual import loaded
-from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, with_friction
+from elastic.elastodynamics.exact_iterate import ExactIterate, Sliding
+from elastic.elastodynamics.exact_residual import deflection_state
+from elastic.elastodynamics.exact_steps import exact_deflection, has_dry_friction, vibration_with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
-from elastic.elastodynamics.settled import Settled, Sliding
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import resampled
@@ -37,34 +43,36 @@ from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
 TOLERANCE = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class Elastodynamic:
+class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     """Vibrating mechanism at given positions.
 
     Attributes
     ----------
     deflection
-        All fields, joint forces and drive efforts of the vibrating mechanism; nan if not `stable`. N, V and M are the
-        elastic parts, to which damping adds beta times their rates.
+        All fields, joint forces and drive efforts of the vibrating mechanism; nan if not `stable`. With large
+        displacement, the section forces N, V and M include the damping forces, i.e. beta times their rates. With small
+        displacement, they do not.
     quasi_static
-        Deflection without vibration at the same positions.
+        Quasi-static deflection (without vibration) at the same positions.
     damping
-        Damping that was used.
+        Kelvin-Voigt damping, in which default values are replaced by numbers.
     lowest
         Lowest natural frequency over the cycle with locked drives [rad/s]; inf if no link vibrates.
     multipliers
-        Floquet multipliers, i.e. the growth of free vibrations per cycle, complex, shape (2 coordinates,); empty for a
-        transient.
+        Floquet multipliers, i.e. factors by which free vibrations grow per cycle, complex, shape (2 coordinates,);
+        empty for a transient.
     coordinates, elements
-        Numbers of amplitudes and of time elements.
-    time_error, reduction_error
-        Errors due to time elements and due to coordinates, relative to the largest displacement.
+        Number of reduced coordinates, and number of time elements.
+    time_error
+        Error due to the finite length of the time elements, relative to the largest displacement.
+    reduction_error
+        Error due to the finite number of coordinates, relative to the largest displacement.
     vibration
         Vibration in reduced coordinates, or None if no link vibrates.
     discretization
-        Discretization that was used, or None if no link vibrates.
+        Discretization of `vibration`, or None if no link vibrates.
     exact
-        Links with large displacement to which the deflection belongs, or None for small displacements.
+        Iterate for large displacement from which `deflection` was computed, or None for small displacements.
     """
 
     deflection: Deflection
@@ -78,21 +86,21 @@ class Elastodynamic:
     reduction_error: float
     vibration: Vibration | None = None
     discretization: Discretization | None = None
-    exact: Settled | None = None
+    exact: ExactIterate | None = None
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
 
     @property
     def edges(self) -> Reals:
-        """Edges of the time elements [s]; empty if no link vibrates."""
+        """Starts and ends of the time elements [s]; empty if no link vibrates."""
         return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
     @cached_property
     def force_error(self) -> float:
-        """Error of section and joint forces due to time elements, relative to the largest force of each kind.
+        """Error in section and joint forces due to time elements, relative to the largest force of the same kind.
 
-        Forces depend on accelerations, so they are less well resolved than displacements.
+        It is larger than `time_error`, because forces depend on accelerations.
         """
         if self.vibration is None:
             return 0.0
@@ -101,28 +109,81 @@ class Elastodynamic:
 
     @property
     def bound(self) -> float:
-        """Bound on the discretization error, which is infinite for a transient, because axial ringing may exceed it."""
+        """Upper bound on the relative discretization error in displacements and forces.
+
+        For a transient it is infinite, because the error estimates may miss errors due to unresolved axial vibration.
+        """
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
         return max(self.time_error + self.reduction_error, self.force_error)
 
     def resolved_to(self, tolerance: float) -> Elastodynamic:
-        """Return this solution, from which others continue with time elements resolved at least to this tolerance."""
+        """Set the time tolerance of later refinements to at most `tolerance`. The solution itself does not change."""
         known = self.discretization
-        return replace(self, discretization=replace(known, resolved=min(known.resolved, tolerance))) if known else self
+        if known is None:
+            return self
+        return replace(self, discretization=replace(known, time_tolerance=min(known.time_tolerance, tolerance)))
 
     @property
     def growth(self) -> float:
-        """Growth of the least stable free vibration per cycle; it decays if this is below 1."""
+        """Factor by which the least stable free vibration grows per cycle; all vibrations decay if it is below 1."""
         return float(np.abs(self.multipliers).max(initial=0.0))
 
     @property
     def stable(self) -> bool:
-        """True if all free vibrations decay, so that there is a steady state."""
+        """True if no free vibration grows (except due to round-off), so that there is a steady state."""
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
-def settled(
+def elastodynamic(
+    motion: Motion,
+    motion_at: MotionAt,
+    period: float,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: Damping | float | None = None,
+    tolerance: float = TOLERANCE,
+    breaks: Reals | None = None,
+    static: Deflection | None = None,
+) -> Elastodynamic:
+    """Compute the steady state of vibrating links over a cycle, at the positions of a motion.
+
+    The model includes the inertia and damping of displacements from the rigid positions, and the geometric stiffness
+    due to the forces of the rigid motion. Drives move exactly as prescribed.
+
+    Parameters
+    ----------
+    motion
+        Motion of one design at the requested positions, with their times.
+    motion_at
+        Function that returns the motion at any instants [s], shape (positions,).
+    period
+        Period of the cycle [s]. If gears or laws require it, a cycle comprises several turns of a drive.
+    sections, joints
+        See `deflection`.
+    damping
+        Kelvin-Voigt beta of all beams and compliant joints [s], or a `Damping`. By default, the damping ratio is 0.01
+        at the lowest natural frequency over the cycle.
+    tolerance
+        Largest accepted discretization error, relative to the largest displacement.
+    breaks
+        Instants just before discontinuities of drive laws or loads [s], at which time elements end.
+    static
+        Quasi-static deflection at the requested positions, if known.
+
+    Raises
+    ------
+    MechanismError
+        If the cycle contains a singular position, a block leaves its beam, or friction may lock the mechanism.
+    ValueError
+        If there are several designs.
+    """
+    model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
+    grid = first_grid(model, float(motion.time[0]), period, breaks)
+    return refined_solution(model, motion, grid, tolerance, static=static)
+
+
+def refined_solution(
     model: Model,
     motion: Motion,
     grid: Grid,
@@ -132,51 +193,50 @@ def settled(
 ) -> Elastodynamic:
     """Refine time elements, then coordinates, until the solution at the positions of a motion has converged.
 
-    Without a `start`, the result is the steady state for a cycle with the duration of the grid. `static` is the
-    quasi-static deflection, if known.
+    `start` is the function that returns the initial state. If it is None, the result is the steady state, and the
+    duration of the grid is the period of the cycle. `static` is the quasi-static deflection at the positions, if known.
     """
     checked(motion)
-    plain = static or deflection(motion, model.sections, model.joints)
+    quasi_static = static or deflection(motion, model.sections, model.joints)
     if model.cycle is None:
-        none = np.zeros(0, complex)
-        return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
+        no_multipliers = np.zeros(0, complex)
+        return Elastodynamic(quasi_static, quasi_static, model.damping, np.inf, no_multipliers, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
     best: Any = None
-    for _ in range(
-        VIBRATION.max_refinements_with_friction if has_dry_friction(motion.mechanism) else VIBRATION.max_refinements
-    ):
-        solved, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
-        off = reduced + in_elements
-        if best is None or off < best[0]:  # more coordinates may increase the error if loads jump
-            best = off, solved, reduced, grid, in_elements, discretization
+    dry_friction = has_dry_friction(motion.mechanism)
+    for _ in range(VIBRATION.max_refinements_with_friction if dry_friction else VIBRATION.max_refinements):
+        solved, reduced, grid, grid_error = resolved_in_time(discretization, grid, tolerance)
+        error = reduced + grid_error
+        if best is None or error < best[0]:  # if loads jump, more coordinates may increase the error
+            best = error, solved, reduced, grid, grid_error, discretization
         unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + VIBRATION.max_neutral_growth
         finer = (
             None
-            if reduced <= tolerance or unstable or in_elements > discretization.resolved
-            else discretization.finer(reduced, VIBRATION.max_numbers // numbers_per_amplitude(discretization, grid))
+            if reduced <= tolerance or unstable or grid_error > discretization.time_tolerance
+            else discretization.finer(reduced, VIBRATION.max_entries // array_size_per_amplitude(discretization, grid))
         )
-        if finer is None or numbers_of(finer, grid) > VIBRATION.max_numbers:
+        if finer is None or array_size(finer, grid) > VIBRATION.max_entries:
             break
         discretization = finer
-    _, solved, reduced, grid, in_elements, discretization = best
+    _, solved, reduced, grid, grid_error, discretization = best
     loads = resampled(solved.loads, solved.sampler(motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
     size = solved.history[0].shape[1]
     answer = Elastodynamic(
         bent,
-        plain,
+        quasi_static,
         model.damping,
         lowest,
         solved.multipliers,
         size,
         len(grid.steps),
-        in_elements,
+        grid_error,
         reduced,
         solved,
         discretization,
     )
-    return answer if answer.stable else unanswered(answer)
+    return answer if answer.stable else with_nan_fields(answer)
 
 
 def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
@@ -190,6 +250,24 @@ def deflection_at(answer: Elastodynamic, motion: Motion) -> Deflection:
     return deflection(motion, plain.sections, plain.joints, resampled(answer.vibration.loads, sampler))
 
 
+def including(neglected: Callable[[Deflection], Deflection], answer: Elastodynamic) -> Elastodynamic:
+    """Add to a linear vibration the effect of the inertia of displacements that its model neglects.
+
+    This is a first-order correction, see `with_inertia_of`.
+
+    Parameters
+    ----------
+    neglected
+        Function that returns a deflection together with the neglected displacements that it causes.
+    """
+    vibration, discretization = answer.vibration, answer.discretization
+    if vibration is None or discretization is None:
+        return replace(answer, exact=None)
+    shaken = with_inertia_of(neglected(vibration.deflection), vibration, discretization.cutoff)
+    more = replace(answer, vibration=shaken, exact=None)
+    return replace(more, deflection=neglected(deflection_at(more, answer.quasi_static.motion)))
+
+
 def moved_to(answer: Elastodynamic, quasi_static: Deflection) -> Elastodynamic:
     """Return the same vibration at the positions of another quasi-static deflection."""
     return replace(answer, deflection=deflection_at(answer, quasi_static.motion), quasi_static=quasi_static)
@@ -198,31 +276,41 @@ def moved_to(answer: Elastodynamic, quasi_static: Deflection) -> Elastodynamic:
 def resolved_in_time(
     discretization: Discretization, grid: Grid, tolerance: float
 ) -> tuple[Vibration, float, Grid, float]:
-    """Refine time elements to the tolerance, and return vibration, error of the coordinates, grid and time error."""
-    resolved: Any = None
-    rubs, loose = has_dry_friction(discretization.model.structure.mechanism), VIBRATION.first_friction_tolerance
-    least, in_vain = math.inf, 0
+    """Refine the time elements until the time error meets the tolerance of the discretization.
+
+    Parameters
+    ----------
+    tolerance
+        Tolerance of the iteration for Coulomb friction, or, without Coulomb friction, of the iterative correction.
+
+    Returns
+    -------
+    Vibration, error of the iteration or correction, grid, and time error.
+    """
+    solved: Any = None
+    dry_friction = has_dry_friction(discretization.model.structure.mechanism)
+    friction_tolerance = VIBRATION.first_friction_tolerance
+    least, stalled_count = math.inf, 0
     sliding: Sliding = ()
     while True:
-        resolved = None  # free the memory for the finer solution
-        resolved = vibration_in(discretization, grid)
-        if rubs:
-            resolved, rubbed = with_friction(resolved, loose, discretization.fastest, sliding)
-        error, finer = time_error(resolved, discretization.resolved)
-        in_vain = in_vain + 1 if 0.5 * least <= error < VIBRATION.max_round_off else 0
+        solved = None  # free memory before the finer solution is computed
+        solved = vibration_in(discretization, grid)
+        if dry_friction:
+            solved, iterate = vibration_with_friction(solved, friction_tolerance, discretization.cutoff, sliding)
+        error, finer = time_error(solved, discretization.time_tolerance)
+        stalled_count = stalled_count + 1 if 0.5 * least <= error < VIBRATION.max_round_off else 0
         least = min(least, error)
-        finer = finer if in_vain < VIBRATION.patience else None
-        if finer is None and not rubs:
-            return *corrected(resolved, tolerance), grid, error
-        if (finer is None and loose <= tolerance) or (rubs and rubbed.open > VIBRATION.max_residual_ratio * loose):
-            return resolved, rubbed.open, grid, error
-        if rubs:
-            loose = (
-                max(tolerance, min(VIBRATION.first_friction_tolerance, VIBRATION.friction_share * error))
-                if finer
-                else tolerance
-            )
-            sliding = _sampled(rubbed.sliding, grid, finer or grid)
+        finer = finer if stalled_count < VIBRATION.patience else None
+        if finer is None and not dry_friction:
+            return *corrected(solved, tolerance), grid, error
+        if (finer is None and friction_tolerance <= tolerance) or (
+            dry_friction and iterate.convergence_error > VIBRATION.max_residual_ratio * friction_tolerance
+        ):
+            return solved, iterate.convergence_error, grid, error
+        if dry_friction:
+            coarse = min(VIBRATION.first_friction_tolerance, VIBRATION.friction_share * error)
+            friction_tolerance = max(tolerance, coarse) if finer else tolerance
+            sliding = _interpolated_rates(iterate.sliding, grid, finer or grid)
         grid = finer or grid
 
 
@@ -230,40 +318,41 @@ def vibration_in(discretization: Discretization, grid: Grid) -> Vibration:
     """Compute the vibration on a given time grid."""
     model, basis = discretization.model, discretization.basis
     motion = checked(model.motion_at(grid.nodes))
-    bent = unlocked(deflection(motion, model.sections, model.joints))
-    kinds = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
-    return bounded(vibration(motion_terms(kinds, grid, model.damping), bent, discretization.start))
+    bent = require_unlocked(deflection(motion, model.sections, model.joints))
+    kinematics_ = kinematics(model.structure, motion, basis, chosen_points(model.structure.mechanism))
+    return bounded(vibration(motion_terms(kinematics_, grid, model.damping), bent, discretization.start))
 
 
 def bounded(answer: Vibration) -> Vibration:
-    """Return the vibration if it is finite.
+    """Return the vibration unchanged if it is finite.
 
     Raises
     ------
     MechanismError
-        If it is unbounded, usually because a node of the time grid is too close to a singular position.
+        If it is not finite, usually because a node of the time grid is too close to a singular position.
     """
     lost = ~np.isfinite(answer.history[0]).all(axis=-1)
     if lost.any():
         time = answer.motion.time[1:][lost][0]
-        raise MechanismError(f"it has no bound from {time:.6g} s on, as near a singular position")
+        raise MechanismError(f"displacements have no bound from {time:.6g} s on: a position may be nearly singular")
     return answer
 
 
-def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
-    """Interpolate the rates of joints with friction to the points of another grid."""
+def _interpolated_rates(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
+    """Interpolate the sliding rates of joints with friction to the points of another grid."""
     sampler = known.sampler(grid.nodes[1:])
     return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
 
 
-def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
-    """Return the error due to time elements, and a finer grid if it exceeds the tolerance (otherwise None).
+def time_error(solved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
+    """Return the error due to time elements, and a finer grid (or None if no finer grid should be used).
 
-    The error is relative to the largest displacement. The shortest elements are ignored, because a jump of the loads
-    remains a jump in any element.
+    The error is relative to the largest displacement. The finer grid is None if the error meets the tolerance, or if
+    there are already more than `VIBRATION.max_elements` elements. Errors in elements that are too short to be divided
+    are ignored: they are due to a jump in the loads within the element, which division does not resolve.
     """
-    grid = resolved.problem.terms.grid
-    error = np.where(_counted(grid), VIBRATION.time_error_ratio * resolved.unresolved, 0.0)
+    grid = solved.problem.terms.grid
+    error = np.where(_divisible(grid), VIBRATION.time_error_ratio * solved.unresolved, 0.0)
     if error.max() <= tolerance or len(error) > VIBRATION.max_elements:
         return float(error.max()), None
     aim = VIBRATION.refined_error * tolerance
@@ -272,31 +361,30 @@ def time_error(resolved: Vibration, tolerance: float) -> tuple[float, Grid | Non
 
 
 def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None = None) -> float:
-    """Return the error of section and joint forces due to time elements, relative to the largest force of each kind.
+    """Return the error in section and joint forces due to time elements, relative to the largest of the same kind.
 
-    `forces` are given at the nodes, shape (nodes, ...), by default those of the vibration.
+    `forces` contains the section forces and the joint forces at the nodes, each of shape (nodes, ...). By default, they
+    are those of the vibration.
     """
     grid = vibration.problem.terms.grid
     if forces is None:
-        known = loaded(vibration, vibration.deflection)
+        known = deflection_state(vibration, vibration.deflection)
         forces = known.force, known.joints
-    kinds = [values[1:].reshape(len(values) - 1, -1) for values in forces]
-    tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in kinds if each.size]
-    return VIBRATION.time_error_ratio * max(
-        (float(tail[_counted(grid)].max(initial=0.0)) for tail in tails), default=0.0
-    )
+    flattened = [values[1:].reshape(len(values) - 1, -1) for values in forces]
+    tails = [grid.tail(each, np.abs(each).max(initial=0.0)) for each in flattened if each.size]
+    largest = [float(tail[_divisible(grid)].max(initial=0.0)) for tail in tails]
+    return VIBRATION.time_error_ratio * max(largest, default=0.0)
 
 
-def _counted(grid: Grid) -> Flags:
+def _divisible(grid: Grid) -> Flags:
     """Return for each element whether it is long enough to be divided."""
     return grid.steps > VIBRATION.min_step * np.ptp(grid.edges)
 
 
 def _graded(steps: Reals, parts: Integers) -> Integers:
-    """Increase the number of parts of elements that follow a much shorter, divided element.
+    """Divide long elements into more parts if they follow a short element that is divided.
 
-    Otherwise, vibration that is excited in the short element would be damped in the next, coarse one, and would be
-    resolved only after further refinements.
+    Otherwise, a long element would numerically damp vibration that is excited in the short element before it.
     """
     graded, longest = parts.copy(), math.inf
     for number, step in enumerate(steps):
@@ -305,13 +393,11 @@ def _graded(steps: Reals, parts: Integers) -> Integers:
     return graded
 
 
-def unanswered(answer: Elastodynamic) -> Elastodynamic:
+def with_nan_fields(answer: Elastodynamic) -> Elastodynamic:
     """Replace the fields of a solution without a steady state by nan."""
-    nothing = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(answer))
-    own = answer.quasi_static
-    return replace(answer, deflection=deflection(own.motion, own.sections, own.joints, nothing))
-
-
-def _still(found: Elastodynamic) -> tuple[Any, Any]:
-    zeros = (0.0,) * len(found.deflection.motion.structure.joints)
-    return zeros, zeros
+    quasi_static = answer.quasi_static
+    zeros = (0.0,) * len(quasi_static.motion.structure.joints)
+    nan_loads = AddedLoads(np.full((1, *answer.deflection.q.shape[1:]), np.nan, complex), (), (), zeros, zeros)
+    return replace(
+        answer, deflection=deflection(quasi_static.motion, quasi_static.sections, quasi_static.joints, nan_loads)
+    )

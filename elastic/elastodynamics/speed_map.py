@@ -2,79 +2,62 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.elastodynamics.correction import corrected
-from elastic.elastodynamics.discretization import (
-    Discretization,
-    Model,
-    MotionAt,
-    checked,
-    first_discretization,
-    halved,
-    unlocked,
-    vibrating_model,
-    worth_halving,
-)
-from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
-from elastic.elastodynamics.exact_steps import exact_deflection, with_friction
-from elastic.elastodynamics.geometrically_exact import steps_to_exact
-from elastic.elastodynamics.point_effects import chosen_points
-from elastic.elastodynamics.reduced_vibration import vibration
-from elastic.elastodynamics.settled import Settled
-from elastic.elastodynamics.solution import force_error, time_error, vibration_in
+from elastic.elastodynamics.discretization import Model, MotionAt, checked, first_discretization, vibrating_model
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
 from elastic.elastodynamics.speed_settings import SPEEDS
+from elastic.elastodynamics.speed_states import (
+    Errors,
+    ErrorTask,
+    GridHierarchy,
+    SteadyState,
+    motion_at_speed,
+    steady_state,
+)
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.theory_error import second_order_error
-from elastic.elastodynamics.time_elements import propagation
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.elastodynamics.vibration_settings import VIBRATION
-from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
-from rigid import MechanismError, Motion
+from rigid import Motion
 from rigid.arrays import Flags, Reals
 from rigid.chunks import columns_of, design_chunks
-from rigid.kinematics import repeated
 
 TOLERANCE = 2e-3
 
 OneSpeed = Callable[[int], Deflection]
 Measure = Callable[[Deflection, OneSpeed], Any]
-Errors = Callable[[Deflection, Deflection | None, Deflection | None, float, float, float], Reals]
-"""Function that returns the errors of the measures of a solution.
-
-Its arguments are the solution, the solution in a finer discretization and the solution with large displacement (None if
-unknown), bounds on the convergence errors of displacements and of forces, and the remaining effect of large
-displacement.
-"""
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedMap:
-    """Solutions at several speeds, relative to the speed of the given motion.
+class SpeedMap(Struct, frozen=True, eq=False):
+    """Results at several drive speeds.
 
     Attributes
     ----------
     ratio
-        Relative speeds, shape (speeds,).
-    values, quasi_static
-        Measures with and without vibration, shape (speeds, ...). They are nan if the steady state is unstable.
+        Speeds, relative to the speed of the given motion, shape (speeds,).
+    values
+        Measures of the vibrating mechanism (see `SpeedSolutions`), shape (speeds, ...); nan if the steady state is
+        unstable.
+    quasi_static
+        Measures of the quasi-static deflection (without vibration), shape (speeds, ...).
     growth
-        Growth of the least stable free vibration per cycle, shape (speeds,).
+        Factor by which the least stable free vibration grows per cycle, shape (speeds,).
     time_error, reduction_error
         Convergence errors (see `Elastodynamic`), shape (speeds,). `reduction_error` is nan if the steady state is
         unstable.
     errors
-        Errors of the values, shape (speeds, ...). They are nan if not computed, or if the steady state is unstable.
-        With many speeds, relative errors are computed at every third speed and interpolated.
+        Errors of `values`, shape (speeds, ...). They are nan if errors were not requested, or if the steady state is
+        unstable. With many speeds, errors are computed only at every third speed, or at even fewer speeds. Between
+        these speeds, the ratio (error / value) is interpolated.
     damping
-        Damping used.
+        Kelvin-Voigt damping, in which default values are replaced by numbers.
     omega
         Lowest natural frequency with locked drives at some positions of the cycle [rad/s], shape (positions,).
     """
@@ -96,39 +79,41 @@ class SpeedMap:
 
     @property
     def stable(self) -> Flags:
-        """True if all free vibrations decay, shape (speeds,)."""
+        """True if no free vibration grows (except due to round-off), shape (speeds,)."""
         return self.growth <= 1 + VIBRATION.max_neutral_growth
 
 
-class SpeedAnswers:
-    """Steady states at many drive speeds, which share the terms that depend only on the positions.
+class SpeedSolutions:
+    """Steady states at many drive speeds. Terms that do not depend on the speed are computed only once.
 
-    `find` computes one set of speeds after the other. Grids and coordinates are shared, and are refined if any speed
-    requires it.
+    Each call of `find` adds solutions at further speeds. All speeds share the same time grids and coordinates. These
+    are refined if one of the speeds requires it.
 
     Parameters
     ----------
     motion_at, period, sections, joints, damping
-        See `elastodynamic`. These are the values for the relative speed 1. The cycle begins at time 0.
+        See `elastodynamic`. They describe the motion at relative speed 1. The cycle begins at time 0.
     measure
-        Function that reduces a deflection over the positions of the cycle to an array of shape (..., speeds). The
-        columns of the deflection are (speeds, positions), with positions in order and ending at the start of the cycle.
-        The second argument is a function that returns the deflection at one of the speeds, with columns (positions,).
+        Function that computes the quantities of interest (measures) from a deflection over the cycle, as an array of
+        shape (..., speeds). The columns of the deflection have the shape (speeds, positions). Positions are in the
+        order of time, and the last one is the end of the cycle. The function gets a second argument. This is a function
+        that returns the deflection at a single speed, given the index of the speed, with columns of shape (positions,).
     tolerance
-        Tolerance relative to the largest displacement.
-    still
-        Measure without vibration, by default `measure`.
+        Largest accepted convergence error, relative to the largest displacement.
+    quasi_static_measure
+        Function that computes the measures of the quasi-static deflection, by default `measure`.
     errors
-        Function for the errors of the measures.
+        Function that returns the errors of the measures, see `Errors` in speed_states.py.
     on_speed
-        Function that is called with the number of finished speeds and the total.
+        Function that is called with the number of finished speeds and the total number of speeds.
     resolved
-        A convergence error with a bound below this is not measured by a finer discretization.
+        If the bound on the convergence error exceeds this value, the error is measured with a finer discretization.
 
     Attributes
     ----------
     least_damping
-        Smallest damping ratio of a natural mode, which is half the relative width of its peaks.
+        Estimate of the smallest damping ratio of a natural mode. The width of the resonance peak of the mode, relative
+        to the speed, is twice this value.
 
     Raises
     ------
@@ -145,7 +130,7 @@ class SpeedAnswers:
         joints: Mapping[str, JointCompliance] | None = None,
         damping: Damping | float | None = None,
         tolerance: float = TOLERANCE,
-        still: Measure | None = None,
+        quasi_static_measure: Measure | None = None,
         errors: Errors | None = None,
         on_speed: Callable[[int, int], None] | None = None,
         resolved: float = 0.0,
@@ -156,23 +141,23 @@ class SpeedAnswers:
         self.damping, self.omega = model.damping, model.cycle.omega
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
-        self._measure, self._still, self._tolerance = measure, still or measure, tolerance
-        self._errors = None if errors is None else _ErrorTask(errors, resolved)
+        self._measure, self._quasi_static_measure, self._tolerance = measure, quasi_static_measure or measure, tolerance
+        self._errors = None if errors is None else ErrorTask(errors, resolved)
         self._on_speed = on_speed or (lambda done, of: None)
         grids = [Grid(np.linspace(0.0, period, SPEEDS.first_elements + 1))]
-        self._course = _Course(first_discretization(model, tolerance), grids)
+        self._hierarchy = GridHierarchy(first_discretization(model, tolerance), grids)
         self._rows: dict[float, _Row] = {}
 
     def find(self, ratios: Sequence[float]) -> None:
-        """Compute solutions at further relative speeds, refining the discretization for those that have not converged.
+        """Compute solutions at further relative speeds, and refine the discretization until they have converged.
 
         Raise ValueError if a speed is not positive.
         """
         if not all(ratio > 0 for ratio in ratios):
-            raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
+            raise ValueError(f"relative speed {min(ratios):g}: expected a speed above 0")
         left = sorted({float(ratio) for ratio in ratios} - self._rows.keys())
         for _ in range(VIBRATION.max_refinements):
-            course, resolved = self._course, self._course.resolved
+            hierarchy, resolved = self._hierarchy, self._hierarchy.time_tolerance
             for first in range(0, len(left), SPEEDS.loads_in_memory):
                 part = left[first : first + SPEEDS.loads_in_memory]
                 every = (
@@ -181,34 +166,41 @@ class SpeedAnswers:
                 steady = []
                 for number, ratio in enumerate(part):
                     self._on_speed(first + number, len(left))
-                    steady.append(_at_speed(course, ratio, self._tolerance, None if number % every else self._errors))
-                self._rows |= _measured(course, steady, self._measure, self._still)
+                    steady.append(
+                        steady_state(hierarchy, ratio, self._tolerance, None if number % every else self._errors)
+                    )
+                self._rows |= _measured(hierarchy, steady, self._measure, self._quasi_static_measure)
             errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
             left = [
                 ratio
                 for ratio, error in errors.items()
                 if error > self._tolerance and self._rows[ratio].time_error <= resolved
             ]
-            finer = course.discretization.finer(max(errors[ratio] for ratio in left)) if left else None
+            finer = hierarchy.discretization.finer(max(errors[ratio] for ratio in left)) if left else None
             if finer is None:
                 break
-            self._course = _Course(finer, course.grids)
+            self._hierarchy = GridHierarchy(finer, hierarchy.grids)
 
-    def sharpen(self, ratio: float) -> bool:
-        """Compute the errors at a known speed by Newton's method if the effect of large displacement is not yet known.
+    def refine_errors(self, ratio: float) -> bool:
+        """Compute the errors at a known speed again, using Newton's method for the effect of large displacement.
 
-        Return whether the errors were computed.
+        Nothing is computed if errors are not required, the steady state is unstable, or the known errors already
+        include the whole effect. Return whether errors were computed.
         """
         row = self._rows[ratio]
-        if self._errors is None or row.growth > 1 + VIBRATION.max_neutral_growth or (row.measured and not row.open):
+        if (
+            self._errors is None
+            or row.growth > 1 + VIBRATION.max_neutral_growth
+            or (row.measured and not row.remaining_change)
+        ):
             return False
-        steady = _at_speed(self._course, ratio, self._tolerance, replace(self._errors, by_newton=True))
+        steady = steady_state(self._hierarchy, ratio, self._tolerance, replace(self._errors, by_newton=True))
         assert steady.errors is not None
-        self._rows[ratio] = replace(row, errors=steady.errors, measured=True, open=0.0)
+        self._rows[ratio] = replace(row, errors=steady.errors, measured=True, remaining_change=0.0)
         return True
 
     def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
-        """Return the solutions at all known speeds, or at the given ones."""
+        """Return the results at all known speeds, or only at the speeds `ratios`."""
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
@@ -217,21 +209,23 @@ class SpeedAnswers:
         )
         measured = sorted(ratio for ratio, row in self._rows.items() if row.measured)
         if gaps.any() and measured:
-            shares = [_share(self._rows[ratio].errors, self._rows[ratio].values) for ratio in measured]
-            parts["errors"][gaps] = parts["values"][gaps] * _on_line(np.array(known)[gaps], measured, np.array(shares))
-        del parts["measured"], parts["open"]
+            relative = np.array(
+                [_relative_errors(self._rows[ratio].errors, self._rows[ratio].values) for ratio in measured]
+            )
+            parts["errors"][gaps] = parts["values"][gaps] * _interpolated(np.array(known)[gaps], measured, relative)
+        del parts["measured"], parts["remaining_change"]
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
         """Return whether the steady state at a speed is stable."""
-        return self._course.growth(ratio) <= 1 + VIBRATION.max_neutral_growth
+        return self._hierarchy.growth(ratio) <= 1 + VIBRATION.max_neutral_growth
 
     def scan(self) -> SpeedScan:
-        """Set up a scan between the smallest and the largest known speed on the finest grid."""
-        course, ends = self._course, (min(self._rows), max(self._rows))
-        course.level = len(course.grids) - 1
-        problems = [course.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
-        return speed_scan(course.here()[0], problems, ends[1])
+        """Set up a scan of speeds between the smallest and the largest known speed, on the finest grid."""
+        hierarchy, ends = self._hierarchy, (min(self._rows), max(self._rows))
+        hierarchy.level = len(hierarchy.grids) - 1
+        problems = [hierarchy.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
+        return speed_scan(hierarchy.current()[0], problems, ends[1])
 
 
 def stable_below(
@@ -241,10 +235,10 @@ def stable_below(
     joints: Mapping[str, JointCompliance] | None = None,
     damping: Damping | float | None = None,
 ) -> float:
-    """Find the speed below which all free vibrations decay, for a cycle that is unstable at relative speed 1.
+    """Find the speed below which the steady state is stable, for a cycle that is unstable at relative speed 1.
 
-    Speeds are checked in steps of 1 % down to 30 % (see `SpeedSettings`), followed by bisection. Unstable ranges that
-    are narrower than a step may be missed.
+    Speeds from 100 % down to 30 % are checked in steps of 1 % (see `SpeedSettings`). The limit below the lowest
+    unstable speed is then located by bisection. Unstable ranges that are narrower than a step may be missed.
 
     Parameters
     ----------
@@ -253,27 +247,30 @@ def stable_below(
 
     Returns
     -------
-    Relative speed with an accuracy of 1/16 of a step, or nan if even the lowest speed is unstable.
+    Relative speed with an accuracy of 1/16 of a step. The result is nan if even the lowest checked speed is unstable,
+    and 1 if no checked speed is unstable.
     """
-    answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
-    answers.find([1.0])
-    looked_at = np.arange(1.0, SPEEDS.min_stability_speed, -SPEEDS.stability_step)
-    unstable = [float(ratio) for ratio in looked_at if not answers.stable(float(ratio))]
-    if not unstable or unstable[-1] == looked_at[-1]:
+    solutions = SpeedSolutions(motion_at, period, sections, _no_measure, joints, damping)
+    solutions.find([1.0])
+    ratios = np.arange(1.0, SPEEDS.min_stability_speed, -SPEEDS.stability_step)
+    unstable = [float(ratio) for ratio in ratios if not solutions.stable(float(ratio))]
+    if not unstable or unstable[-1] == ratios[-1]:
         return math.nan if unstable else 1.0
     low, high = unstable[-1] - SPEEDS.stability_step, unstable[-1]
     while high - low > SPEEDS.stability_step / 16:
         middle = (low + high) / 2
-        low, high = (middle, high) if answers.stable(middle) else (low, middle)
+        low, high = (middle, high) if solutions.stable(middle) else (low, middle)
     return low
 
 
-def _nothing(bent: Deflection, _: OneSpeed) -> Reals:
+def _no_measure(bent: Deflection, _: OneSpeed) -> Reals:
     return np.zeros((1, *bent.motion.columns[:-1]))
 
 
 def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int, tuple[float, float]]:
-    """Return the speed ranges in which a harmonic of the cycle coincides with a natural frequency.
+    """Return for each harmonic of the cycle the range of speeds at which it equals a natural frequency.
+
+    The natural frequency depends on the position. A speed is in the range if both are equal at some position.
 
     Parameters
     ----------
@@ -284,7 +281,7 @@ def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int
 
     Returns
     -------
-    Smallest and largest angular frequency of the cycle [rad/s] by harmonic.
+    For each harmonic, by number, the smallest and largest angular frequency of the cycle [rad/s].
 
     Examples
     --------
@@ -295,9 +292,11 @@ def critical_speeds(omega: Reals, multiples: int = SPEEDS.harmonics) -> dict[int
     return {n: (least / n, most / n) for n in range(1, multiples + 1)}
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """Entry of a map for one speed; `open` is the remaining change after the steps towards large displacement."""
+class _Row(Struct, frozen=True, eq=False):
+    """Entry of a map for one speed.
+
+    `measured` is True if `errors` were computed. For `remaining_change` see `SteadyState`.
+    """
 
     values: Reals
     quasi_static: Reals
@@ -306,190 +305,60 @@ class _Row:
     reduction_error: float
     errors: Reals
     measured: bool
-    open: float
+    remaining_change: float
 
 
-def _share(errors: Any, values: Any) -> Reals:
-    """Return the relative errors (zero if a value is zero)."""
+def _relative_errors(errors: Any, values: Any) -> Reals:
+    """Return errors / values, or 0 for values that are not positive."""
     return np.divide(errors, values, out=np.zeros_like(values), where=values > 0.0)
 
 
-def _on_line(at: Reals, known: Sequence[float], values: Reals) -> Reals:
-    """Interpolate values of shape (known, rows) linearly, shape (at, rows)."""
+def _interpolated(at: Reals, known: Sequence[float], values: Reals) -> Reals:
+    """Interpolate values linearly from the speeds `known`, shape (known, columns), to `at`, shape (at, columns)."""
     return np.stack([np.interp(at, known, column) for column in values.T], axis=-1)
 
 
-class _Course:
-    """Terms of the equations of motion on successively finer grids, computed on demand."""
+def _measured(
+    hierarchy: GridHierarchy, steady: Sequence[SteadyState], measure: Measure, quasi_static_measure: Measure
+) -> dict[float, _Row]:
+    """Compute the measures with and without vibration. Those with vibration are nan if the steady state is unstable.
 
-    def __init__(self, discretization: Discretization, grids: list[Grid]) -> None:
-        self.discretization = discretization
-        self.model, self.basis, self.resolved = discretization.model, discretization.basis, discretization.resolved
-        self.grids = grids
-        self.known: dict[int, tuple[Motion, MotionTerms]] = {}
-        self.level = len(grids) - 1
-
-    def here(self) -> tuple[Motion, MotionTerms]:
-        """Return the motion at the nodes of the current grid, and the terms of the equations."""
-        if self.level not in self.known:
-            grid, chosen = self.grids[self.level], chosen_points(self.model.structure.mechanism)
-            motion = checked(self.model.motion_at(grid.nodes))
-            kinds = kinematics(self.model.structure, motion, self.basis, chosen)
-            self.known[self.level] = motion, motion_terms(kinds, grid, self.model.damping)
-        return self.known[self.level]
-
-    def plain(self, ratio: float) -> Deflection:
-        """Return the quasi-static deflection at a speed at the nodes."""
-        return deflection(_passed(self.here()[0], ratio), self.model.sections, self.model.joints)
-
-    def problem(self, ratio: float) -> Problem:
-        """Return the equations of motion at a speed."""
-        return problem(self.here()[1], unlocked(self.plain(ratio)), ratio)
-
-    def growth(self, ratio: float) -> float:
-        """Return the growth of the least stable free vibration per cycle."""
-        self.level = len(self.grids) - 1
-        posed = self.problem(ratio)
-        return float(np.abs(propagation(posed.terms.grid, posed.equations).multipliers).max())
-
-
-@dataclass(frozen=True, eq=False)
-class _Steady:
-    """Steady state at one speed, with the loads of the vibration on its grid (None if unstable)."""
-
-    ratio: float
-    grid: Grid
-    growth: float
-    time_error: float
-    reduction_error: float
-    errors: Reals | None
-    loads: AddedLoads | None
-    open: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class _ErrorTask:
-    """Computation of errors: function, see `resolved` in `SpeedAnswers`, and whether to use Newton's method."""
-
-    of: Errors
-    resolved: float
-    by_newton: bool = False
-
-
-def _at_speed(course: _Course, ratio: float, tolerance: float, errors: _ErrorTask | None) -> _Steady:
-    """Compute the steady state on the coarsest grid that meets the tolerance."""
-    rubbed: Settled | None = None
-    while True:
-        terms = course.here()[1]
-        answer = vibration(terms, unlocked(course.plain(ratio)), speed=ratio)
-        if answer.motion.mechanism.friction:
-            answer, rubbed = with_friction(answer, tolerance, course.discretization.fastest)
-        error, finer = time_error(answer, course.resolved)
-        if finer is None:
-            break
-        course.level += 1
-        if course.level == len(course.grids):
-            course.grids.append(finer)
-    if error < course.resolved / SPEEDS.coarser_margin:  # start with the coarser grid at the next speed
-        course.level = max(course.level - 1, 0)
-    growth = float(np.abs(answer.propagation.multipliers).max())
-    if growth > 1 + VIBRATION.max_neutral_growth:
-        return _Steady(ratio, terms.grid, growth, error, math.nan, None, None)
-    answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
-    if errors is None:
-        return _Steady(ratio, terms.grid, growth, error, reduced, None, answer.loads)
-    measured, left = _errors(_passing(course, ratio), tolerance, error + reduced, errors)
-    return _Steady(ratio, terms.grid, growth, error, reduced, measured, answer.loads, left)
-
-
-def _passing(course: _Course, ratio: float) -> _Course:
-    """Return the terms for one speed on the current grid, in the time of this speed."""
-    model = course.model
-    passing = replace(model, motion_at=lambda times: _passed(model.motion_at(times * ratio), ratio))
-    grid = Grid(course.grids[course.level].edges / ratio)
-    return _Course(replace(course.discretization, model=passing), [grid])
-
-
-def _errors(course: _Course, tolerance: float, settled: float, task: _ErrorTask) -> tuple[Reals, float]:
-    """Return the errors due to discretization and large displacement, and the remaining change by further steps."""
-    answer = vibration(course.here()[1], unlocked(course.plain(1.0)))
-    if answer.motion.mechanism.friction:
-        answer, _ = with_friction(answer, tolerance, course.discretization.fastest)
-    else:
-        answer, _ = corrected(answer, tolerance)
-    bent, errors = answer.deflection, task.of
-    if not answer.problem.terms.kinematics.structure.weights.size:  # no beam bends
-        return errors(bent, None, bent, settled, 0.0, 0.0), 0.0
-    grid, discretization, finer = answer.problem.terms.grid, course.discretization, None
-    begun = answer
-    sampler: Callable[[Any], Any] = grid.at_nodes
-    forces = settled + force_error(answer)
-    if worth_halving(answer.motion.mechanism, len(grid.steps), forces, task.resolved):
-        discretization, grid = halved(discretization, grid)
-        begun, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
-        loads = resampled(corrected(begun, tolerance)[0].loads, sampler)
-        finer = deflection(bent.motion, bent.sections, bent.joints, loads)
-    try:
-        step, left = steps_to_exact(begun, discretization, SPEEDS.newton_tolerance if task.by_newton else None)
-    except MechanismError:
-        return errors(bent, finer, None, settled, forces, second_order_error(answer, bent)), 0.0
-    return errors(bent, finer, exact_deflection(step.displaced, bent, sampler), settled, forces, left), left
-
-
-def _passed(base: Motion, ratio: Any) -> Motion:
-    """Return the motion of a cycle at another speed, or at several speeds of shape (speeds, 1)."""
-    columns = np.broadcast_shapes(np.shape(ratio), base.columns)
-    still = base if columns == base.columns else repeated(base, columns)
-    drive = {name: getattr(base, name) for name in ("drive", "drive_rate", "drive_acceleration")}
-    if still is not base:
-        drive = {name: np.broadcast_to(value[:, None], (len(value), *columns)) for name, value in drive.items()}
-    return replace(
-        still,
-        time=base.time / ratio,
-        drive=drive["drive"],
-        drive_rate=drive["drive_rate"] * ratio,
-        drive_acceleration=drive["drive_acceleration"] * ratio**2,
-        velocity=still.velocity * ratio,
-        angular_velocity=still.angular_velocity * ratio,
-        acceleration=still.acceleration * ratio**2,
-        turning=still.turning * ratio**2,
-    )
-
-
-def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, still: Measure) -> dict[float, _Row]:
-    """Compute the measures with and without vibration (nan if the steady state is unstable).
-
-    The positions are evenly spaced. Their number is that of the points of the finest grid.
+    The positions are evenly spaced. Their number is the number of points of the finest grid among the steady states.
     """
     count = max(len(each.grid.nodes) - 1 for each in steady)
-    times = course.grids[0].edges[-1] * np.arange(1, count + 1) / count
-    base = checked(course.model.motion_at(times))
+    times = hierarchy.grids[0].edges[-1] * np.arange(1, count + 1) / count
+    base = checked(hierarchy.model.motion_at(times))
     rows: dict[float, _Row] = {}
     for part in design_chunks((len(steady),), count, columns_of(base.mechanism, count)):
         some = steady[part]
-        plain = _together(course.model, base, some, still)
+        quasi_static = _measures(hierarchy.model, base, some, quasi_static_measure)
         stable = [row for row, each in enumerate(some) if each.loads]
-        known = _together(course.model, base, [some[k] for k in stable] or some[:1], measure, bool(stable))
+        known = _measures(hierarchy.model, base, [some[k] for k in stable] or some[:1], measure, bool(stable))
         values = np.full((len(some), *known.shape[1:]), np.nan)
         if stable:
             values[stable] = known
         for row, each in enumerate(some):
             rows[each.ratio] = _Row(
                 values[row],
-                plain[row],
+                quasi_static[row],
                 each.growth,
                 each.time_error,
                 each.reduction_error,
                 np.full(values.shape[1:], np.nan) if each.errors is None else each.errors,
                 each.errors is not None,
-                each.open,
+                each.remaining_change,
             )
     return rows
 
 
-def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Reals:
-    """Measure several steady states by one deflection."""
-    motion = _passed(base, np.array([[each.ratio] for each in some]))
+def _measures(
+    model: Model, base: Motion, some: Sequence[SteadyState], measure: Measure, vibrating: bool = False
+) -> Reals:
+    """Return the measures of several steady states, from a single computation of the deflection at all their speeds.
+
+    If not `vibrating`, the deflection is quasi-static.
+    """
+    motion = motion_at_speed(base, np.array([[each.ratio] for each in some]))
     loads = []
     if vibrating:
         loads = [resampled(each.loads, each.grid.sampler(base.time)) for each in some if each.loads]
@@ -497,6 +366,6 @@ def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Meas
 
     def alone(number: int) -> Deflection:
         own = loads[number] if loads else None
-        return deflection(_passed(base, some[number].ratio), model.sections, model.joints, own)
+        return deflection(motion_at_speed(base, some[number].ratio), model.sections, model.joints, own)
 
     return np.moveaxis(measure(bent, alone), -1, 0)

@@ -1,19 +1,20 @@
 """Fast scan of many speeds with few coordinates, to find peaks and unstable ranges.
 
-The vibrating coordinates are the modes with the mean mass of the cycle. The other coordinates follow quasi-statically
-the inertia of these modes at every position (inverse iteration) and the loads. A scan takes a tenth of the time of a
-full solution. Its largest values are accurate to about 1 %, and its frequencies to 0.1 %. It only guides the search and
-is not reported.
+The vibrating coordinates are the lowest vibration modes, computed with the mass matrix averaged over the cycle. The
+other coordinates respond quasi-statically to the loads, and to the inertia of these modes at every position (inverse
+iteration). A scan takes a tenth of the time of a full solution. It determines the largest values to about 1 %, and the
+frequencies to 0.1 %. A scan only guides the search for special speeds; its results are not reported.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.speed_settings import SPEEDS
@@ -25,111 +26,113 @@ from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
 
 
-@dataclass(frozen=True, eq=False)
-class Scan:
+class Scan(Struct, frozen=True, eq=False):
     """Results of a scan at several speeds.
 
     Attributes
     ----------
     ratio
-        Relative speeds in ascending order, shape (speeds,).
+        Speeds, relative to the speed of the given motion, in ascending order, shape (speeds,).
     largest
-        Largest deflection w [m], chord deflection [m], and strain of the outer fibres, shape (3, beams, speeds).
+        Largest values of three fields: deflection w [m], chord deflection [m], and strain of the outer fibres [1],
+        shape (3, beams, speeds).
     growth
-        Growth of the least stable free vibration per cycle, shape (speeds,).
-    nearness
-        1 / distance of the nearest Floquet multiplier from 1, shape (speeds,). It has a peak if a harmonic coincides
-        with a mode.
+        Factor by which the least stable free vibration grows per cycle, shape (speeds,).
     """
 
     ratio: Reals
     largest: Reals
     growth: Reals
-    nearness: Reals
 
     def with_more(self, other: Scan) -> Scan:
-        """Merge two scans in order of ascending speed."""
+        """Merge two scans, and sort the speeds in ascending order."""
         ratio, first = np.unique(np.concatenate((self.ratio, other.ratio)), return_index=True)
-        pairs = zip([*vars(self).values()][1:], [*vars(other).values()][1:], strict=True)
+        pairs = zip(astuple(self)[1:], astuple(other)[1:], strict=True)
         return Scan(ratio, *(np.concatenate(pair, axis=-1)[..., first] for pair in pairs))
 
 
-@dataclass(frozen=True)
-class Resonance:
-    """Natural mode with the largest vibration, and the nearest harmonic of the cycle.
+class Resonance(Struct, frozen=True):
+    """Natural mode with the largest vibration energy, and the nearest harmonic of the cycle.
 
     Attributes
     ----------
     harmonic
-        Harmonic of the cycle nearest to the mean frequency of the mode.
+        Harmonic of the cycle with the frequency that is nearest to the mean frequency of the mode.
     mode
         Number of the mode, from 1.
     beam
-        Index of the beam with the largest strain energy of the mode.
-    met
-        True if the harmonic coincides with the mean frequency, within 0.3 cycle frequencies, see `SpeedSettings`.
+        Index of the beam in which the mode has the largest strain energy.
+    coincides
+        True if the frequency of the harmonic equals the mean frequency of the mode, to within
+        `SPEEDS.max_resonance_distance`.
     """
 
     harmonic: int
     mode: int
     beam: int
-    met: bool
+    coincides: bool
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedScan:
-    """Equations for q coordinates at the P points of the grid, in powers of the speed.
+class SpeedScan(Struct, frozen=True, eq=False, dict=True):
+    """Equations for q vibrating coordinates at the P points of a grid, as quadratic polynomials in the speed.
 
     Attributes
     ----------
     problem
-        Equations of motion from which the equations are derived.
+        Equations for all r coordinates, from which the equations for q coordinates are derived.
     equations
-        Mass, damping and stiffness, shape (3, P, q, q), and load, shape (3, P, q).
+        Mass, damping and stiffness, shape (3, P, q, q), and load, shape (3, P, q). The first axis runs over the
+        coefficients of the powers 0, 1 and 2 of the speed.
     static
-        Amplitudes that follow quasi-statically, per power of the speed, shape (P, r, 3).
+        Quasi-static response of the omitted coordinates to the loads, for each power of the speed, shape (P, r, 3).
     basis
-        Amplitudes per coordinate, shape (P, r, q).
-    looked_at
-        Fields of `Scan.largest` per coordinate and power of the speed, each (some points, beams places, q + 3).
+        Values of all r coordinates per unit of each vibrating coordinate, shape (P, r, q).
+    monitored_fields
+        The fields whose largest values are in `Scan.largest`, per unit of each vibrating coordinate and for each term
+        of `static`, each of shape (selected points, beams * stations, q + 3).
     """
 
     problem: Problem
     equations: Equations
     static: Reals
     basis: Reals
-    looked_at: tuple[Reals, ...]
+    monitored_fields: tuple[Reals, ...]
 
     def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
-        """Scan several speeds; `on_speed` is called with the number of finished speeds and the total."""
+        """Scan several relative speeds.
+
+        `on_speed` is called with the number of finished speeds and the total number of speeds.
+        """
         speeds, parts = np.unique(ratios), []
         together = max(1, min(SPEEDS.speeds_at_once, SPEEDS.max_points // len(self.basis)))
         for first in range(0, len(speeds), together):
             if on_speed:
                 on_speed(first, len(speeds))
             parts.append(self._at(speeds[first : first + together]))
-        largest, growth, nearness = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
-        return Scan(speeds, largest, growth, nearness)
+        return Scan(speeds, *(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
-    def _at(self, speeds: Reals) -> tuple[Reals, Reals, Reals]:
+    def _at(self, speeds: Reals) -> tuple[Reals, Reals]:
         multipliers, x = self._solved(speeds)
         some = x[:, (SPEEDS.point_stride - 1) :: SPEEDS.point_stride]
         amounts = np.concatenate((some, self._powers(speeds)[:, None] + 0 * some[..., :1]), axis=-1)
         amounts = np.ascontiguousarray(np.moveaxis(amounts, 0, -1))
         beams = len(self.problem.terms.kinematics.structure.sections)
         largest = np.array(
-            [np.abs(rows @ amounts).max(axis=0).reshape(beams, -1, len(speeds)).max(axis=1) for rows in self.looked_at]
+            [
+                np.abs(rows @ amounts).max(axis=0).reshape(beams, -1, len(speeds)).max(axis=1)
+                for rows in self.monitored_fields
+            ]
         )
-        return largest, np.abs(multipliers).max(axis=1), 1.0 / np.abs(1.0 - multipliers).min(axis=1)
+        return largest, np.abs(multipliers).max(axis=1)
 
     @staticmethod
     def _powers(speeds: Reals) -> Reals:
         return speeds[:, None] ** np.arange(3)
 
     def _solved(self, speeds: Reals) -> tuple[Any, Reals]:
-        """Return the Floquet multipliers, and the amplitudes of the coordinates, shape (speeds, P, q)."""
+        """Return the Floquet multipliers, shape (speeds, 2 q), and the coordinates, shape (speeds, P, q)."""
         powers = self._powers(speeds)
-        each = (np.tensordot(powers, part, 1) for part in vars(self.equations).values())
+        each = (np.tensordot(powers, part, 1) for part in astuple(self.equations))
         stacked = Equations(*(part.reshape(-1, *part.shape[2:]) for part in each))
         return periodic_amplitudes(self.problem.terms.grid, stacked)
 
@@ -139,8 +142,9 @@ class SpeedScan:
 
         Returns
         -------
-        Natural frequencies in ascending order [rad/s], shape (P, q), coordinates per mode with unit mass, shape (P, q,
-        q), and indices of the beams with the largest strain energy.
+        Three things: the natural frequencies in ascending order [rad/s], shape (P, q); the mode shapes with unit modal
+        mass, shape (P, q, q), in which rows are coordinates and columns are modes; and for each mode, the index of the
+        beam in which it has the largest strain energy.
         """
         terms, across = self.problem.terms, self.basis.swapaxes(-1, -2)
         root = np.linalg.inv(np.linalg.cholesky(across @ terms.elastic @ self.basis)).swapaxes(-1, -2)
@@ -156,11 +160,14 @@ class SpeedScan:
         return omega, shapes, tuple(int(beam) for beam in of_beams.argmax(axis=0))
 
     def resonance(self, ratio: float) -> Resonance:
-        """Return the natural mode with the largest vibration at a speed, and the harmonic nearest to its frequency."""
+        """Return the natural mode with the largest vibration energy at a speed.
+
+        The result also contains the harmonic of the cycle that is nearest to the mode.
+        """
         grid, speeds = self.problem.terms.grid, np.array([ratio])
         omega, shapes, beams = self.modes
         period = float(np.ptp(grid.edges))
-        weights = (grid.steps[:, None] * scheme(grid.stages).once[-1]).ravel() / period
+        weights = (grid.steps[:, None] * scheme(grid.stages).integral[-1]).ravel() / period
         vibrating = (self._solved(speeds)[1] - self._quasi_static(speeds))[0]
         across = self.basis.swapaxes(-1, -2)
         amounts = shapes.swapaxes(-1, -2) @ (across @ self.problem.terms.mass @ self.basis @ vibrating[..., None])
@@ -172,43 +179,45 @@ class SpeedScan:
         )
 
     def _quasi_static(self, speeds: Reals) -> Reals:
-        """Return the amplitudes of the coordinates without vibration, shape (speeds, P, q)."""
+        """Return the quasi-static values of the coordinates, shape (speeds, P, q)."""
         across = self.basis.swapaxes(-1, -2) @ self.problem.terms.elastic
         load = np.tensordot(self._powers(speeds), self.equations.load, 1)
         return np.asarray(np.linalg.solve(across @ self.basis, load[..., None])[..., 0])
 
 
 def mean_frequencies(problem: Problem) -> Reals:
-    """Return the frequencies with the mean mass of the cycle in ascending order [rad/s], shape (r,)."""
+    """Return the natural frequencies for the mass matrix averaged over the cycle, ascending [rad/s], shape (r,)."""
     diagonal = np.diagonal(problem.terms.elastic, axis1=-2, axis2=-1)
     return np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
 
 
 def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> SpeedScan:
-    """Set up the equations for a few coordinates in powers of the speed.
+    """Set up the equations for a few coordinates as polynomials in the speed.
 
     Parameters
     ----------
     motion
-        Motion at the nodes of the grid.
+        Rigid motion at the nodes of the grid.
     problems
-        Equations of motion at three speeds, which suffice because they are quadratic in the speed.
+        Equations of motion at three speeds. They determine the equations at all speeds, because the equations are
+        quadratic polynomials in the speed.
     highest
-        Highest speed of later scans.
+        Highest relative speed that will be scanned.
     """
     problem = problems[0]
     terms, omega = problem.terms, mean_frequencies(problem)
     inverse = np.linalg.inv(np.vander([each.speed for each in problems], 3, increasing=True))
     mass, damping, stiffness, load = (
         np.tensordot(inverse, np.array([getattr(each.equations, name) for each in problems]), 1)
-        for name in vars(problem.equations)
+        for name in problem.equations.__struct_fields__
     )
-    count = _vibrating(omega, SPEEDS.highest_harmonic * highest * 2 * np.pi / float(np.ptp(terms.grid.edges)))
+    count = _mode_count(omega, SPEEDS.highest_harmonic * highest * 2 * np.pi / float(np.ptp(terms.grid.edges)))
     basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
     for _ in range(SPEEDS.inverse_iterations):
         bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
-        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes remain, others follow
-    rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
+        # normalise the basis so that its first rows (the vibrating coordinates) are the unit matrix again
+        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)
+    rate, bend = terms.grid.rates(terms.grid.with_start(basis))
     across = basis.swapaxes(-1, -2)
     equations = Equations(
         across @ mass @ basis,
@@ -216,31 +225,40 @@ def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> S
         across @ (mass @ bend + damping @ rate + stiffness @ basis),
         np.asarray((across @ load[..., None])[..., 0], float),
     )
-    still, strong = np.linalg.solve(terms.elastic, np.moveaxis(load, 0, -1)), across @ terms.elastic
-    static: Reals = np.asarray(still - basis @ np.linalg.solve(strong @ basis, strong @ still), float)
+    static_amplitudes, projection = np.linalg.solve(terms.elastic, np.moveaxis(load, 0, -1)), across @ terms.elastic
+    static: Reals = np.asarray(
+        static_amplitudes - basis @ np.linalg.solve(projection @ basis, projection @ static_amplitudes), float
+    )
     both = np.concatenate((basis, static), axis=-1)[SPEEDS.point_stride - 1 :: SPEEDS.point_stride]
-    seen = tuple(rows @ both for rows in _looked_at(problem, motion))
-    return SpeedScan(problem, equations, static, basis, seen)
+    monitored = tuple(rows @ both for rows in _monitored_fields(problem, motion))
+    return SpeedScan(problem, equations, static, basis, monitored)
 
 
-def _vibrating(omega: Reals, reach: float) -> int:
-    """Return the number of vibrating modes: those up to a frequency, and close neighbours of the last one."""
+def _mode_count(omega: Reals, reach: float) -> int:
+    """Return the number of vibrating modes.
+
+    These are the modes up to the frequency `reach`, and also the next higher modes as long as their frequencies are
+    close to each other.
+    """
     count = max(int((omega <= reach).sum()), min(SPEEDS.min_modes, len(omega)))
     while count < len(omega) and omega[count] < SPEEDS.min_mode_ratio * omega[count - 1]:
         count += 1
     return count
 
 
-def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
-    """Return the fields of `Scan.largest` per amplitude, each of shape (some points, beams * places, r)."""
-    kinds, some = problem.terms.kinematics, slice(SPEEDS.point_stride, None, SPEEDS.point_stride)
-    structure = kinds.structure
-    across = (np.conj(beam_directions(motion)).T[some, :, None, None] * kinds.unit.beams[some]).imag
+def _monitored_fields(problem: Problem, motion: Motion) -> list[Reals]:
+    """Return the fields from which `Scan.largest` is computed, per unit of each coordinate.
+
+    Each has the shape (selected points, beams * stations, r).
+    """
+    kinematics, selected = problem.terms.kinematics, slice(SPEEDS.point_stride, None, SPEEDS.point_stride)
+    structure = kinematics.structure
+    across = (np.conj(beam_directions(motion)).T[selected, :, None, None] * kinematics.unit.beams[selected]).imag
     begin, end = (interpolation(structure.xi, np.array([place])) @ across for place in (0.0, 1.0))
     share = structure.xi[:, None]
     chord = across - begin * (1 - share) - end * share
-    strains = strain_rows(structure, kinds.basis)
-    strains = np.broadcast_to(strains[some] if strains.ndim == 3 else strains, (len(across), *strains.shape[-2:]))
+    strains = strain_rows(structure, kinematics.basis)
+    strains = np.broadcast_to(strains[selected] if strains.ndim == 3 else strains, (len(across), *strains.shape[-2:]))
     stretch, curvature = (
         strains[:, k * structure.weights.size : (k + 1) * structure.weights.size].reshape(across.shape) for k in (0, 1)
     )
@@ -250,7 +268,10 @@ def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
 
 
 def _fibre(section: Any) -> float:
-    """Return the distance of the outer fibres [m], or the radius of gyration for a section without dimensions."""
+    """Return the distance of the outer fibre from the beam axis [m].
+
+    For a section without dimensions, return the radius of gyration instead, or 0 if this is unknown too.
+    """
     fibre, stretched, bent = (float(np.ravel(getattr(section, name))[0]) for name in ("fibre", "EA", "EI"))
     if np.isfinite(fibre):
         return fibre

@@ -1,18 +1,20 @@
-"""Search for peaks, limits of unstable ranges, and the first speed that exceeds a bound.
+"""Search for peaks, limits of unstable speed ranges, and the first speed at which a bound is exceeded.
 
-A `SpeedScan` guides the search. Its steps are as wide as damped peaks, and smaller near local maxima. The scan is
-multiplied by a factor that makes it agree with the computed solutions, and is interpolated linearly between them.
+A `SpeedScan` guides the search. The step between scanned speeds is half the width of the narrowest resonance peak. It
+is larger if the scan would otherwise require too many speeds. Near local maxima it is smaller. At speeds with a
+computed solution, the scan is multiplied by a factor so that it equals the solution. Between these speeds, the factor
+is interpolated linearly.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
-from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap
+from elastic.elastodynamics.speed_map import SpeedMap, SpeedSolutions
 from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_settings import SPEEDS
 from rigid.arrays import Flags, Reals
@@ -20,17 +22,18 @@ from rigid.arrays import Flags, Reals
 TINY = float(np.finfo(float).tiny)
 
 
-@dataclass(frozen=True, eq=False)
-class Bounded:
-    """Utilisation of bounds, one per row.
+class BoundUtilisation(Struct, frozen=True, eq=False):
+    """Utilisation of several bounds, i.e. ratios of a value to its bound.
 
     Attributes
     ----------
     used
-        Function that converts a map to values / bounds, shape (rows, speeds). A bound is exceeded above 1; nan is
-        unknown.
-    field, beam
-        Field and beam of `Scan.largest` for interpolation between speeds. Beam -1 stands for the largest of all beams.
+        Function that computes the ratios of values to bounds from a `SpeedMap`, shape (bounds, speeds). If a ratio is
+        above 1, the bound is exceeded. If it is nan, the value is unknown.
+    field
+        For each bound, the index of the field in `Scan.largest` that is used for interpolation between speeds.
+    beam
+        For each bound, the index of the beam in `Scan.largest`, or -1 for the largest value of all beams.
     """
 
     used: Callable[[SpeedMap], Reals]
@@ -39,53 +42,55 @@ class Bounded:
 
 
 class SpeedSearch:
-    """Solutions at an increasing number of speeds between the smallest and the largest known speed.
+    """Search for special speeds between the smallest and the largest known speed.
+
+    It adds solutions at further speeds to `solutions`.
 
     Parameters
     ----------
-    answers
+    solutions
         Solutions at two or more speeds.
     curves
-        Function that converts a map to largest values as in `Scan.largest`, in any unit, shape (3, beams, speeds).
+        Function that computes the values of `Scan.largest` from a `SpeedMap`, in any unit, shape (3, beams, speeds).
     on_speed
-        Function that is called with the number of scanned speeds and the total.
+        Function that is called with the number of scanned speeds and the total number of speeds.
     """
 
     def __init__(
         self,
-        answers: SpeedAnswers,
+        solutions: SpeedSolutions,
         curves: Callable[[SpeedMap], Reals],
         on_speed: Callable[[int, int], None] | None = None,
     ) -> None:
-        self.answers, self.curves, self._on_speed = answers, curves, on_speed
-        self.model = answers.scan()
-        self.width = answers.least_damping
-        known = answers.map().ratio
+        self.solutions, self.curves, self._on_speed = solutions, curves, on_speed
+        self.model = solutions.scan()
+        self.width = solutions.least_damping
+        known = solutions.map().ratio
         span = math.log(known[-1] / known[0])
         self.step = max(self.width, span / SPEEDS.max_scanned)
-        self.scan: Scan = self.model.at(np.concatenate([known, *_filled(known, self.step)]), on_speed)
+        self.scan: Scan = self.model.at(np.concatenate([known, *_speeds_between(known, self.step)]), on_speed)
 
-    def look(self, ratios: Any) -> None:
+    def scan_more(self, ratios: Any) -> None:
         """Scan more speeds."""
         more = np.setdiff1d(np.ravel(ratios), self.scan.ratio)
         if len(more):
             self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
-        """Compute solutions at peaks that rise above their valleys and above the line between known speeds."""
+        """Compute solutions at peaks that rise above their valleys and above the line between known solutions."""
         for _ in range(SPEEDS.max_refinements):
-            chosen = self._apart(self._peaks())
+            chosen = self._without_close_peaks(self._peaks())
             if not chosen:
                 break
             self._find(chosen)
 
-    def between(self) -> tuple[Reals, Reals]:
-        """Return curves for plots: scanned speeds, and values of shape (3, beams, speeds).
+    def plot_curves(self) -> tuple[Reals, Reals]:
+        """Return curves for plots: relative speeds, shape (speeds,), and values, shape (3, beams, speeds).
 
-        The values are those of the solutions, and of the corrected scan between them. They are nan if there is no
-        steady state.
+        At known speeds, the values are taken from the solutions. Between known speeds, they are taken from the
+        corrected scan. At speeds without a steady state, they are nan.
         """
-        known = self.answers.map()
+        known = self.solutions.map()
         values = self._predicted(known, self.curves(known), self.scan.largest)
         values[..., np.searchsorted(self.scan.ratio, known.ratio)] = self.curves(known)
         thin = math.ceil(len(self.scan.ratio) / SPEEDS.max_drawn)
@@ -95,11 +100,14 @@ class SpeedSearch:
         return self.scan.ratio[chosen], values[..., chosen]
 
     def _find(self, ratios: Sequence[float]) -> None:
-        self.look(ratios)
-        self.answers.find(ratios)
+        self.scan_more(ratios)
+        self.solutions.find(ratios)
 
     def _predicted(self, known: SpeedMap, values: Reals, scanned: Reals) -> Reals:
-        """Correct the scan by known values, shape (..., scanned speeds)."""
+        """Return the corrected scan: multiply scanned values by a factor so that they agree with known solutions.
+
+        The shape is (..., scanned speeds).
+        """
         at = np.searchsorted(self.scan.ratio, known.ratio)
         shape = (*values.shape[:-1], len(self.scan.ratio))
         flat, own = values.reshape(-1, values.shape[-1]), scanned.reshape(-1, scanned.shape[-1])
@@ -115,29 +123,32 @@ class SpeedSearch:
         return result.reshape(shape)
 
     def _peaks(self) -> list[tuple[float, float]]:
-        """Return the height and speed of peaks, after refining the scan around them."""
+        """Return height and speed of each peak. The height is relative to the line between known solutions.
+
+        The scan is refined around the peaks.
+        """
         while True:
-            known = self.answers.map()
+            known = self.solutions.map()
             values = self.curves(known)
             predicted = self._predicted(known, values, self.scan.largest)
             floor = SPEEDS.negligible * np.nanmax(predicted, axis=(1, 2), initial=TINY)[:, None, None]
-            line = np.array([[_line(self.scan.ratio, known.ratio, row) for row in rows] for rows in values])
+            line = np.array([[_interpolated(self.scan.ratio, known.ratio, row) for row in rows] for rows in values])
             above = np.where(predicted > floor, predicted / np.maximum(line, TINY), 0.0)
             columns = predicted.shape[-1]
             rows, shares = predicted.reshape(-1, columns), above.reshape(-1, columns)
-            standing = [
+            visible = [
                 (float(share[at]), at, rise)
                 for row, share in zip(rows, shares, strict=True)
                 for at, rise in prominences(row)
                 if share[at] > 1 + SPEEDS.min_visible_height
             ]
-            more = {ratio for _, at, _ in standing for ratio in self._between(at)}
+            more = {ratio for _, at, _ in visible for ratio in self._midpoints(at)}
             if not more:
-                return [(share, float(self.scan.ratio[at])) for share, at, rise in standing if rise > SPEEDS.min_rise]
-            self.look(sorted(more))
+                return [(share, float(self.scan.ratio[at])) for share, at, rise in visible if rise > SPEEDS.min_rise]
+            self.scan_more(sorted(more))
 
-    def _between(self, at: int) -> Iterator[float]:
-        """Yield speeds between a scanned speed and its neighbours if these are too far away."""
+    def _midpoints(self, at: int) -> Iterator[float]:
+        """Yield the midpoint between a scanned speed and each neighbouring scanned speed that is too far from it."""
         ratio = self.scan.ratio
         for other in (at - 1, at + 1):
             if 0 <= other < len(ratio) and abs(math.log(ratio[other] / ratio[at])) > SPEEDS.min_scan_step * max(
@@ -145,86 +156,95 @@ class SpeedSearch:
             ):
                 yield float(np.sqrt(ratio[other] * ratio[at]))
 
-    def _apart(self, peaks: list[tuple[float, float]]) -> list[float]:
-        """Return the speeds of peaks that are not close to a larger peak and not yet computed."""
+    def _without_close_peaks(self, peaks: list[tuple[float, float]]) -> list[float]:
+        """Return the speeds of peaks that are not close to a higher peak and have no computed solution yet."""
         chosen: list[float] = []
         for _, ratio in sorted(peaks, reverse=True):
-            near = SPEEDS.close * self.width * ratio
-            if all(abs(ratio - other) > near for other in chosen):
+            min_distance = SPEEDS.min_separation * self.width * ratio
+            if all(abs(ratio - other) > min_distance for other in chosen):
                 chosen.append(ratio)
-        return sorted(set(chosen) - set(self.answers.map().ratio.tolist()))
+        return sorted(set(chosen) - set(self.solutions.map().ratio.tolist()))
 
-    def find_borders(self) -> list[tuple[float, float]]:
-        """Find the speed ranges without a steady state, and compute solutions next to their limits."""
+    def find_stability_limits(self) -> list[tuple[float, float]]:
+        """Return the speed ranges without a stable steady state.
+
+        Solutions are computed on both sides of each limit of such a range.
+        """
         self._refine_growth()
         unstable = self.scan.growth > 1.0
         changes = np.flatnonzero(unstable[1:] != unstable[:-1])
-        borders = [self._border(int(at), bool(unstable[at])) for at in changes]
-        self._find(sorted({ratio for pair in borders for ratio in pair}))
-        known = self.answers.map()
+        limits = [self._stability_limit(int(at), bool(unstable[at])) for at in changes]
+        self._find(sorted({ratio for pair in limits for ratio in pair}))
+        known = self.solutions.map()
         return list(_ranges(known.ratio, ~known.stable))
 
     def _refine_growth(self) -> None:
-        """Refine the scan at speeds at which free vibrations decay slowly."""
+        """Refine the scan near minima of the decay rate.
+
+        A narrow unstable range may be hidden there between two scanned speeds.
+        """
         for _ in range(SPEEDS.max_refinements):
             rate = -np.log(np.maximum(self.scan.growth, TINY)) * self.scan.ratio
-            tops = [at for at in _tops(-rate) if rate[at] < SPEEDS.max_decay_ratio * np.median(rate)]
-            more = {ratio for at in tops for ratio in self._between(at) if rate[at] > 0.0}
+            tops = [at for at in _local_maxima(-rate) if rate[at] < SPEEDS.max_decay_ratio * np.median(rate)]
+            more = {ratio for at in tops for ratio in self._midpoints(at) if rate[at] > 0.0}
             if not more:
                 break
-            self.look(sorted(more))
+            self.scan_more(sorted(more))
 
-    def _border(self, at: int, low_is_unstable: bool) -> tuple[float, float]:
-        """Return two close speeds on both sides of a stability limit."""
+    def _stability_limit(self, at: int, low_is_unstable: bool) -> tuple[float, float]:
+        """Return two close speeds, one on each side of the stability limit between scanned speeds `at` and `at` + 1."""
         ratio = self.scan.ratio
         low, high = float(ratio[at]), float(ratio[at + 1])
         widen = 1.0 + (high / low - 1.0)
-        if self.answers.stable(low) == low_is_unstable:
+        if self.solutions.stable(low) == low_is_unstable:
             low /= widen
-        if self.answers.stable(high) != low_is_unstable:
+        if self.solutions.stable(high) != low_is_unstable:
             high *= widen
-        while high / low - 1 > SPEEDS.border_accuracy:
+        while high / low - 1 > SPEEDS.limit_accuracy:
             middle = math.sqrt(low * high)
-            if self.answers.stable(middle) == low_is_unstable:
+            if self.solutions.stable(middle) == low_is_unstable:
                 high = middle
             else:
                 low = middle
         first, last = float(ratio[0]), float(ratio[-1])
         return min(max(low, first), last), min(max(high, first), last)
 
-    def find_limit(self, bounded: Bounded) -> tuple[float, float] | None:
-        """Return the largest speed up to which all bounds are met, and the next known speed above it.
+    def find_limit(self, utilisation: BoundUtilisation) -> tuple[float, float] | None:
+        """Return the largest known speed up to which all bounds are met, and the next higher known speed.
 
-        Return None if no bound is exceeded. The first speed is 0 if a bound is exceeded at the smallest speed.
+        Return None if no bound is exceeded. The first speed is 0 if a bound is exceeded at the smallest known speed.
         """
         for _ in range(4 * SPEEDS.max_refinements):
-            known = self.answers.map()
-            used = bounded.used(known)
+            known = self.solutions.map()
+            used = utilisation.used(known)
             good = np.asarray((used <= 1.0).all(axis=0), bool)
             bad = int(np.argmin(good)) if not good.all() else len(good)
             if not bad:
                 return 0.0, float(known.ratio[0])
             low, high = float(known.ratio[bad - 1]), float(known.ratio[min(bad, len(good) - 1)])
-            crossing = self._first_passed(bounded, known, used, high)
+            crossing = self._first_passed(utilisation, known, used, high)
             if crossing is not None and crossing < low:
                 self._find([crossing])
             elif bad == len(good):
                 return None
-            elif high / low - 1 <= 2 * SPEEDS.border_accuracy:
-                if not self.answers.sharpen(high):
+            elif high / low - 1 <= 2 * SPEEDS.limit_accuracy:
+                if not self.solutions.refine_errors(high):
                     return low, high
             else:
-                self._find(_beside(crossing, low, high))
+                self._find(_around(crossing, low, high))
         return low, high
 
-    def _first_passed(self, bounded: Bounded, known: SpeedMap, used: Reals, high: float) -> float | None:
-        """Return the first speed at which the corrected scan exceeds a bound, after refinement."""
+    def _first_passed(self, utilisation: BoundUtilisation, known: SpeedMap, used: Reals, high: float) -> float | None:
+        """Return the lowest speed at which the corrected scan exceeds a bound, or None if this is above `high`.
+
+        The scan is refined around this speed.
+        """
         for _ in range(SPEEDS.max_refinements):
             largest = self.scan.largest
             scanned = np.array(
                 [
                     largest[field].max(axis=0) if beam < 0 else largest[field, beam]
-                    for field, beam in zip(bounded.field, bounded.beam, strict=True)
+                    for field, beam in zip(utilisation.field, utilisation.beam, strict=True)
                 ]
             )
             most = np.nan_to_num(self._predicted(known, used, scanned), nan=0.0).max(axis=0)
@@ -235,38 +255,39 @@ class SpeedSearch:
             low, above = self.scan.ratio[at - 1], self.scan.ratio[at]
             share = (1.0 - most[at - 1]) / (most[at] - most[at - 1])
             crossing = float(low + share * (above - low))
-            if above / low - 1 < SPEEDS.border_accuracy:
+            if above / low - 1 < SPEEDS.limit_accuracy:
                 break
-            self.look([crossing * (1 - SPEEDS.border_accuracy / 4), crossing * (1 + SPEEDS.border_accuracy / 4)])
+            self.scan_more([crossing * (1 - SPEEDS.limit_accuracy / 4), crossing * (1 + SPEEDS.limit_accuracy / 4)])
         return crossing
 
 
-def _beside(crossing: float | None, low: float, high: float) -> list[float]:
-    """Return two speeds in a bracket, on both sides of the expected crossing, or the midpoint of the bracket."""
+def _around(crossing: float | None, low: float, high: float) -> list[float]:
+    """Return speeds on both sides of the expected crossing of a bound, or else the midpoint of `low` and `high`."""
     middle = math.sqrt(low * high)
     if crossing is None or not low < crossing < high:
         return [middle]
-    beside = [crossing * (1 + side * SPEEDS.border_accuracy / 2) for side in (-1, 1)]
-    return [each for each in beside if low < each < high] or [middle]
+    around = [crossing * (1 + side * SPEEDS.limit_accuracy / 2) for side in (-1, 1)]
+    return [each for each in around if low < each < high] or [middle]
 
 
-def _filled(known: Reals, step: float) -> Iterator[Reals]:
-    """Yield speeds between the known ones such that no step exceeds `step`."""
+def _speeds_between(known: Reals, step: float) -> Iterator[Reals]:
+    """Yield speeds between known speeds, in geometric sequences in which log(speed) increases by at most `step`."""
     for low, high in pairwise(known):
         count = math.ceil(math.log(high / low) / step)
         yield np.geomspace(low, high, count + 1)[1:-1]
 
 
-def _line(ratio: Reals, known: Reals, values: Reals) -> Reals:
-    """Interpolate known values linearly, ignoring nan."""
+def _interpolated(ratio: Reals, known: Reals, values: Reals) -> Reals:
+    """Interpolate known values linearly to the speeds `ratio`, ignoring nan."""
     good = np.isfinite(values)
     return np.interp(ratio, known[good], values[good]) if good.any() else np.zeros(len(ratio))
 
 
 def prominences(values: Any) -> Iterator[tuple[int, float]]:
-    """Yield the inner local maxima, each with its rise above the higher neighbouring valley, relative to the maximum.
+    """Yield the index of each inner local maximum, and its rise above the higher one of its two valleys.
 
-    A valley extends to the next higher value, or to the next nan.
+    The rise is relative to the maximum. The valley on each side extends to the next value that is higher than the
+    maximum, or to the next nan or end. Its level is its lowest value.
 
     Examples
     --------
@@ -283,8 +304,8 @@ def prominences(values: Any) -> Iterator[tuple[int, float]]:
         yield at, float(1 - max(valleys) / values[at])
 
 
-def _tops(values: Reals) -> list[int]:
-    """Return the indices of the inner local maxima."""
+def _local_maxima(values: Reals) -> list[int]:
+    """Return the indices of the inner local maxima; nan counts as smaller than any number."""
     padded = np.where(np.isnan(values), -np.inf, values)
     inner = (padded[1:-1] > padded[:-2]) & (padded[1:-1] >= padded[2:])
     return [int(at) for at in np.flatnonzero(inner) + 1]

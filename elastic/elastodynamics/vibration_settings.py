@@ -1,65 +1,80 @@
 """Settings of the vibration solver."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class VibrationSettings:
-    """Settings of the vibration solver for time elements, coordinates and corrections."""
+class VibrationSettings(Struct, frozen=True):
+    """Settings for time elements, coordinates and corrections in the vibration solver."""
 
     # time elements and coordinates
     first_elements: int = 12  # initial number of time elements
-    inner: int = 4  # number of polynomials per beam in the first discretization
-    mode_positions: int = 16  # number of positions at which modes are computed
-    # maximum number of mass displacements per coordinate at these positions; no coordinates are added beyond this
-    max_mode_numbers: int = 40_000_000
-    max_elements: int = 2048  # maximum number of time elements
-    max_halved: int = 256  # maximum number of elements to halve to measure an error; with more, series estimate it
-    order: int = 5  # lowest assumed order of convergence in time, for the length of the next elements
-    refined_error: float = 0.2  # error that a refinement aims for, relative to the tolerance
-    min_step: float = 1e-4  # shortest time element, relative to the duration
-    min_break_distance: float = 1e-8  # a break closer to the end than this counts as the end; relative to the duration
+    polynomials_per_beam: int = 4  # initial number of polynomials per beam
+    mode_positions: int = 16  # number of positions in the cycle at which modes are computed
+    max_mode_entries: int = 40_000_000  # maximum value of mode_positions * elastic coordinates * masses
+    max_elements: int = 2048  # a grid with more time elements is not refined further
+    max_halved: int = 256  # with more time elements, errors are not measured with elements of half the length
+    # assumed order of convergence in time, from which the number of elements of a finer grid is predicted
+    order: int = 5
+    refined_error: float = 0.2  # a grid is refined so that the predicted time error is this, relative to the tolerance
+    # elements shorter than this are neither divided nor created at jumps; relative to the duration
+    min_step: float = 1e-4
+    # a break that is closer to the end than this replaces the end; relative to the duration
+    min_break_distance: float = 1e-8
     max_parts: int = 4  # maximum number of parts into which an element is divided at once
-    max_step_ratio: float = 2.0  # largest ratio of an element's length to that of a shorter element before it
-    max_refinements: int = 6  # maximum number of refinements of the coordinates
-    max_refinements_with_friction: int = 2  # same with friction, for which more coordinates rarely help
-    max_numbers: int = 16_000_000  # maximum size of the mass accelerations: half a GB with all derived arrays
-    finer_time: float = 20.0  # divisor of the time tolerance if time limits the gain from finer coordinates
-    # frequency limit for residual inertia, relative to the first omitted mode; mixing permits more than 1
+    max_step_ratio: float = 2.0  # an element may be at most this many times as long as a divided element before it
+    max_refinements: int = 6  # maximum number of discretizations that are tried, without Coulomb friction
+    # maximum number of discretizations with Coulomb friction, for which more coordinates rarely help
+    max_refinements_with_friction: int = 2
+    max_entries: int = 16_000_000  # maximum value of 3 * nodes * masses * coordinates, see `array_size`
+    finer_time: float = 20.0  # a refinement in time divides the tolerance of the time elements by this factor
+    # cutoff frequency for the residual response (`ResidualResponse`), relative to the lowest natural frequency of the
+    # omitted modes; it may exceed 1 because steps are mixed
     max_frequency_ratio: float = 2.0
-    max_residual_ratio: float = 10.0  # largest residual / its tolerance that finer time elements can reduce
-    first_friction_tolerance: float = 1e-2  # initial tolerance of friction, while time elements are coarse
+    # if the iteration for friction ends with a convergence error of more than this times its tolerance, elements are
+    # not divided
+    max_residual_ratio: float = 10.0
+    first_friction_tolerance: float = 1e-2  # tolerance of the iteration for friction on the first grid, which is coarse
     max_round_off: float = 1e-6  # time errors smaller than this may be round-off
-    patience: int = 6  # number of refinements that do not halve such an error before round-off is assumed
-    friction_share: float = 0.1  # tolerance of friction on a grid that will be refined, relative to the time error
-    time_error_ratio: float = 4.0  # largest ratio of the true time error to the estimate from series
-    max_neutral_growth: float = 1e-6  # largest growth per cycle that round-off and discretization explain
+    patience: int = 6  # if this number of refinements in succession do not halve such an error, it is round-off
+    # tolerance of the iteration for friction on a grid that will be refined, relative to the time error
+    friction_share: float = 0.1
+    time_error_ratio: float = 4.0  # safety factor: the time error is this factor times its estimate by `Grid.tail`
+    # a smaller growth of free vibrations per cycle is due to round-off and discretization
+    max_neutral_growth: float = 1e-6
 
     # corrections of the coordinates
     max_corrections: int = 8  # maximum number of corrections
-    # a correction must reduce the error to this share; otherwise more coordinates are cheaper
-    max_correction_ratio: float = 0.5
+    max_correction_ratio: float = 0.5  # corrections end if one of them leaves more than this fraction of the error
 
     # large displacement
-    residual_time_ratio: float = 4.0  # largest time error of the residual response, relative to that of the coordinates
-    max_residual_fall: float = 0.7  # a basis is not widened again if widening left more than this share of the residual
-    max_complete: int = 60  # if a subset of the coordinates does not converge, all are used if at most this many
-    # a grid that was refined once is refined again if its time error exceeds this multiple of the tolerance
+    residual_time_ratio: float = 4.0  # assumed ratio of the total time error to the time error of the coordinates
+    # modes are added again only if the last addition left less than this fraction of the error
+    max_widening_ratio: float = 0.7
+    max_complete: int = 60  # if the iteration diverges, all modes are used, provided that there are at most this many
+    # a grid that has already been refined is refined again only if its time error exceeds this multiple of the
+    # tolerance
     min_refined_ratio: float = 10.0
-    max_open_residual: float = 0.1  # larger residuals do not converge on finer grids; relative to the displacements
+    max_convergence_error: float = 0.1  # if the convergence error exceeds this, the iteration has diverged
 
     # modes and shapes
-    nearest_modes: int = 8  # number of mean modes that span the lowest mode of every position
-    near_frequencies: float = 8.0  # modes up to this multiple of the lowest frequency get a coordinate
+
+    # the lowest mode at each position is computed from this number of modes of the averaged mass matrix
+    mean_modes: int = 8
+    # at first, modes with frequencies up to this multiple of the lowest one are used
+    initial_frequency_ratio: float = 8.0
     min_modes: int = 3  # smallest number of modes
-    load_accuracy: float = 3.0  # accuracy of the shapes of loads, relative to that of modes
-    # same in finer discretizations, because axial shapes of slender beams are small compared with bending
+    # bending under loads is represented this many times as accurately as bending due to the inertia of modes
+    load_accuracy: float = 3.0
+    # the same in finer discretizations; high, because axial shapes of slender beams are small compared with bending
     finer_load_accuracy: float = 90.0
-    massless: float = 1e-13  # modes with less mass per stiffness count as massless; relative to the largest
+    massless: float = 1e-13  # modes with 1/omega^2 below this count as massless, relative to the largest 1/omega^2
 
     # axial forces
-    axial_weight: float = 0.005  # weight of unresolved axial forces, relative to displacements
-    # smallest reference for axial forces, relative to (largest moment / largest length)
+
+    # weight of the unresolved part of axial forces, relative to the weight of displacements
+    axial_weight: float = 0.005
+    # the reference for errors in axial forces is at least this, relative to the largest bending moment divided by the
+    # length of the longest beam
     min_axial_reference: float = 0.01
 
 

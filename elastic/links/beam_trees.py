@@ -1,10 +1,10 @@
-"""Tree of the beams of each link, along which loads are summed and displacements propagate; rings are cut open."""
+"""Tree of the beams of each link, along which loads and displacements are summed. Rings of beams are cut open."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.arrays import Columns
@@ -14,12 +14,11 @@ MAX_OFFSET = 1e-9
 """Largest offset of a beam from a slider's line, or of a point from a beam, relative to the beam's length."""
 
 
-@dataclass(frozen=True)
-class TreeBeam:
+class TreeBeam(Struct, frozen=True):
     """Beam in the tree of its link.
 
-    `number` is its index among all beams, `near` and `far` are its ends as seen from the root, and `forward` is True if
-    the beam starts at `near`.
+    `number` is the index of the beam among all beams of the mechanism. `near` is its end that is closer to the root
+    along the tree, and `far` the other end. `forward` is True if the beam starts at `near`.
     """
 
     number: int
@@ -28,31 +27,29 @@ class TreeBeam:
     forward: bool
 
 
-@dataclass(frozen=True)
-class Cut:
-    """Cut that opens a ring of beams at `node`; `free` is the name of the loose end."""
+class Cut(Struct, frozen=True):
+    """Cut that opens a ring of beams at `node`. `free` is the name of the loose end of the cut beam."""
 
     link: int
     node: str
     free: str
 
 
-@dataclass(frozen=True, eq=False)
-class BeamTrees:
+class BeamTrees(Struct, frozen=True, eq=False):
     """Trees of the beams of all moving links.
 
     Attributes
     ----------
     trees
-        Beams of each link with beams, from the root outwards.
+        By link index, the beams of the link in the order from the root outwards.
     cuts
         One cut per ring.
     tips
-        All nodes except the roots: a load at a root acts on the support and not on the beams.
+        All nodes except the roots. A load at a root is carried by the clamped support, and does not bend the beams.
     points
         Position of each node in link axes [m].
     rails
-        Beams along the line of each slider, by index of the joint in `Structure.joints`.
+        By index of the slider in `Structure.joints`, the beams along the line of the slider.
     """
 
     trees: Mapping[int, tuple[TreeBeam, ...]]
@@ -63,7 +60,7 @@ class BeamTrees:
 
 
 def root_of(tree: tuple[TreeBeam, ...]) -> str:
-    """Return the node at which a tree starts."""
+    """Return the name of the node at which a tree starts."""
     return tree[0].near
 
 
@@ -74,7 +71,8 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
     Raises
     ------
     MechanismError
-        If the beams of a link are not connected, or if no beam reaches a point with a joint or load.
+        If the beams of a link are not connected, or if they do not reach each point of the link that has a joint or
+        load.
     """
     trees, cuts, number = {}, [], 0
     points = {(at, name): place for at, link in enumerate(mechanism.links) for name, place in link.points.items()}
@@ -91,7 +89,10 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str, str]]]:
-    """Return the beams from the start of the first beam outwards, and the loose ends of the cut rings."""
+    """Return the beams of a link from the start of its first beam outwards, and the loose ends of cut rings.
+
+    For each loose end, the result contains the node at which the ring was cut and the name of the loose end.
+    """
     waiting = list(enumerate(link.beams, first))
     reached = {waiting[0][1].start}
     order: list[TreeBeam] = []
@@ -113,7 +114,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
 
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
-    """Raise MechanismError if no beam of a link reaches a point with a joint or load."""
+    """Raise MechanismError if the beams of a link do not reach each point of the link that has a joint or load."""
     used = acting_points(mechanism)
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
@@ -133,19 +134,19 @@ def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
 
 
 def in_line(one: Columns, other: Columns, off: float = MAX_OFFSET) -> bool:
-    """Return whether two vectors have the same direction in all designs, within an angle `off` [rad]."""
+    """Return whether, in all designs, two vectors have the same direction to within an angle `off` [rad]."""
     along = (np.conj(one) * other).real
     return bool(np.all((along > 0.0) & (np.abs(cross(one, other)) <= off * along)))
 
 
 def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:
-    """Return for each design whether a beam lies on a line, see `lies_along`."""
+    """Return for each design whether a beam lies on a line, to within `MAX_OFFSET`."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= MAX_OFFSET * np.abs(way)
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> dict[int, tuple[int, ...]]:
-    """Find the beams along the line of each slider; the block can move from one of them to the next."""
+    """Return the beams along the line of each slider. The block can move from one of these beams to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner

@@ -1,8 +1,8 @@
 """Section forces and displacements of loaded links that are clamped at the roots of their beam trees."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.blocks import Block, at
@@ -15,16 +15,15 @@ from rigid.arrays import Complexes, Reals
 from rigid.plane import ZERO
 
 
-@dataclass(frozen=True, eq=False)
-class LinkResponse:
+class LinkResponse(Struct, frozen=True, eq=False):
     """Response of the links to loads.
 
     Attributes
     ----------
     amplitudes
-        Coefficients of the fields of each beam, clamped at its start.
+        Coefficients of the fields of each beam, as if the beam were clamped at its start.
     nodes
-        Displacements of the nodes of each link, clamped at its root.
+        Displacements of the nodes of each link, which is clamped at its root.
     blocks
         Loads of sliding blocks.
     """
@@ -35,7 +34,7 @@ class LinkResponse:
 
 
 def clamped_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
-    """Compute the section forces and displacements of links that are clamped at their roots, with rings cut open."""
+    """Compute the section forces and displacements of links that are clamped at their roots and have open rings."""
     N, V, M = section_forces(loads.q, loads.couple, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:
         _before_block(N, V, M, compliance.length, block)
@@ -52,7 +51,7 @@ def clamped_response(configuration: Configuration, compliance: BeamCompliance, l
 
 
 def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: PerBeam, block: Block) -> None:
-    """Add the load of a block to the section forces before the block."""
+    """Add the load of a block to the section forces in the part of the beam before the block."""
     k = block.beam
     N[0, k] += block.force.real
     V[0, k] -= block.force.imag
@@ -61,7 +60,7 @@ def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: Per
 
 
 def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, phi: PerBeam) -> NodeDisplacements:
-    """Sum the end displacements of the clamped beams over each tree, from the root outwards."""
+    """Compute the displacements of nodes by summing the end displacements of clamped beams from the root outwards."""
     nodes: NodeDisplacements = {}
     ends = np.empty(u.shape, complex)
     ends.real, ends.imag = u, w
@@ -84,7 +83,7 @@ def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, ph
 
 
 def add_rigid_motion(configuration: Configuration, response: LinkResponse, shift: Complexes, angle: Reals) -> None:
-    """Add the displacement of the start of each beam to its amplitudes, in place.
+    """Add the displacement of the start of each beam to the fields of the beam, in place.
 
     This displacement is the sum of the rigid motion of the link and the bending of the preceding beams.
 

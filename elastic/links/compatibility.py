@@ -1,16 +1,17 @@
-"""Compatibility: joint gaps of bent links, indeterminate joint forces, and links with closed rings.
+"""Compatibility: gaps between bent links, statically indeterminate joint forces, and links with closed rings.
 
-This corresponds to equations (8) to (16) of Utenov et al.: (8) to (11) propagate the displacement of a joint from one
-link to the next, and (12) to (15) close the loop under the conditions (16) at its end. Here each link is bent by
-itself, clamped at the root of its beams. Rigid-body motions of the links then close the joints, see
-`rigid.closures.displacements`.
+This corresponds to equations (8) to (16) of Utenov et al. There, (8) to (11) propagate the displacement of a joint from
+one link to the next, and (12) to (15) close the loop with the conditions (16) at its end. Here, each link is bent
+separately, as if it were clamped at the root of its beams. Rigid-body displacements of the links then close the joints,
+see `rigid.closures.displacements`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Matrices, VectorCoefficients
 from elastic.beams.blocks import Block, at
@@ -42,18 +43,17 @@ from rigid.closures import MAX_UNSTRESSED
 from rigid.kinetostatics import beam_couples, beam_loads
 from rigid.plane import dot
 
-CLOSING_PASSES = 2  # the second pass removes round-off from beams of very different stiffness
+CLOSING_PASSES = 2  # the second pass removes round-off, which is large if the stiffnesses of beams differ very much
 
 
-@dataclass(frozen=True, eq=False)
-class JointGaps:
-    """Gaps at the joints after the links are bent, before rigid-body motions close them.
+class JointGaps(Struct, frozen=True, eq=False):
+    """Gaps at the joints between bent links, before rigid-body displacements close them.
 
     Attributes
     ----------
     displacement, rotation
-        Displacement of the child's point relative to the parent's point [m], complex, and rotation [rad] that would
-        close each joint.
+        For each joint, the displacement of the child's point relative to the parent's point [m], complex, and the
+        rotation [rad], by which the joint would be closed.
     """
 
     displacement: list[Columns]
@@ -82,7 +82,7 @@ def problem_of(
 
 
 def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
-    """Return the response of the clamped links to loads and joint forces, and the resulting gaps at the joints."""
+    """Return the response of clamped links to loads and joint forces, and the resulting gaps at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
@@ -100,7 +100,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
-            force, moment = forces.without_friction(number)  # friction does not load the elastic part of the joint
+            force, moment = forces.without_friction(number)  # friction forces do not deform a compliant joint
             gap, turn = gap - force * own.translation + own.gap, turn - moment * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
@@ -113,7 +113,10 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
 
 
 def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
-    """Return the displacement in ground axes and the rotation under a block, on the beam that carries the block."""
+    """Return the displacement in ground axes, and the rotation, of the beam under a block.
+
+    `blocks` describes the block on each of the beams along its line.
+    """
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:
         there, turn = _under_block(problem, response, block)
@@ -122,7 +125,7 @@ def under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequen
 
 
 def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Complexes, Reals]:
-    """Return the displacement in ground axes and the rotation of a beam under a block, with its link clamped."""
+    """Return the displacement in ground axes, and the rotation, of a beam of a clamped link under a block."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
@@ -143,15 +146,16 @@ def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) 
 def compatible_forces(
     problem: ElasticProblem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
 ) -> JointForces:
-    """Superpose self-stresses on the joint forces so that the bent links fit together (force method).
+    """Add self-stresses to the joint forces so that the bent links fit together (force method).
 
-    A self-stress does no work on rigid links, so its work on the gaps must vanish. This gives one equation per
-    self-stress.
+    A self-stress does no work on rigid-body displacements of the links. If these can close the gaps, its work on the
+    gaps must therefore be zero. This gives one equation for each self-stress.
 
     Parameters
     ----------
     forces, gaps
-        Any joint forces that are in equilibrium with the loads, and the gaps that they cause.
+        Joint forces that are in equilibrium with the loads (any of the many solutions), and the gaps under these
+        forces.
     states
         Self-stresses: joint forces that are in equilibrium without loads.
     """
@@ -170,7 +174,8 @@ def compatible_forces(
         amount = redundants[..., number]
         force = [value + _scaled_part(amount, part) for value, part in zip(force, state.force, strict=True)]
         moment = [value + _scaled_part(amount, part) for value, part in zip(moment, state.moment, strict=True)]
-        # gears load the ground directly, not only through the joints
+        # the load on the ground is needed separately, because gears load the ground directly and not only through
+        # joints
         pull, twist = (
             value + _scaled_part(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
         )
@@ -178,7 +183,10 @@ def compatible_forces(
 
 
 def _scaled_part(amount: Reals, part: Columns) -> Numbers:
-    """Scale a part of a self-stress. If the part is zero, the result is zero even if the factor is nan."""
+    """Multiply a component of a self-stress by a factor.
+
+    If the component is zero, the result is zero even if the factor is nan.
+    """
     return np.where(np.abs(part) > MAX_UNSTRESSED, amount, 0.0) * part
 
 
@@ -191,14 +199,14 @@ def _work(state: JointForces, gaps: JointGaps) -> Columns:
 
 
 def link_response(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkResponse:
-    """Compute the section forces and displacements of links clamped at their roots, with rings closed."""
+    """Compute the section forces and displacements of links that are clamped at their roots and have closed rings."""
     if configuration.trees.cuts:
         loads = _with_redundants(configuration, compliance, loads)
     return clamped_response(configuration, compliance, loads)
 
 
 def _with_redundants(configuration: Configuration, compliance: BeamCompliance, loads: LinkLoads) -> LinkLoads:
-    """Add the loads that close the rings, by the force method with three redundants per ring."""
+    """Add the loads at cuts that close the rings, by the force method with three redundants per ring."""
     scaled, scale = _flexibility(configuration, compliance, loads.q)
     for _ in range(CLOSING_PASSES):
         nodes = clamped_response(configuration, compliance, loads).nodes
@@ -217,9 +225,10 @@ def _with_redundants(configuration: Configuration, compliance: BeamCompliance, l
 def _flexibility(
     configuration: Configuration, compliance: BeamCompliance, q: VectorCoefficients
 ) -> tuple[Matrices, Reals]:
-    """Return the flexibility of the cuts, scaled to a unit diagonal, shape (..., n, n), and the scale, shape (..., n).
+    """Return the flexibility matrix of the cuts, scaled to a unit diagonal, and the scale factors.
 
-    The flexibility refers to link axes, so it is the same at all positions.
+    The shapes are (..., n, n) and (..., n). The flexibility refers to link axes, so that it is the same at all
+    positions.
     """
     local = configuration.in_link_axes
     nothing = np.zeros((len(q), len(local.length), *local.columns), complex)

@@ -1,12 +1,13 @@
-"""Positions and loads of the links, which are the input to their statics."""
+"""Positions of the links and loads on the links, from which their section forces are computed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.blocks import Block
@@ -26,24 +27,23 @@ NodeDisplacements = dict[tuple[int, str], tuple[Columns, Columns]]
 """Displacement in ground axes [m], complex, and rotation [rad], by link index and node name."""
 
 
-@dataclass(frozen=True, eq=False)
-class Configuration:
-    """Positions of the links and beams.
+class Configuration(Struct, frozen=True, eq=False, dict=True):
+    """Directions and dimensions of the links and beams.
 
     Attributes
     ----------
     trees
         Trees of the beams.
     rows
-        Link index of each beam, used to index arrays over the links.
+        Link index of each beam, with which arrays over the links are indexed.
     link, beam
-        Directions of the links and beams in ground axes, complex, shape (links or beams, ..., positions).
+        Unit vectors of the links and of the beams in ground axes, complex, shape (links or beams, ..., positions).
     unit
-        Directions of the beams in link axes, complex, shape (beams, ..., 1).
+        Unit vectors of the beams in link axes, complex, shape (beams, ..., 1).
     length
         Lengths of the beams [m], shape (beams, ..., 1).
     columns
-        Shape of the designs and positions, (..., positions).
+        Shape (..., positions) over designs and positions.
     """
 
     trees: BeamTrees
@@ -56,12 +56,12 @@ class Configuration:
 
     @cached_property
     def back(self) -> VectorPerBeam:
-        """Factors that rotate vectors from ground axes to beam axes."""
+        """Factors by which vectors are multiplied to rotate them from ground axes to beam axes."""
         return np.conj(self.beam)
 
     @property
     def in_link_axes(self) -> Configuration:
-        """Configuration in link axes, which is the same at all positions."""
+        """Configuration with link axes in place of ground axes. It is the same at all positions."""
         columns = (*self.columns[:-1], 1)
         return replace(self, link=np.ones((len(self.link), *columns)), beam=self.unit, columns=columns)
 
@@ -84,14 +84,13 @@ def configuration_of(motion: Motion) -> Configuration:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class LinkLoads:
-    """All loads on the links.
+class LinkLoads(Struct, frozen=True, eq=False):
+    """Loads on the links.
 
     Attributes
     ----------
     nodes
-        Loads at the nodes.
+        Concentrated loads at the nodes.
     q
         Distributed load q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     blocks
@@ -109,9 +108,8 @@ class LinkLoads:
     couple: Coefficients | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class ElasticProblem:
-    """Elastic problem: bend the links under load and close the joints.
+class ElasticProblem(Struct, frozen=True, eq=False):
+    """Input of the elastic problem: links bend under loads, and the joints must close.
 
     Attributes
     ----------
@@ -122,7 +120,7 @@ class ElasticProblem:
     loads
         All loads except joint forces.
     added
-        Additional loads. Their loads on nodes and beams are already included in `loads`.
+        Additional loads, or None. `loads` already includes those on nodes and beams.
     """
 
     motion: Motion
@@ -134,7 +132,7 @@ class ElasticProblem:
 
     @property
     def unloaded(self) -> ElasticProblem:
-        """Same problem without loads, free strains and clearances, so that only joint forces act."""
+        """The same problem without loads, free strains and clearances, in which only joint forces act."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
         loads = LinkLoads({}, nothing)

@@ -1,4 +1,4 @@
-"""End load of each beam from the equilibrium of the free body beyond it; loads and displacements of gears."""
+"""End load of each beam, from the equilibrium of the part of the link beyond it, and the effects of gears."""
 
 from collections.abc import Iterable, Iterator
 
@@ -19,7 +19,7 @@ NO_DISPLACEMENT = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Yield the loads that gears apply at the points of driving joints and followers, without the joint forces.
+    """Yield the loads of gears on links at the points of driving joints and followers, in addition to joint forces.
 
     Yields
     ------
@@ -34,7 +34,7 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
 def follower_displacement(
     place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
 ) -> tuple[Columns, Columns]:
-    """Return the displacement [m], complex, and rotation [rad] of the follower of a gear due to bending of the links.
+    """Return the displacement [m], complex, and rotation [rad] of a gear's follower due to bending of the links.
 
     `flank` is the loaded tooth flank (see `JointForces`), or None for a gear without teeth.
     """
@@ -53,7 +53,7 @@ def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
 
 
 def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces: JointForces) -> NodeLoads:
-    """Add joint forces and the other loads of gears to node loads."""
+    """Add joint forces, and the loads of gears that are not joint forces, to node loads."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         child, parent = (joint.child, joint.child_point or ""), (joint.parent, joint.parent_point or "")
@@ -79,7 +79,7 @@ def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, 
 def resultants(
     added: AddedLoads, motion: Motion, configuration: Configuration
 ) -> Iterator[tuple[int, Columns, Columns]]:
-    """Reduce additional loads to the origins of the links' axes.
+    """Yield the resultants of additional loads at the origins of the links.
 
     Yields
     ------
@@ -108,7 +108,10 @@ def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: C
 
 
 def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPerBeam, PerBeam]:
-    """Return the force in beam axes [N], complex, and moment [N m] on the end of each beam, (beams, ..., positions)."""
+    """Return the force in beam axes [N], complex, and the moment [N m] that act on the end of each beam.
+
+    The shape of each is (beams, ..., positions).
+    """
     carried = dict(loads.nodes)
     pull = np.empty((len(configuration.length), *configuration.columns), complex)
     twist = np.empty((len(configuration.length), *configuration.columns))
@@ -132,7 +135,7 @@ def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPer
 
 
 def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[Complexes, Reals]:
-    """Return the resultant of the loads along a beam: force in ground axes [N], complex, and moment about its start."""
+    """Return the resultant of the loads along a beam: force in ground axes [N], and moment about its start [N m]."""
     length, q = configuration.length[k], loads.q
     force = length * np.tensordot(1.0 / np.arange(1, len(q) + 1), q[:, k], 1)
     moment = length**2 * np.tensordot(1.0 / np.arange(2, len(q) + 2), q[:, k].imag, 1)

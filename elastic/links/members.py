@@ -1,37 +1,37 @@
 """Members: straight runs of collinear beams of a link, each assessed as a single beam.
 
-A beam ends at a load, a mass, a joint, a change of section, or a corner within drawing accuracy, but a member continues
-there. A member can buckle between its joints.
+A beam ends at each load, mass, joint, change of section or corner. A member continues beyond such points, provided that
+the corner is so small that it is within drawing accuracy. A member can buckle between its joints.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.arrays import AtStations, PerBeam
 from elastic.links.beam_trees import in_line
 from rigid import Beam, Mechanism, structure
 from rigid.arrays import Columns, Integers, Reals
 
-MAX_MEMBER_ANGLE = 1e-3  # [rad] largest angle between beams of a member; drawings have few digits
+# [rad] largest angle between adjacent beams of a member; it allows for the rounding of dimensions in drawings
+MAX_MEMBER_ANGLE = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class BeamRun:
-    """Row of collinear beams.
+class BeamRun(Struct, frozen=True, eq=False):
+    """Run: collinear beams that follow one another.
 
     Attributes
     ----------
     beams
         Indices of the beams.
     turned
-        True for each beam that points against the direction of the run.
+        For each beam, True if it points against the direction of the run.
     start, width
-        Start and length of each beam in xi of the run, as floats or with shape (designs, 1). The length is negative if
-        the beam is `turned`.
+        Start and length of each beam, relative to the length of the run, as floats or with shape (designs, 1). The
+        length is negative if the beam is `turned`.
     """
 
     beams: tuple[int, ...]
@@ -40,7 +40,9 @@ class BeamRun:
     width: tuple[Columns, ...]
 
     def line(self, at: int, first: Columns, last: Columns) -> tuple[Columns, Columns]:
-        """Return the line through the displaced ends of the run: its value at the start of a beam, and its rise there.
+        """Return the line through the displaced ends of the run, in the axes of a beam.
+
+        The line is given by its value at the start of the beam, and its rise along the beam.
 
         Parameters
         ----------
@@ -52,8 +54,7 @@ class BeamRun:
         return sign * (begin + (end - begin) * self.start[at]), sign * (end - begin) * self.width[at]
 
 
-@dataclass(frozen=True, eq=False)
-class BeamRuns:
+class BeamRuns(Struct, frozen=True, eq=False, dict=True):
     """Beams of a mechanism, grouped into runs."""
 
     runs: tuple[BeamRun, ...]
@@ -65,7 +66,7 @@ class BeamRuns:
 
     @cached_property
     def number(self) -> Integers:
-        """Index of the run that each beam belongs to, shape (beams,)."""
+        """Index of the run to which each beam belongs, shape (beams,)."""
         numbers = np.zeros(sum(len(run.beams) for run in self.runs), int)
         for number, run in enumerate(self.runs):
             numbers[[*run.beams]] = number
@@ -108,7 +109,7 @@ def members_of(mechanism: Mechanism) -> BeamRuns:
 
 @lru_cache(maxsize=64)
 def spans_of(mechanism: Mechanism) -> BeamRuns:
-    """Divide the members at their joints into spans, the parts that can buckle."""
+    """Divide the members at their joints into spans, which can buckle."""
     joined = {(at, joint.point(at)) for joint in structure(mechanism).joints for at in (joint.parent, joint.child)}
     spans: list[list[tuple[int, bool]]] = []
     for member in members_of(mechanism).runs:
@@ -135,7 +136,7 @@ def _length(mechanism: Mechanism, number: int) -> Columns:
 
 
 def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
-    """Yield the beams of each member in order, each with a flag that is True if the beam is reversed.
+    """Yield for each member its beams in order. Each beam has a flag that is True if the beam is reversed.
 
     The members are in the order of their first beams.
     """
@@ -155,7 +156,7 @@ def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
 def _collinear_neighbour(
     mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]
 ) -> tuple[int, bool] | None:
-    """Find the collinear beam that continues another beam, and remove it from `left`."""
+    """Return the collinear beam that continues another beam, and remove it from `left`."""
     at, beam = mechanism.beams[last[0]]
     points = mechanism.links[at].points
     begin, end = (beam.end, beam.start) if last[1] else (beam.start, beam.end)
@@ -164,7 +165,7 @@ def _collinear_neighbour(
         if owner == at and end in (other.start, other.end):
             turned = other.end == end
             far = other.start if turned else other.end
-            # only the first design decides, so that a design's result does not depend on other designs
+            # only the first design is checked, so that the members do not depend on the other designs
             here, there = (np.ravel(way)[0] for way in (points[end] - points[begin], points[far] - points[end]))
             if in_line(here, there, MAX_MEMBER_ANGLE):
                 del left[number]

@@ -1,11 +1,11 @@
 """Positions of sliding blocks on beams, and the loads that they apply to the beams."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.beams.blocks import Block
 from elastic.links.added_loads import AddedLoads
@@ -17,13 +17,16 @@ from rigid.constants import beam_constants
 from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
-END_TOLERANCE = 1e-12  # a block less than this beyond the end of a beam is on the beam; relative to its length
+# a block is on a beam if it is beyond the end of the beam by at most this, relative to the length of the beam
+END_TOLERANCE = 1e-12
 UNMOVED: Mapping[int, Columns] = MappingProxyType({})
 
 
-@dataclass(frozen=True, eq=False)
-class OnBeam:
-    """Position of a block on one of the beams along its line: beam index, and `xi` and `here` as in `Block`."""
+class OnBeam(Struct, frozen=True, eq=False):
+    """Position of a block on one of the beams along its line.
+
+    `beam` is the index of the beam. For `xi` and `here` see `Block`.
+    """
 
     beam: int
     xi: Reals
@@ -33,14 +36,14 @@ class OnBeam:
 def block_places(
     motion: Motion, trees: BeamTrees, slides: Mapping[int, Columns] = UNMOVED
 ) -> dict[int, tuple[OnBeam, ...]]:
-    """Find the beams on which the block of each slider moves and its positions on them, by joint index.
+    """Return, by joint index, the positions of the block of each slider on the beams on which it moves.
 
-    At each position the block is on one of these beams. If it is off all of them, xi of the first beam is nan.
+    At each position, the block is on one of these beams. If it is not on any beam, `xi` of the first beam is nan.
 
     Parameters
     ----------
     slides
-        Additional displacement of the block along its line by joint index [m].
+        Additional displacement of the block along its line [m], by joint index.
     """
     if not trees.rails:
         return {}
@@ -83,7 +86,7 @@ def block_loads(
 
 
 def _block(configuration: Configuration, place: OnBeam, pull: Complexes, load: Reals, several: bool) -> Block:
-    """Return the load of a block on a beam, which is zero while the block is on another beam."""
+    """Return the load of a block on a beam. It is zero at positions at which the block is on another beam."""
     force = configuration.back[place.beam] * pull
     if not several:
         return Block(place.beam, place.xi, force, load)

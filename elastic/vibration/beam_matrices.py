@@ -1,16 +1,17 @@
-"""Stiffness and mass matrices of one beam, from exact end shapes and hierarchical inner polynomials.
+"""Stiffness and mass matrices of one beam, from shapes for its ends and hierarchical inner polynomials.
 
-With more finite elements, the error falls with a fixed order; with more polynomials in one element, it falls
-exponentially (Bardell, Free vibration analysis of a flat plate using the hierarchical finite element method, Journal of
-Sound and Vibration 151 (1991) 263-289). Even without inner polynomials, the stiffness is exact for loads at the ends.
+Inner polynomials vanish at the ends. The error falls exponentially with the number of polynomials in a finite element,
+but only as a fixed power of the number of elements (Bardell, Free vibration analysis of a flat plate using the
+hierarchical finite element method, Journal of Sound and Vibration 151 (1991) 263-289). Even with `inner` = 0, the
+stiffness of a prismatic beam is exact for loads at its ends.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
@@ -19,24 +20,25 @@ from rigid import Beam
 from rigid.arrays import Integers, Reals
 
 END_COORDINATES = 6  # u, w, phi at both ends
-EXTRA_POINTS = 20  # integration points in addition to `inner`, for end shapes and tapers of high degree
+EXTRA_POINTS = 20  # number of integration points minus number of inner polynomials; enough for tapers of high degree
 MANY_BEAMS, FEWER_POLYNOMIALS = 16, 4  # see `polynomials_along`
 
 
-@dataclass(frozen=True, eq=False)
-class VibratingBeam:
+class VibratingBeam(Struct, frozen=True, eq=False):
     """Matrices of one beam in beam axes.
 
-    The coordinates are u, w, phi at the start, u, w, phi at the end, and the amplitudes of the inner polynomials.
+    The n coordinates are u, w, phi at the start, u, w, phi at the end, and the amplitudes of the inner polynomials.
 
     Attributes
     ----------
     stiffness, mass
         Matrices of shape (n, n).
     rigid
-        Combinations of end coordinates that are zero because the beam cannot stretch or bend, shape (rows, 6).
+        Constraints of a beam that cannot stretch, cannot bend, or both: (rigid @ end coordinates) must be zero, shape
+        (rows, 6).
     level
-        Smallest number of inner polynomials that uses each coordinate, shape (n,); 0 for end coordinates.
+        Level of each coordinate, shape (n,). A coordinate of level k is used if there are at least k inner polynomials.
+        End coordinates have the level 0.
     """
 
     stiffness: Matrices
@@ -45,18 +47,17 @@ class VibratingBeam:
     level: Integers
 
 
-@dataclass(frozen=True, eq=False)
-class BeamShapes:
-    """Displacements and strains of one beam per unit of its coordinates, at Gauss points.
+class BeamShapes(Struct, frozen=True, eq=False):
+    """Displacements and strains of one beam at Gauss points, per unit of each of its n coordinates.
 
     Attributes
     ----------
     xi, weights
-        Points and weights on [0, 1], shape (points,).
+        Gauss points and their weights on [0, 1], shape (points,).
     u, w, phi
-        Displacements [m] and rotation of the section [rad], shape (points, n).
+        Displacements [m] and rotation of the section [rad], each of shape (points, n).
     stretch, slope, curvature
-        du/dx, dw/dx, dphi/dx, shape (points, n).
+        du/dx, dw/dx and dphi/dx, each of shape (points, n).
     """
 
     xi: Reals
@@ -70,10 +71,10 @@ class BeamShapes:
 
 
 def beam_shapes(length: float, section: Section, inner: int, points: int) -> BeamShapes:
-    """Compute the shapes of a beam with `inner` polynomials per direction, for one design."""
+    """Compute the shapes of a beam with `inner` inner polynomials for each of u, w and phi, for one design."""
     kind = tuple(bool(np.isfinite(np.ravel(value)[0])) for value in (section.EA, section.EI, section.kGA))
     xi, weights, (u, w, phi), (stretch, slope, curvature) = _unit_shapes(inner, *kind, points)
-    # a unit rotation of an end is a slope of `length` on the beam of length 1
+    # a unit rotation of an end corresponds to the slope `length` on the scaled beam of length 1
     per = np.ones(u.shape[1])
     per[[2, 5]] = length
     inverse = per / length
@@ -86,7 +87,7 @@ def beam_shapes(length: float, section: Section, inner: int, points: int) -> Bea
 def _unit_shapes(
     inner: int, stretches: bool, bends: bool, slides: bool, points: int
 ) -> tuple[Reals, Reals, tuple[Matrices, ...], tuple[Matrices, ...]]:
-    """Return Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
+    """Return Gauss points, weights, (u, w, phi), and their derivatives, for a beam of length 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
     rows = _polynomials(1.0, inner, stretches, bends, slides)
@@ -96,14 +97,14 @@ def _unit_shapes(
 
 
 def rigidity(section: Section, name: str, xi: Reals) -> Reals:
-    """Evaluate EA, EI or kGA of a section at stations, for one design."""
+    """Evaluate the rigidity EA, EI or kGA (`name`) of a section at stations xi, for one design."""
     taper = getattr(section.taper, name) if section.taper else (1.0,)
     along: Any = np.polynomial.polynomial.polyval(xi, taper)
     return float(np.ravel(getattr(section, name))[0]) * along
 
 
 def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
-    """Compute the stiffness matrix of a beam for its shapes, shape (n, n)."""
+    """Compute the stiffness matrix of a beam from its shapes, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (("EA", shapes.stretch), ("EI", shapes.curvature), ("kGA", shapes.slope - shapes.phi)):
         if np.isfinite(np.ravel(getattr(section, name))[0]):
@@ -113,7 +114,7 @@ def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrice
 
 
 def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
-    """Evaluate the mass [kg/m] and rotary inertia [kg m] per length of a beam at stations, for one design."""
+    """Evaluate the mass [kg/m] and the rotary inertia [kg m] per unit length at stations of a beam, for one design."""
     mass, rotary = (
         np.asarray(float(np.ravel(start)[0]) * np.polynomial.polynomial.polyval(xi, taper), float)
         for start, taper in ((beam.mass_per_length, beam.mass_taper), (beam.rotary_inertia, beam.rotary_taper))
@@ -122,10 +123,10 @@ def masses_along(beam: Beam, xi: Reals) -> tuple[Reals, Reals]:
 
 
 def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> VibratingBeam:
-    """Compute the matrices of a beam with `inner` polynomials per direction, for one design.
+    """Compute the matrices of a beam with `inner` inner polynomials for each of u, w and phi, for one design.
 
-    The beam is a Timoshenko beam if kGA is finite, and otherwise an Euler-Bernoulli beam. Both include the rotary
-    inertia of `beam`.
+    The beam is a Timoshenko beam if kGA is finite, and otherwise an Euler-Bernoulli beam. In both cases, the mass
+    matrix includes the rotary inertia of `beam`.
     """
     shapes = beam_shapes(length, section, inner, inner + EXTRA_POINTS)
     mass_there, rotary = masses_along(beam, shapes.xi)
@@ -138,11 +139,11 @@ def vibrating_beam(length: float, section: Section, beam: Beam, inner: int) -> V
 
 
 def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
-    """Return the number of inner polynomials of each beam of a link, which is smaller for short beams.
+    """Return the number of inner polynomials of each beam of a link; short beams get fewer.
 
-    In a link with more than `MANY_BEAMS` beams, a beam shorter than 1/`MANY_BEAMS` of their total length bends almost
-    in its static end shapes. Such a beam gets `FEWER_POLYNOMIALS` less. In a four-bar with 63 beams, using zero instead
-    of four inner polynomials changes the results by 1e-6.
+    In a link with more than `MANY_BEAMS` beams, a beam shorter than (total length of the beams / `MANY_BEAMS`) bends
+    almost as under static loads at its ends. Such a beam gets `FEWER_POLYNOMIALS` fewer polynomials than `inner`. In a
+    four-bar with 63 beams, a reduction from four polynomials to zero causes a relative change in the results of 1e-6.
     """
     whole = sum(lengths)
     short = [len(lengths) > MANY_BEAMS and MANY_BEAMS * length < whole for length in lengths]
@@ -150,11 +151,11 @@ def polynomials_along(lengths: Sequence[float], inner: int) -> list[int]:
 
 
 def _levels(section: Section, inner: int) -> Integers:
-    """Return the smallest number of inner polynomials that uses each coordinate of `_polynomials`, shape (n,)."""
+    """Return the level of each coordinate of `_polynomials`, shape (n,); see `VibratingBeam.level`."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
     levels = [np.zeros(END_COORDINATES, int), steps[: inner if stretches else 0]]
-    if slides:  # there are two more coordinates of w and one more of phi than inner polynomials
+    if slides:  # w has `inner` + 2 and phi has `inner` + 1 inner coordinates
         levels += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
     else:
         levels += [steps[: inner if bends else 0]]
@@ -162,7 +163,10 @@ def _levels(section: Section, inner: int) -> Integers:
 
 
 def rigid_rows(length: float, section: Section) -> Matrices:
-    """Return the combinations of end coordinates that are zero because the beam cannot stretch or bend, (rows, 6)."""
+    """Return the constraints of a beam that cannot stretch, cannot bend, or both, shape (rows, 6).
+
+    The product of these rows with the end coordinates must be zero.
+    """
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     rows = np.zeros((0, END_COORDINATES))
     if not stretches:
@@ -177,10 +181,10 @@ def rigid_rows(length: float, section: Section) -> Matrices:
 def _polynomials(
     length: float, inner: int, stretches: bool, bends: bool, slides: bool
 ) -> tuple[tuple[Polynomial, ...], tuple[Polynomial, ...], tuple[Polynomial, ...]]:
-    """Return the polynomials u, w, phi for a unit of each coordinate.
+    """Return the polynomials u, w, phi for a unit value of each coordinate.
 
-    In Timoshenko's beam, the degree of w is one higher than that of phi, so that phi can follow w'. This prevents shear
-    locking.
+    In Timoshenko's beam, the degree of w is higher by one than the degree of phi, so that phi can equal w'. This
+    prevents shear locking.
     """
     nothing = Polynomial([0.0])
     linear = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]
@@ -207,7 +211,10 @@ def _polynomials(
 
 @lru_cache(maxsize=64)
 def _bulges(count: int, order: int) -> tuple[Polynomial, ...]:
-    """Return polynomials with zeros of a given order at both ends: Legendre polynomials times (4 xi (1 - xi))^order."""
+    """Return `count` polynomials with zeros of a given order at both ends of [0, 1].
+
+    They are Legendre polynomials times (4 xi (1 - xi))^order.
+    """
     bump = Polynomial([0.0, 4.0, -4.0]) ** order
     series = [np.polynomial.Legendre.basis(k, domain=[0.0, 1.0]) for k in range(count)]
     return tuple(bump * one.convert(kind=Polynomial, domain=[-1.0, 1.0]) for one in series)

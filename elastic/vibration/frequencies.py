@@ -1,9 +1,10 @@
 """Natural frequencies of a mechanism at each position, with locked drives."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
@@ -16,15 +17,15 @@ from rigid.kinematics import repeated
 
 TOLERANCE = 1e-3
 """Accepted relative error of a natural frequency."""
-ERROR_PER_CHANGE = 0.1  # bound on (error after a refinement / change by it); 50 mechanisms had at most 0.05
-REFINEMENTS = (1, 3, 5, 7, 9, 12)  # number of inner polynomials per beam and direction in successive refinements
-ASSEMBLED = (5, 7, 12)  # numbers for which matrices are assembled; those for smaller numbers are submatrices
-ROUNDS = 6  # maximum number of rounds that search the minimum between the positions
-CLOSER = 8  # distance of neighbouring positions before / after a round of this search
+# assumed ratio (error after a refinement / change due to the refinement); the largest ratio of 50 mechanisms was 0.05
+ERROR_PER_CHANGE = 0.1
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # number of inner polynomials for each of u, w and phi, in successive refinements
+ASSEMBLED = (5, 7, 12)  # matrices for these numbers contain the matrices for smaller numbers
+MAX_ROUNDS = 6  # maximum number of rounds of the search for the minimum over the positions
+STEP_DIVISOR = 8  # factor by which a round of this search reduces the distance between neighbouring positions
 
 
-@dataclass(frozen=True, eq=False)
-class Frequencies:
+class Frequencies(Struct, frozen=True, eq=False):
     """Lowest natural frequencies at selected positions of a motion.
 
     Attributes
@@ -33,11 +34,11 @@ class Frequencies:
         Natural frequencies in ascending order [rad/s], shape (modes, ..., positions). They are nan at singular
         positions, and inf if there are fewer modes.
     position
-        Indices of the selected positions.
+        Indices of the selected positions in the motion.
     change
-        Largest relative change of a frequency in the last refinement.
+        Largest relative change in a frequency due to the last refinement.
     inner
-        Number of inner polynomials per beam and direction.
+        Number of inner polynomials of each beam for each of u, w and phi, after the last refinement.
     """
 
     omega: Reals
@@ -58,32 +59,32 @@ def natural_frequencies(
     modes: int = 3,
     positions: int = 24,
     joints: Mapping[str, JointCompliance] | None = None,
-    settled: float = TOLERANCE,
+    tolerance: float = TOLERANCE,
     designs: int | None = None,
     searched: bool = False,
 ) -> Frequencies:
     """Compute the lowest natural frequencies of small vibrations about the rigid motion, with locked drives.
 
-    The beams are refined until the relative error of the frequencies is less than `settled`. The stiffness does not
-    include the effects of gravity, axial forces, springs and accelerations.
+    The number of polynomials per beam is increased until the estimated relative error of the frequencies is less than
+    `tolerance`. The stiffness does not include the effects of gravity, axial forces, springs and accelerations.
 
     Parameters
     ----------
     sections
-        One per beam, in the order of `Mechanism.beams`.
+        Sections of the beams, in the order of `Mechanism.beams`.
     modes
         Number of frequencies to compute.
     positions
-        Number of positions, evenly selected from the motion.
+        Number of evenly spaced positions that are selected from the motion.
     joints
         Compliant joints by name.
-    settled
-        Accepted relative error of the frequencies, estimated from their change in the last refinement.
+    tolerance
+        Accepted relative error of the frequencies. The error is estimated from the change due to the last refinement.
     designs
         Number of designs to compute, starting with the first; by default all.
     searched
-        Whether positions are added until the minimum of the lowest frequency over the motion is known to `TOLERANCE`.
-        This is for one design.
+        True to add positions until the minimum of the lowest frequency over the motion is known to a relative error of
+        `TOLERANCE`. This has no effect with several designs.
 
     Examples
     --------
@@ -92,8 +93,8 @@ def natural_frequencies(
     >>> from elastic import Section
     >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
     >>> arm = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 1.0),))
-    >>> held = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1})
-    >>> round(natural_frequencies(motion(held, [0.0]), [Section(1e6, 1.0)]).lowest, 4)
+    >>> supported = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1})
+    >>> round(natural_frequencies(motion(supported, [0.0]), [Section(1e6, 1.0)]).lowest, 4)
     3.516
     """
     axis = designs_of(tuple(sections))
@@ -102,39 +103,47 @@ def natural_frequencies(
     count = motion.columns[-1]
     chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
-    solved = [_design_frequencies(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
+    with_structures = [
+        _design_frequencies(motion, sections, modes, chosen, joints or {}, row, tolerance) for row in rows
+    ]
+    solved = [frequencies for frequencies, _ in with_structures]
     if len(motion.columns) == 1:
-        return _with_minimum(motion, sections, joints or {}, solved[0]) if searched else solved[0]
+        return _with_minimum(motion, *with_structures[0]) if searched else solved[0]
     omega, change = np.stack([each.omega for each in solved], axis=1), max(each.change for each in solved)
     return Frequencies(omega, chosen, change, max(each.inner for each in solved))
 
 
-def _with_minimum(
-    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], solved: Frequencies
-) -> Frequencies:
-    """Add positions around the minimum of the lowest frequency until it changes by less than `TOLERANCE`."""
+def _with_minimum(motion: Motion, solved: Frequencies, structure: VibratingStructure | None) -> Frequencies:
+    """Add positions around the minimum of the lowest frequency until this minimum is known to `TOLERANCE`.
+
+    `structure` is None if all positions are singular.
+    """
+    if structure is None:
+        return solved
     before = np.inf
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         more = _around_minimum(solved, before)
         more = more[_regular(motion, more, 0)]
         if not len(more):
             break
         before = solved.lowest
-        structure = VibratingStructure(motion, sections, joints, more, 0, solved.inner)
         position = np.concatenate([solved.position, more])
-        omega = np.concatenate([solved.omega, structure.frequencies(len(solved.omega), solved.inner)], axis=1)
+        added = structure.at(more).frequencies(len(solved.omega), solved.inner)
+        omega = np.concatenate([solved.omega, added], axis=1)
         order = np.argsort(position)
         solved = replace(solved, omega=omega[:, order], position=position[order])
     return solved
 
 
 def _around_minimum(solved: Frequencies, before: float) -> Integers:
-    """Return additional positions around the minimum of the lowest frequency, none if it is known to `TOLERANCE`.
+    """Return additional positions near the minimum of the lowest frequency.
+
+    The result is empty if the minimum is known to `TOLERANCE`.
 
     Parameters
     ----------
     before
-        Minimum before the last additional positions; infinite if there are none.
+        Minimum before positions were last added; infinite in the first round.
     """
     none, known = np.zeros(0, int), np.isfinite(solved.omega[0])
     position, omega = solved.position[known], solved.omega[0][known]
@@ -149,14 +158,14 @@ def _around_minimum(solved: Frequencies, before: float) -> Integers:
     rise = max(float(omega[side] - omega[at]) for side in sides)
     if widest == 1 or rise < TOLERANCE * omega[at] or max(gain, before - omega[at]) < TOLERANCE / 2 * omega[at]:
         return none
-    step = max(1, widest // CLOSER)
+    step = max(1, widest // STEP_DIVISOR)
     low, high = position[max(at - 1, 0)], position[min(at + 1, len(omega) - 1)]
-    near = np.clip(np.rint(vertex) + step * np.arange(-1, 2), low, high).astype(int)
-    return np.setdiff1d(near, position)
+    nearby = np.clip(np.rint(vertex) + step * np.arange(-1, 2), low, high).astype(int)
+    return np.setdiff1d(nearby, position)
 
 
 def _vertex(places: Reals, values: Reals) -> tuple[float, float]:
-    """Return the place of the minimum of the parabola through three points, and its depth below the middle one."""
+    """Return the vertex of the parabola through three points: its position, and its depth below the middle point."""
     slopes = np.diff(values) / np.diff(places)
     bend = (slopes[1] - slopes[0]) / (places[2] - places[0])
     if bend <= 0.0:
@@ -166,7 +175,7 @@ def _vertex(places: Reals, values: Reals) -> tuple[float, float]:
 
 
 def _regular(motion: Motion, chosen: Integers, design: int) -> Flags:
-    """Return True at positions that are not singular and have their blocks on beams."""
+    """Return for each chosen position whether it is not singular and all blocks are on their beams."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
     for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
@@ -182,13 +191,16 @@ def _design_frequencies(
     chosen: Integers,
     joints: Mapping[str, JointCompliance],
     design: int,
-    settled: float,
-) -> Frequencies:
-    """Return the frequencies of one design at some positions."""
+    tolerance: float,
+) -> tuple[Frequencies, VibratingStructure | None]:
+    """Return the frequencies and the structure of one design at chosen positions.
+
+    The structure is None if all these positions are singular.
+    """
     good = np.flatnonzero(_regular(motion, chosen, design))
     omega = np.full((modes, len(chosen)), np.nan)
     if not len(good):
-        return Frequencies(omega, chosen, 0.0)
+        return Frequencies(omega, chosen, 0.0), None
     before, change = np.full((modes, len(good)), np.inf), np.inf
     built, structure = 0, None
     for inner in REFINEMENTS:
@@ -200,7 +212,7 @@ def _design_frequencies(
         if np.isfinite(before[moving]).all():
             change = float(np.max(before[moving] / now[moving] - 1, initial=0.0))
         before = now
-        if ERROR_PER_CHANGE * change < settled:
+        if ERROR_PER_CHANGE * change < tolerance:
             break
     omega[:, good] = before
-    return Frequencies(omega, chosen, change, inner)
+    return Frequencies(omega, chosen, change, inner), structure

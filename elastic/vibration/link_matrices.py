@@ -1,11 +1,12 @@
-"""Stiffness and mass matrices of one link in link axes, which are the same at all positions."""
+"""Stiffness and mass matrices of one link in link axes. They are the same at all positions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
@@ -14,23 +15,22 @@ from elastic.vibration.beam_matrices import END_COORDINATES, polynomials_along, 
 from rigid import Beam, Link
 from rigid.arrays import Columns, Complexes, Integers, Reals
 
-RANK_TOLERANCE = 1e-9  # singular values smaller than this count as zero; relative to the largest one
-ORIGIN = ""  # name of the origin as a point of a link without beams
+RANK_TOLERANCE = 1e-9  # smaller singular values count as zero; relative to the largest one
+ORIGIN = ""  # point name that stands for the origin of a link without beams
 
 
-@dataclass(frozen=True, eq=False)
-class VibratingLink:
-    """Matrices of one moving link for one design, with lengths in the unit of length of the mechanism.
+class VibratingLink(Struct, frozen=True, eq=False):
+    """Matrices of one moving link for one design. Lengths are divided by a reference length, see `of_design`.
 
     Attributes
     ----------
     stiffness, mass
         Matrices for n coordinates, shape (n, n).
     places
-        Displacement x, y and rotation per unit coordinate in link axes, shape (3, n), by name of the point. The points
-        are those that a beam reaches, or the origin of a link without beams.
+        Displacement x, y in link axes and rotation per unit of each coordinate, shape (3, n), by name of the point. The
+        points are those that a beam reaches, or the origin of a link without beams.
     level
-        Smallest number of inner polynomials per beam that uses each coordinate, shape (n,).
+        Level of each coordinate, shape (n,), see `VibratingBeam.level`.
     """
 
     stiffness: Matrices
@@ -39,9 +39,10 @@ class VibratingLink:
     level: Integers
 
     def place(self, name: str, local: Columns) -> tuple[Complexes, Reals]:
-        """Return the displacement, complex, and rotation of a point per unit coordinate in link axes, shape (n,).
+        """Return displacement (complex, link axes) and rotation of a point per unit of each coordinate, (n,) each.
 
-        The point is identified by `name` in a link with beams, and by its position `local` in a link without beams.
+        A point of a link with beams is identified by `name`. A point of a link without beams is identified by its
+        position `local` in link axes.
         """
         if name in self.places:
             x, y, turned = self.places[name]
@@ -50,8 +51,7 @@ class VibratingLink:
         return x + 1j * y + 1j * local * turned, turned
 
 
-@dataclass(frozen=True, eq=False)
-class LinkCoordinates:
+class LinkCoordinates(Struct, frozen=True, eq=False):
     """Coordinates of a link: displacements of its points, followed by the inner coordinates of its beams.
 
     Attributes
@@ -61,7 +61,7 @@ class LinkCoordinates:
     beams
         Matrix of each beam that converts link coordinates to beam coordinates, shape (n of the beam, n).
     free
-        Orthonormal basis of the motions that rigid beams permit, shape (n, n free).
+        Orthonormal basis of the coordinates that meet the constraints of rigid beams, shape (n, free coordinates).
     """
 
     names: list[str]
@@ -69,7 +69,7 @@ class LinkCoordinates:
     free: Matrices
 
     def place(self, name: str) -> Reals:
-        """Return the displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
+        """Return the displacement x, y and rotation of a point per unit of each free coordinate, shape (3, free)."""
         at = 3 * self.names.index(name)
         return self.free[at : at + 3]
 
@@ -90,13 +90,13 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
 
 
 def elastic_coordinates(link: Link, inner: int) -> int:
-    """Return the number of coordinates of the beams of a link, with shear and `inner` polynomials, for one design."""
+    """Return the number of coordinates of all beams of a link, if they have shear and `inner` inner polynomials."""
     lengths = [float(np.abs(np.ravel(link.points[beam.end] - link.points[beam.start])[0])) for beam in link.beams]
     return sum(END_COORDINATES + 3 * count for count in polynomials_along(lengths, inner))
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
-    """Assemble the matrices of a link of one design, with scaled lengths (`of_design`) and one section per beam."""
+    """Assemble the matrices of a link from one section per beam; `of_design` must have scaled the lengths."""
     lengths = [abs(complex(link.points[beam.end] - link.points[beam.start])) for beam in link.beams]
     counts = polynomials_along(lengths, inner)
     parts = [vibrating_beam(*each) for each in zip(lengths, sections, link.beams, counts, strict=True)]
@@ -118,8 +118,9 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
 def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Matrices, Matrices]:
     """Transform stiffness and mass matrices, shape (..., n, n), to Craig-Bampton coordinates.
 
-    These are static end shapes and orthonormal inner shapes. Each inner shape combines only coordinates of its own and
-    lower levels, so the shapes up to any level span the same space as before.
+    The new coordinates are static shapes for the ends of the beams, and inner shapes. Inner shapes have unit stiffness
+    and no stiffness coupling. Each inner shape combines only coordinates of the same level and of lower levels. The
+    shapes up to any level therefore span the same space as before.
 
     References
     ----------
@@ -134,18 +135,22 @@ def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Mat
     scale = 1.0 / np.sqrt(np.diagonal(own, axis1=-2, axis2=-1))[..., None]
     factor = np.linalg.inv(np.linalg.cholesky(own * scale * scale.swapaxes(-1, -2))) * scale.swapaxes(-1, -2)
     back = factor.swapaxes(-1, -2)
-    taken = np.broadcast_to(np.eye(len(level)), stiffness.shape).copy()
-    taken[..., rows, within] = back
-    taken[..., rows, ends] = -back @ (factor @ stiffness[..., rows, ends])
-    moved = taken[..., ends]
+    transformation = np.broadcast_to(np.eye(len(level)), stiffness.shape).copy()
+    transformation[..., rows, within] = back
+    transformation[..., rows, ends] = -back @ (factor @ stiffness[..., rows, ends])
+    moved = transformation[..., ends]
     uncoupled_stiffness = np.zeros_like(stiffness)
     uncoupled_stiffness[..., within, within] = 1.0
     uncoupled_stiffness[..., ends[:, None], ends] = moved.swapaxes(-1, -2) @ stiffness @ moved
-    return uncoupled_stiffness, taken.swapaxes(-1, -2) @ mass @ taken
+    return uncoupled_stiffness, transformation.swapaxes(-1, -2) @ mass @ transformation
 
 
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Matrices:
-    """Return the matrix that converts link coordinates to the `count` coordinates of a beam."""
+    """Return the matrix that converts link coordinates to the coordinates of a beam, shape (`count`, `size`).
+
+    `unit` is the direction of the beam. `first` is the index of the first inner coordinate of the beam in the link.
+    `ends` are the indices of the end points of the beam in `LinkCoordinates.names`.
+    """
     rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
     for which, node in enumerate(ends):
@@ -166,9 +171,9 @@ def _add_lumps(link: Link, names: list[str], mass: Matrices) -> None:
 
 
 def of_design(link: Link, sections: Sequence[Section], scale: float, design: int) -> tuple[Link, list[Section]]:
-    """Return one design of a link and its sections, with lengths in units of `scale` [m].
+    """Return one design of a link and its sections, with lengths divided by `scale` [m].
 
-    In this unit, rotations and displacements have similar magnitudes.
+    This scaling gives displacements and rotations similar magnitudes.
     """
     points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
     beams = tuple(
@@ -204,7 +209,7 @@ def divided(
 ) -> tuple[Link, list[Section]]:
     """Divide beams of a link at new points.
 
-    `marks` contains xi and the name of each new point, in any order, by index of the beam.
+    `marks` lists the new points on each beam as (xi, name) in any order, by index of the beam in the link.
     """
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
@@ -221,7 +226,7 @@ def divided(
 
 
 def _section_part(section: Section, taper: Taper, low: float, high: float) -> Section:
-    """Return the part of a tapered section between two stations."""
+    """Return the section for the part of a tapered beam between two stations xi."""
     EA, EI, kGA = (_polynomial_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
     return replace(
         section,
@@ -235,7 +240,7 @@ def _section_part(section: Section, taper: Taper, low: float, high: float) -> Se
 
 
 def _polynomial_part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
-    """Return the value of a polynomial at `low`, and the part from `low` to `high` relative to this value."""
+    """Return the value of a taper at `low`, and the taper of the part from `low` to `high` divided by this value."""
     moved = Polynomial(taper)(Polynomial([low, high - low])).coef
     return float(moved[0]), tuple(float(value) for value in moved / moved[0])
 
@@ -247,7 +252,7 @@ def one_of(value: Any, design: int) -> Any:
 
 
 def _unconstrained_basis(rows: Matrices) -> Matrices:
-    """Return the null space as in `null_space`, but with unit vectors for unconstrained coordinates."""
+    """Return an orthonormal basis of the null space, with a unit vector for each coordinate without a constraint."""
     touched = rows.any(axis=0)
     basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
     first = basis.shape[1]

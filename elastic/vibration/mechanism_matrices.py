@@ -1,11 +1,13 @@
 """Matrices of all links at selected positions, and the constraints of their joints."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from copy import copy
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.arrays import Matrices
 from elastic.beams.section import JointCompliance, Section
@@ -25,13 +27,35 @@ from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.kinetostatics import balancing_forces
 
-MIN_MODAL_MASS = 1e-13  # modes with a smaller mass/stiffness count as massless; relative to the largest one
+MIN_MODAL_MASS = 1e-13  # modes with a smaller 1/omega^2 count as massless; relative to the largest 1/omega^2
 MAX_DENSE = 400  # number of coordinates above which sparse matrices are faster
 MIN_END_DISTANCE = 1e-3  # smallest distance of a block from the end of a beam, relative to the length of the beam
-EXTRA_VECTORS = 6  # number of iterated vectors in addition to the requested modes
-TOLERANCE = 1e-9  # largest change of an eigenvalue in the last iteration, relative to the largest
+EXTRA_VECTORS = 6  # number of iterated vectors minus number of requested modes
+TOLERANCE = 1e-9  # largest change in an eigenvalue in the last iteration, relative to the largest eigenvalue
 MAX_ROUNDS = 300  # maximum number of subspace iterations
-CONSTRAINT_FLEXIBILITY = 1e-12  # relative to the links; redundant constraints need a compliance
+# compliance of constraints, relative to the links; without it, redundant constraints make the matrix singular
+CONSTRAINT_FLEXIBILITY = 1e-12
+
+
+class LinkMatrices(Struct, frozen=True, eq=False):
+    """Matrices of a link: one pair for all positions, or one pair per position if sliding blocks divide its beams.
+
+    Attributes
+    ----------
+    links
+        The link, or one link with divided beams per position.
+    stiffness, mass
+        Matrices in Craig-Bampton coordinates (see `uncoupled`), shape (1 or positions, n, n).
+    """
+
+    links: list[VibratingLink]
+    stiffness: Matrices
+    mass: Matrices
+
+    @property
+    def level(self) -> Integers:
+        """Level of each coordinate, shape (n,), see `VibratingBeam.level`."""
+        return self.links[0].level
 
 
 class VibratingStructure:
@@ -43,9 +67,10 @@ class VibratingStructure:
         Matrices for the coordinates of all links, shape (positions, n, n). Inner coordinates have unit stiffness and
         are not coupled in stiffness.
     constraints
-        Constraints of the joints: combinations of coordinates that must be zero, shape (rows, positions, n).
+        Constraints of the joints, shape (rows, positions, n). The product of a row with the coordinates must be zero.
     level
-        Smallest number of inner polynomials that uses each coordinate, shape (n,). Constraints involve only level 0.
+        Level of each coordinate, shape (n,), see `VibratingBeam.level`. Constraints contain only coordinates of level
+        0.
     """
 
     def __init__(
@@ -57,33 +82,48 @@ class VibratingStructure:
         design: int,
         inner: int,
     ) -> None:
-        self._motion, self._design, self._positions = motion, design, positions
+        self._motion, self._design, self._inner, self._joints = motion, design, inner, joints
         self._rails = trees_of(motion.mechanism).rails
         self._places = motion.places
         self._scale = self._unit_of_length()
-        self._links: list[list[VibratingLink]] = [[]]
-        self._first = [0]
-        size = beam = 0
-        for at, link in enumerate(motion.mechanism.links[1:], 1):
+        self._scaled: list[tuple[Link, list[Section]]] = []
+        beam = 0
+        for link in motion.mechanism.links:
             own = sections[beam : beam + len(link.beams)]
-            self._links.append(self._link(at, own, beam, inner))
-            self._first.append(size)
-            size, beam = size + len(self._links[at][0].mass), beam + len(link.beams)
+            self._scaled.append(of_design(link, own, self._scale, design))
+            beam += len(link.beams)
+        self._undivided: dict[int, LinkMatrices] = {}
+        self._assemble(positions)
+
+    def at(self, positions: Integers) -> "VibratingStructure":
+        """Return the structure at other positions. Links without sliding blocks keep their matrices."""
+        other = copy(self)
+        other.__dict__.pop("_unconstrained", None)
+        other._assemble(positions)
+        return other
+
+    def _assemble(self, positions: Integers) -> None:
+        """Set the matrices and constraints at some positions."""
+        self._positions = positions
+        self._links: dict[int, LinkMatrices] = {}
+        self._part: dict[int, slice] = {}
+        size = beam = 0
+        for at, (link, _) in enumerate(self._scaled[1:], 1):
+            self._links[at] = self._link(at, beam)
+            self._part[at] = slice(size, size + len(self._links[at].level))
+            size, beam = self._part[at].stop, beam + len(link.beams)
         self.stiffness, self.mass = (np.zeros((len(positions), size, size)) for _ in range(2))
-        for first, own_links in zip(self._first[1:], self._links[1:], strict=True):
-            part = slice(first, first + len(own_links[0].mass))
-            stiffness = np.array([one.stiffness for one in own_links])
-            mass = np.array([one.mass for one in own_links])
-            self.stiffness[:, part, part], self.mass[:, part, part] = uncoupled(stiffness, mass, own_links[0].level)
-        self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
+        for at, part in self._part.items():
+            self.stiffness[:, part, part], self.mass[:, part, part] = self._links[at].stiffness, self._links[at].mass
+        self.level = np.concatenate([np.zeros(0, int), *(matrices.level for matrices in self._links.values())])
         self.constraints: list[Any] = []
         for number, place in enumerate(self._places):
-            self._add_joint(number, place, joints.get(place.joint.name, JointCompliance()))
+            self._add_joint(number, place, self._joints.get(place.joint.name, JointCompliance()))
 
     def frequencies(self, modes: int, inner: int) -> Reals:
-        """Compute the lowest frequencies with `inner` polynomials per beam [rad/s], shape (modes, positions).
+        """Compute the lowest natural frequencies [rad/s], shape (modes, positions), with `inner` inner polynomials.
 
-        They are in ascending order, and inf for massless modes.
+        The frequencies are in ascending order, and padded with inf if there are fewer than `modes` modes with mass.
         """
         omega = np.full((modes, len(self.mass)), np.inf)
         if self.mass.shape[-1] > MAX_DENSE:
@@ -99,30 +139,32 @@ class VibratingStructure:
 
     @cached_property
     def _unconstrained(self) -> list[tuple[Integers, Matrices, Integers]]:
-        """Mass per stiffness of the unconstrained coordinates: positions, matrices and levels for each rank.
+        """Mass matrices in coordinates that meet the constraints and have unit stiffness.
 
-        The rank is that of the constraints, which involve only end coordinates. Inner coordinates are not coupled in
-        stiffness and remain unchanged.
+        Each entry contains the indices of positions with the same rank of the constraints, the matrices at these
+        positions (see `_per_stiffness`), and the levels of the coordinates. Constraints contain only end coordinates,
+        so inner coordinates remain unchanged.
         """
         at_ends = self.level == 0
         rows = (
             np.array(self.constraints).reshape(len(self.constraints), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
         )
         within = np.flatnonzero(~at_ends)
-        within, unheld = within[np.argsort(self.level[within], kind="stable")], []
+        within, groups = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK_TOLERANCE * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in sorted(set(ranks.tolist())):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
             level = np.concatenate([np.zeros(free.shape[1], int), self.level[within]])
-            unheld.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
-        return unheld
+            groups.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
+        return groups
 
     def _per_stiffness(self, chosen: Integers, free: Matrices, at_ends: Flags, within: Integers) -> Matrices:
-        """Return symmetric matrices with the eigenvalues 1/omega^2, which also exist with massless coordinates.
+        """Return mass matrices in coordinates in which the stiffness matrix is the identity.
 
-        `free` is the basis of the unconstrained end coordinates, shape (positions, n free, n ends).
+        The eigenvalues of these matrices are 1/omega^2, which is finite also for massless coordinates. `free` is the
+        basis of the end coordinates that meet the constraints, shape (positions, basis vectors, end coordinates).
         """
         stiffness = free @ self.stiffness[chosen][:, at_ends][:, :, at_ends] @ free.swapaxes(-1, -2)
         scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
@@ -134,7 +176,7 @@ class VibratingStructure:
         return np.block([[own, across], [across.swapaxes(-1, -2), mass[:, within[:, None], within]]])
 
     def _unit_of_length(self) -> float:
-        """Approximate size of the mechanism [m]."""
+        """Return the largest distance between the first and any other point of a link [m]; 1 if this is zero."""
         ways = [
             np.abs(one_of(place, self._design) - one_of(next(iter(link.points.values())), self._design))
             for link in self._motion.mechanism.links
@@ -143,13 +185,15 @@ class VibratingStructure:
         return float(max(ways)) or 1.0
 
     def _at_positions(self, value: Columns) -> Numbers:
-        """Return a quantity of the motion for this design at the selected positions."""
+        """Return the values of a quantity of the motion for this design at the selected positions."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
 
-    def _link(self, at: int, sections: Sequence[Section], first_beam: int, inner: int) -> list[VibratingLink]:
+    def _link(self, at: int, first_beam: int) -> LinkMatrices:
         """Assemble a link once for all positions, or for each position if sliding blocks divide its beams."""
-        link, scaled = of_design(self._motion.mechanism.links[at], sections, self._scale, self._design)
+        if at in self._undivided:
+            return self._undivided[at]
+        link, sections = self._scaled[at]
         marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
         for number, rails in self._rails.items():
             if at == self._places[number].joint.owner:
@@ -157,42 +201,43 @@ class VibratingStructure:
                 for mark, local in zip(marks, self._in_link_axes(at, self._arm(number, at)), strict=True):
                     beam, xi = _nearest(link, beams, local)
                     mark.setdefault(beam, []).append((xi, _block(number)))
-        if not any(marks):
-            return [vibrating_link(link, scaled, inner)]
-        return [vibrating_link(*divided(link, scaled, mark), inner) for mark in marks]
+        if any(marks):
+            return _matrices([vibrating_link(*divided(link, sections, mark), self._inner) for mark in marks])
+        self._undivided[at] = _matrices([vibrating_link(link, sections, self._inner)])
+        return self._undivided[at]
 
     def _arm(self, number: int, at: int) -> Columns:
         return self._places[number].arm(at)
 
     @cached_property
     def _flank(self) -> Mapping[int, Reals]:
-        """Loaded tooth flanks of the gears under the loads of the motion."""
+        """Loaded tooth flank of each gear in the rigid motion, by index of the joint."""
         return balancing_forces(self._motion).flank
 
     def _in_link_axes(self, at: int, arm: Columns) -> Complexes:
-        """Convert a vector in ground axes to link axes and the unit of length, shape (positions,)."""
+        """Convert a vector from ground axes to link axes with scaled lengths, shape (positions,)."""
         return np.asarray(
             self._at_positions(arm) / self._at_positions(self._motion.direction[at]) / self._scale, complex
         )
 
     def _point_displacement(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
-        """Return the displacement, complex, in ground axes and the rotation of a point of a link, per unit coordinate.
+        """Return the displacement (complex, ground axes) and the rotation of a point, per unit of each coordinate.
 
-        `arm` is the vector from the origin of the link to the point in ground axes, used for links without beams.
+        `arm` is the vector from the origin of the link axes to the point, in ground axes. Only links without beams use
+        it.
         """
         shape = self.mass.shape[:2]
         shift, turned = np.zeros(shape, complex), np.zeros(shape)
         if at:
-            links = self._links[at]
+            links = self._links[at].links
             local = self._in_link_axes(at, arm)
             if len(links) == 1:
                 moved, turn = links[0].place(name, local[:, None])
             else:
                 own = [link.place(name, spot) for link, spot in zip(links, local, strict=True)]
                 moved, turn = (np.array(parts) for parts in zip(*own, strict=True))
-            part = slice(self._first[at], self._first[at] + len(links[0].mass))
-            shift[:, part] = self._at_positions(self._motion.direction[at])[:, None] * moved
-            turned[:, part] = turn
+            shift[:, self._part[at]] = self._at_positions(self._motion.direction[at])[:, None] * moved
+            turned[:, self._part[at]] = turn
         return shift, turned
 
     def _joint_displacement(self, number: int, at: int) -> tuple[Complexes, Reals]:
@@ -201,7 +246,7 @@ class VibratingStructure:
         return self._point_displacement(at, _block(number) if point is None else point, self._arm(number, at))
 
     def _add_joint(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
-        """Add the constraints of a joint, or springs if the joint has a compliance."""
+        """Add the constraints of a joint, or the stiffness of springs if the joint is compliant."""
         joint = place.joint
         at_child, at_parent = (
             self._joint_displacement(number, joint.child),
@@ -220,7 +265,10 @@ class VibratingStructure:
             self._add_constraint([followed - self._gear_input(number, place)], compliance)
 
     def _gear_input(self, number: int, place: JointPlace) -> Reals:
-        """Return the motion that a gear imposes on its follower per unit coordinate; the loaded flank is in contact."""
+        """Return the displacement that a gear imposes on its follower, per unit of each coordinate.
+
+        The tooth flank that is loaded in the rigid motion is assumed to be in contact.
+        """
         flank = None
         teeth = place.teeth
         hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
@@ -253,8 +301,16 @@ class VibratingStructure:
                 self.constraints.append(row)
 
 
+def _matrices(links: list[VibratingLink]) -> LinkMatrices:
+    stiffness, mass = np.array([link.stiffness for link in links]), np.array([link.mass for link in links])
+    return LinkMatrices(links, *uncoupled(stiffness, mass, links[0].level))
+
+
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
-    """Return the beam of a link nearest to a point, and xi of the point, kept at a distance from the ends."""
+    """Return which of the given beams of a link is nearest to a point, and xi of the point on this beam.
+
+    If xi is closer to an end than `MIN_END_DISTANCE`, it is moved to this distance from the end.
+    """
     candidates: list[tuple[float, int, float]] = []
     for beam in beams:
         start, end = (
@@ -272,7 +328,11 @@ def _block(number: int | None) -> str:
 
 
 def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
-    """Return the lowest frequencies of stacked structures from the largest eigenvalues of mass per stiffness."""
+    """Return the lowest natural frequencies, shape (modes, structures).
+
+    They follow from the largest eigenvalues of the matrices of `VibratingStructure._per_stiffness`, which are
+    1/omega^2.
+    """
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
     moving = greatest > MIN_MODAL_MASS * np.maximum(greatest[:1], 0.0)
     omega = np.full((modes, len(per_stiffness)), np.inf)
@@ -292,7 +352,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, mo
     stiffness, mass
         Matrices of shape (n, n). The mass matrix may be singular.
     constraints
-        Combinations of coordinates that must be zero, shape (rows, n). Rows may be redundant.
+        Constraints, shape (rows, n). The product of a row with the coordinates must be zero. Rows may be redundant.
 
     References
     ----------
@@ -316,7 +376,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, constraints: Matrices, mo
         inertia = weight @ shapes
         moved = solver.solve(np.concatenate([inertia, np.zeros((rows, count))]))[:size]
         given, energy = moved.T @ (weight @ moved), moved.T @ inertia
-        # eigenvalues are mass per stiffness in descending order, and zero for massless shapes
+        # eigenvalues 1/omega^2, in descending order after the reversal, and zero for massless shapes
         values, turn = eigh(given, energy + 1e-14 * np.trace(energy) * np.eye(count))
         values, turn = values[::-1], turn[:, ::-1]
         shapes = moved @ turn

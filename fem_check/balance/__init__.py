@@ -1,3 +1,3 @@
-"""Check of the balance of momentum and angular momentum of the whole mechanism by finite differences."""
+"""Check of a solution by the momentum and angular momentum of the whole mechanism, with finite differences in time."""
 
 from fem_check.balance.balance import MomentumBalance, balance

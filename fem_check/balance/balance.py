@@ -1,17 +1,18 @@
 """Balance of momentum and angular momentum of the whole mechanism, by finite differences in time.
 
-The finite element check uses the same motion and accelerations as the solution that it checks. This check does not. It
-tests that the joints are closed, that the velocities equal the rates of the positions, and that the momentum of all
-masses changes as gravity, given loads and ground forces require. From `rigid` it uses only the mechanism, positions,
-velocities and ground forces. The derivation is in docs/validity.md, "Momentum".
+The finite element check takes velocities and accelerations from the solution that it checks. This check computes them
+by finite differences. It tests that the joints are closed, that the velocities equal the rates of
+the positions, and that the rates of momentum and angular momentum of all masses equal the sums of gravity, given loads
+and ground forces. From `rigid` it uses only the mechanism, positions, velocities and ground forces. The derivation is
+in docs/validity.md, "Momentum".
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Deflection
 from fem_check.balance.forces import applied, ground_moment, openings, shifted
@@ -34,30 +35,38 @@ from rigid.plane import cross
 
 SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
 SECOND_SIXTH = (3 / 2, -3 / 20, 1 / 90, 0.0)
-"""Weights of central differences of orders eight and six for second derivatives, without that of the middle point."""
+"""Weights of central differences of orders eight and six for second derivatives.
+
+Entry k is the weight of the points k + 1 steps before and after the middle point. The weight of the middle point
+follows from these.
+"""
 STEP_SHARE = 0.025
-"""Step of the differences for a vibration, relative to the time element in which it is a polynomial."""
+"""Time step of the differences for a vibration, relative to the time element in which it is a polynomial."""
 
 Transient = tuple[Callable[[Motion], Deflection], Reals]
-"""Function that returns the deflection for a motion, and boundaries of its smooth intervals [s], shape (edges,)."""
+"""Function that returns the deflection for a motion, and the times between which it is smooth [s], shape (edges,)."""
 
 
-@dataclass(frozen=True)
-class MomentumBalance:
-    """Residuals of the joints and of the balance of momentum, each relative to the largest term over the positions.
+class MomentumBalance(Struct, frozen=True):
+    """Residuals of the joints and of the balance of momentum, each relative to a reference value over all positions.
 
     Attributes
     ----------
     opening
         Largest gap of a joint, relative to the size of the mechanism.
     velocity
-        Largest difference between the velocity of a mass and the rate of its position.
-    force, moment
-        Largest difference between the rate of momentum and the forces including the ground force, and the same for the
-        moments about the centre of the links.
+        Largest difference between the velocity of a mass and the rate of its position, relative to the largest rate.
+    force
+        Largest difference between the rate of momentum and the sum of all forces including the ground force. The
+        difference is relative to the largest sum, at one position, of the magnitudes of inertia forces and given
+        forces.
+    moment
+        Largest difference between the rate of angular momentum and the sum of all moments, about the mean position of
+        the links. The difference is relative to the largest sum, at one position, of the magnitudes of these moments.
     compared
-        Number of compared positions. Positions at kinks of a law, or locked by friction, are excluded.
-        tolerance
+        Number of compared positions. Positions at corners of a motion law, and positions locked by friction, are
+        excluded.
+    tolerance
         Largest accepted residual.
     """
 
@@ -95,21 +104,22 @@ def balance(
     deflection
         The solution for one design, with columns (positions,).
     motion_near
-        Function that returns the rigid motion at some times [s] near given positions, for the finite differences.
+        Function that returns the rigid motion at given times [s], for the finite differences. Its second argument is
+        the posture at the nearest positions of `deflection`.
     span
-        Time interval over which the motion is known [s].
+        First and last time at which the motion is known [s].
     cycle
-        Period of vibrating links [s], or None for a quasi-static solution. The displacement of vibrating links adds
-        momentum, which is differentiated over equally spaced positions of the whole cycle. If there are too few
-        positions, none is compared.
-        tolerance
-        Largest accepted residual; for vibrating links, the discretization error of the solution.
+        Period of links in periodic vibration [s], otherwise None. The displacements of vibrating links add momentum.
+        This momentum is differentiated by a Fourier series through equally spaced positions of the whole cycle. If
+        there are too few positions, no position is compared.
+    tolerance
+        Largest accepted residual. For vibrating links, give the discretization error of the solution.
     exact
-        True for a solution with large displacements. Otherwise products of displacements are omitted, as in linear
+        True for a solution with large displacements. If False, products of displacements are omitted, as in linear
         elastodynamics.
     transient
-        Given for vibrating links that are not periodic. Their momentum is differentiated in time at positions that are
-        far enough from discontinuities.
+        See `Transient`. Required if links vibrate and the vibration is not periodic; otherwise None. The momentum of
+        the links is differentiated by finite differences, at positions that are far enough from discontinuities.
     """
     motion = deflection.motion
     masses = masses_of(motion.mechanism)
@@ -144,7 +154,7 @@ def balance(
 
 
 def _centre(motion: Motion) -> complex:
-    """Return the mean position of the links, which is the reference point of moments [m], complex."""
+    """Return the mean of all link origins (complex) [m], which is the reference point of moments."""
     return (
         complex(np.mean(motion.origin, where=np.isfinite(motion.origin))) if np.isfinite(motion.origin).any() else 0.0
     )
@@ -156,7 +166,7 @@ def _largest(values: Any, known: Any) -> float:
 
 
 def _share(difference: Any, scale: float, known: Any) -> float:
-    """Return the largest difference relative to a scale, or zero if there is no difference."""
+    """Return the largest difference relative to `scale`, or zero if there is no difference."""
     apart = _largest(difference, known)
     return apart / scale if apart else 0.0
 
@@ -166,9 +176,10 @@ def of_displacements(
 ) -> tuple[Complexes, Reals]:
     """Return the rates of momentum [N] and angular momentum [N m] that a periodic vibration adds.
 
-    A point with the velocity v and the displacement s has the additional momentum m s' and angular momentum
-    m (r x s' + s x (v + s')), in which s x s' is of second order. A force f at the point adds the moment s x f, which
-    is subtracted here.
+    Let a mass m have the position r and the velocity v in the rigid motion, and the displacement s with the rate s'.
+    The displacement adds the momentum m s' and the angular momentum m (r x s' + s x (v + s')). The term s x s' is of
+    second order, and is only included if `exact` is True. A force f on the mass adds the moment s x f, which is
+    subtracted here.
     """
     motion = deflection.motion
     arm, velocity = places(motion, masses) - centre, velocities(motion, masses)
@@ -190,9 +201,12 @@ def of_transient(
     tolerance: float,
     exact: bool,
 ) -> tuple[Complexes, Reals]:
-    """Return the rates of the added momentum by finite differences (nan if unresolved).
+    """Return the rates of momentum and angular momentum that a vibration adds, by finite differences in time.
 
-    The rate of angular momentum is m (r x s'' + s x (a + s'')), in which s x s'' is of second order.
+    Both rates are nan at positions that are too close to the times at which the motion is not smooth. The rate of
+    momentum is also nan at positions at which the differences of orders six and eight disagree. With the symbols of
+    `of_displacements` and the acceleration a in the rigid motion, the rate of angular momentum is `m (r x s'' + s x (a
+    + s''))`. The term s x s'' is of second order, and is only included if `exact` is True.
     """
     motion, (near, edges) = deflection.motion, transient
     count = len(EIGHTH)
@@ -222,7 +236,7 @@ def of_transient(
 
 
 def rate_of(values: Numbers, cycle: float) -> Complexes:
-    """Differentiate a periodic function, given at equal time steps along the last axis; the result is complex."""
+    """Return the time derivative (complex) of a periodic function, with values at equal time steps on the last axis."""
     count = values.shape[-1]
     waves = np.fft.fftfreq(count, 1 / count)
     waves[np.abs(waves) == count / 2] = 0.0  # the phase of the highest wave is unknown
@@ -230,7 +244,10 @@ def rate_of(values: Numbers, cycle: float) -> Complexes:
 
 
 def unresolved(values: Any) -> float:
-    """Return the share of the highest third of the spectrum, which is large if there are too few positions."""
+    """Return the largest amplitude in the highest third of the spectrum, relative to the largest of all amplitudes.
+
+    The ratio is large if there are too few positions.
+    """
     waves = np.abs(np.fft.fft(values))
     count = len(waves)
     highest = np.abs(np.fft.fftfreq(count, 1 / count)) >= count / 3

@@ -16,7 +16,7 @@ from rigid.plane import cross
 def openings(motion: Motion) -> Reals:
     """Return the gaps of pins, welds and sliders [m], shape (gaps, positions).
 
-    A weld or slider also has a gap if it is rotated, which is the angle times the size of the mechanism.
+    A wrong angle between the links of a weld or slider is also a gap: the angle times the size of the mechanism.
     """
     mechanism = motion.mechanism
     names = sorted({name for link in mechanism.links for name in link.points})
@@ -28,9 +28,9 @@ def openings(motion: Motion) -> Reals:
             for first, second in combinations(holders, 2)
         ]
     for weld in mechanism.welds:
-        held = motion.direction[mechanism.index[weld.on]] * weld.turn
-        turned = np.abs(motion.direction[mechanism.index[weld.link]] - held)
-        rows.append(turned * size_of(motion, np.isfinite(held)))
+        expected = motion.direction[mechanism.index[weld.on]] * weld.turn
+        turned = np.abs(motion.direction[mechanism.index[weld.link]] - expected)
+        rows.append(turned * size_of(motion, np.isfinite(expected)))
     for slider in mechanism.sliders:
         link, on = mechanism.index[slider.link], mechanism.index[slider.on]
         line = motion.direction[on] * slider.direction
@@ -47,7 +47,7 @@ def ground_moment(deflection: Deflection, centre: Complex) -> Reals:
 
 
 def applied(motion: Motion, masses: Masses, centre: Complex) -> tuple[Complexes, Reals]:
-    """Return the resultant of gravity and all given loads: force [N], complex, and moment [N m]."""
+    """Return the resultant force (complex) [N] and moment about `centre` [N m] of gravity and all loads."""
     weight = masses.mass * (motion.mechanism.gravity + 0j)
     force = np.zeros(motion.columns, complex) + weight.sum()
     moment = cross(places(motion, masses) - centre, weight).sum(axis=0)
@@ -63,7 +63,7 @@ def _point_load(motion: Motion, load: Any) -> Sequence[tuple[Any, Any, Any]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]:
-    """Return the point forces at the Gauss points of the beam that are equivalent to a line load."""
+    """Return a line load as point forces at the Gauss points of its beam: position, force, and moment 0."""
     at = motion.mechanism.index[load.link]
     link = motion.mechanism.links[at]
     beam = link.beams[load.beam]
@@ -81,14 +81,17 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
 
 
 def shifted(deflection: Deflection, masses: Masses, moved: Complexes) -> Reals:
-    """Return the additional moment of gravity and point forces due to the displacement of their points [N m]."""
+    """Return the additional moment of gravity, point loads and forces on the ground due to displacements [N m].
+
+    `moved` are the displacements of the masses (complex), shape (masses, positions).
+    """
     motion = deflection.motion
     pushed: Reals = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
             pushed = pushed + cross(displacement_of(deflection, link, point), force)
     for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
-        if joint.parent == 0 and not joint.turns:  # the ground force moves with a block that is displaced on the ground
+        if joint.parent == 0 and not joint.turns:  # the force of a block on the ground moves with the displaced block
             pushed = pushed + cross(
                 displacement_of(deflection, joint.child, motion.mechanism.slider_points[joint.name]), force
             )

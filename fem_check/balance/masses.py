@@ -1,10 +1,10 @@
-"""Moving masses as point masses: positions, velocities, elastic displacements, and their rates by differences."""
+"""Moving masses as point masses: positions, velocities, elastic displacements, and rates by finite differences."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Deflection, displacement_of, rotation_of, sample
 from rigid import Mechanism, Motion, Posture, posture
@@ -14,16 +14,20 @@ GAUSS_POINTS = 8  # number of Gauss points along a beam
 TOLERANCE = 1e-6
 """Default of the largest accepted residual, see `balance`."""
 STEP = 0.01
-"""Step of the differences, relative to the time in which the fastest link rotates by 1 rad."""
+"""Time step of the differences, relative to `_pace`."""
 EIGHTH = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 SIXTH = (3 / 4, -3 / 20, 1 / 60, 0.0)
-"""Weights of central differences of orders eight and six, the difference of which estimates the error."""
+"""Weights of central differences of orders eight and six for first derivatives.
+
+Entry k is the weight of the value k + 1 steps after the middle point minus the value k + 1 steps before it. The
+difference between both orders is an estimate of the error.
+"""
 
 MotionNear = Callable[[Reals, Posture], Motion]
+"""Function that returns the motion at given times [s], on the branch of a nearby posture."""
 
 
-@dataclass(frozen=True, eq=False)
-class Masses:
+class Masses(Struct, frozen=True, eq=False):
     """All moving masses as point masses, in arrays of shape (masses, 1) except `link`.
 
     Attributes
@@ -31,9 +35,11 @@ class Masses:
     link
         Index of the link, shape (masses,).
     place
-        Position in the axes of the link [m], complex.
-    mass, inertia
-        Mass [kg] and rotary inertia about the point [kg m^2]; for beams, the rotary inertia of the sections.
+        Position in the axes of the link (complex) [m].
+    mass
+        Mass [kg].
+    inertia
+        Moment of inertia about the point [kg m^2]; for a beam, the rotary inertia of its sections.
     """
 
     link: Integers
@@ -43,7 +49,7 @@ class Masses:
 
 
 def masses_of(mechanism: Mechanism) -> Masses:
-    """Return the point masses: the Gauss points of all beams, followed by the centres of the lumps."""
+    """Return the point masses: Gauss points of all beams, then the lumps (masses attached to links)."""
     rows: list[tuple[int, Any, Any, Any]] = []
     for at, beam in mechanism.beams:
         points = mechanism.links[at].points
@@ -71,18 +77,18 @@ def gauss() -> tuple[Reals, Reals]:
 
 
 def places(motion: Motion, masses: Masses) -> Complexes:
-    """Return the positions of the masses [m], complex, shape (masses, positions)."""
+    """Return the positions of the masses (complex) [m], shape (masses, positions)."""
     return motion.origin[masses.link] + motion.direction[masses.link] * masses.place
 
 
 def velocities(motion: Motion, masses: Masses) -> Complexes:
-    """Return the velocities of the masses in the rigid motion [m/s], complex, shape (masses, positions)."""
+    """Return the velocities of the masses in the rigid motion (complex) [m/s], shape (masses, positions)."""
     turning = 1j * motion.angular_velocity[masses.link] * motion.direction[masses.link]
     return motion.velocity[masses.link] + turning * masses.place
 
 
 def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
-    """Return the displacements [m], complex, and rotations [rad] of the masses, shape (masses, positions)."""
+    """Return the displacements (complex) [m] and rotations [rad] of the masses, each of shape (masses, positions)."""
     motion = deflection.motion
     mechanism = motion.mechanism
     u, w, phi = (sample(deflection, field, gauss()[0]) for field in ("u", "w", "phi"))
@@ -95,17 +101,25 @@ def displacements(deflection: Deflection) -> tuple[Complexes, Reals]:
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps if at else ():
             angle = np.broadcast_to(rotation_of(deflection, at, lump.point), motion.columns)
-            held = displacement_of(deflection, at, lump.point) + 1j * angle * motion.direction[at] * lump.offset
-            moved.append(np.broadcast_to(held, motion.columns))
+            displacement = displacement_of(deflection, at, lump.point) + 1j * angle * motion.direction[at] * lump.offset
+            moved.append(np.broadcast_to(displacement, motion.columns))
             turned.append(angle)
     return np.array(moved), np.array(turned)
 
 
-@dataclass(frozen=True, eq=False)
-class Rates:
-    """Velocities [m/s], accelerations [m/s^2], complex, and angular accelerations [1/s^2], shape (masses, positions).
+class Rates(Struct, frozen=True, eq=False):
+    """Rates of the masses by finite differences, in arrays of shape (masses, positions).
 
-    `known` is True at the positions at which the differences are accurate, shape (positions,).
+    Attributes
+    ----------
+    velocity
+        Velocities, differentiated from positions (complex) [m/s].
+    acceleration
+        Accelerations, differentiated from velocities (complex) [m/s^2].
+    rotation
+        Angular accelerations, differentiated from angular velocities [rad/s^2].
+    known
+        True at the positions at which the differences are accurate, shape (positions,).
     """
 
     velocity: Any
@@ -115,11 +129,11 @@ class Rates:
 
 
 def rates_of(motion: Motion, masses: Masses, motion_near: MotionNear, span: tuple[float, float]) -> Rates:
-    """Differentiate positions and velocities over a few short steps before and after each position."""
+    """Differentiate positions and velocities of the masses, with a few short steps before and after each position."""
     step = STEP * _pace(motion)
     far = len(EIGHTH) * step
     inside = (motion.time - far >= span[0]) & (motion.time + far <= span[1])
-    if not inside.any():  # the run is shorter than the steps
+    if not inside.any():  # the run is too short for the steps
         unknown = np.full((len(masses.mass), *motion.columns), np.nan)
         return Rates(unknown + 0j, unknown + 0j, unknown, inside)
     time, here = motion.time[inside], posture(motion, inside)
@@ -142,7 +156,7 @@ def _carried(motion: Motion, masses: Masses) -> Complexes:
 
 
 def _pace(motion: Motion) -> float:
-    """Return the time in which the fastest link rotates by 1 rad or moves by the size of the mechanism [s]."""
+    """Return the shortest time in which a link rotates by 1 rad or moves by the size of the mechanism [s]."""
     known = np.isfinite(motion.velocity)
     turns = np.abs(motion.angular_velocity).max(initial=0.0, where=known)
     goes = np.abs(motion.velocity).max(initial=0.0, where=known)

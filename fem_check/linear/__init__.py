@@ -1,1 +1,1 @@
-"""Quasi-static solution by finite elements, and its comparison with the closed forms."""
+"""Quasi-static finite element solution of a mechanism, and its comparison with the closed forms of `elastic`."""

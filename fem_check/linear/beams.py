@@ -1,13 +1,14 @@
-"""Lengths, compliances and loads of all beams, which are scaled unit beams."""
+"""Lengths, compliances and loads of all beams. The responses of a beam are scaled responses of a unit beam."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import Section
 from fem_check.linear.block import BlockResponse
@@ -19,24 +20,28 @@ from rigid.arrays import Columns, Complexes, Reals
 from rigid.kinematics import repeated, stacked
 
 
-@dataclass(frozen=True, eq=False)
-class LoadedBeams:
+class LoadedBeams(Struct, frozen=True, eq=False, dict=True):
     """Lengths, directions, compliances and loads of all beams, in arrays of shape (beams, ..., positions).
 
     Attributes
     ----------
-    length, axis
-        Length [m], and unit vector of x' in ground axes.
-    stretch, bend, shear, strain
-        1/EA, 1/EI and 1/kGA at the start, and free strain.
-    along, across
-        Distributed loads at the stations of the unit beams [N/m]. `along` is q_x, shape (stations, beams, ...,
-        positions). `across` is q_y, followed by the moments per length divided by the length of the beam, shape
-        (2 stations, beams, ..., positions).
+    length
+        Length [m].
+    axis
+        Unit vector of x' in ground axes (complex).
+    stretch, bend, shear
+        1/EA, 1/EI and 1/kGA at the start of the beam.
+    strain
+        Strain without load.
+    along
+        Axial load per length q_x at the stations of the unit beams [N/m], shape (stations, beams, ..., positions).
+    across
+        Transverse load per length q_y at the stations [N/m], followed by the moments per unit length divided by the
+        length of the beam [N/m], shape (2 stations, beams, ..., positions).
     units
         Unit beam of each beam.
     blocks
-        Responses to the sliding blocks on beams.
+        Responses of beams to the sliding blocks on them.
     """
 
     length: Reals
@@ -52,19 +57,22 @@ class LoadedBeams:
 
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
-        """Distinct unit beams, each with the indices of its beams, or a slice if there is only one."""
+        """Distinct unit beams, each with the indices of its beams (a slice if there is only one unit beam)."""
         units = {id(unit): unit for unit in self.units}
         if len(units) == 1:
             return [(self.units[0], slice(None))]
         return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in units.values()]
 
     def per_beam(self, values: Any) -> Reals:
-        """Evaluate a function of the unit beam of each beam, shape (n, beams, 1, ...)."""
+        """Evaluate a function of a unit beam for each beam, shape (n, beams, 1, ...).
+
+        The function returns an array of shape (n,).
+        """
         found = {id(unit): values(unit) for unit in self.units}
         table = np.array([found[id(unit)] for unit in self.units])
         return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
 
-    def numbered(self, number: int) -> LoadedBeams:
+    def single_beam(self, number: int) -> LoadedBeams:
         """Select one beam, with arrays of shape (..., positions)."""
         rows = ("length", "axis", "stretch", "bend", "shear", "strain")
         own = {name: getattr(self, name)[number] for name in rows}
@@ -77,21 +85,27 @@ class LoadedBeams:
             blocks=(),
         )
 
-    def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Return the flexibility of a beam at one of its points, scaled from the unit beam.
+    def flexibility(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
+        """Return displacements of a beam under unit loads, scaled from the unit beam.
+
+        The point of the displacements and the point of the loads follow from the arguments `u`, `w`, `phi`, `slide`.
 
         Parameters
         ----------
         size
-            Reference length for rotations and moments [m]. Rotations are multiplied and moments divided by it.
-        u, w, phi, slide
-            Values of a `UnitBeam` at the point: u under an axial force, w and phi under a transverse force and a
-            moment, and slide under a transverse force.
+            Reference length [m]. Rotations are multiplied by it, and moments are divided by it.
+        u
+            Displacement of the unit beam under an axial force.
+        w, phi
+            Deflection and rotation of the unit beam under a transverse force and under a moment, each of shape (2,
+            ...).
+        slide
+            Deflection of the unit beam due to shear under a transverse force.
 
         Returns
         -------
-        Axial displacement, transverse displacement and rotation per axial force, transverse force and moment [m/N],
-        shape (3, 3, ...).
+        Flexibility matrices [m/N], shape (3, 3, ...). The rows are axial displacement, transverse displacement and
+        rotation. The columns are axial force, transverse force and moment.
         """
         matrix = np.zeros((3, 3, *self.length.shape))
         matrix[0, 0] = self.length * self.stretch * u
@@ -102,8 +116,12 @@ class LoadedBeams:
         matrix[1, 1] += self.length * self.shear * slide
         return matrix
 
-    def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
-        """Return the displacement due to the distributed loads and the free strain [m], shape (3, ...)."""
+    def displacement_under_loads(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
+        """Return the displacement at `xi` due to the distributed loads and the free strain [m], shape (3, ...).
+
+        The first axis is the axial displacement, the transverse displacement and the rotation times `size`. `u`, `w`,
+        `phi` and `slide` are the values of the unit beam at `xi` under its distributed loads.
+        """
         along, across = self.along, self.across
         displacement = np.empty((3, *self.length.shape))
         displacement[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi

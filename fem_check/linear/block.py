@@ -1,7 +1,7 @@
-"""Sliding blocks on beams: the element under the block is subdivided at each position.
+"""Sliding blocks on beams: at each position, the element under the block is divided in two at the block.
 
-Assembly and condensation are vectorised over the positions here, because scikit-fem would need a mesh and a matrix for
-each position. The tests compare with an element that is subdivided in a mesh of scikit-fem.
+Assembly and static condensation are vectorised over the positions here, because scikit-fem would need a mesh and a
+matrix for each position. The tests compare with a divided element in a mesh of scikit-fem.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from rigid.arrays import Reals
 MIN_NODE_DISTANCE = 1e-14  # smallest distance of a block from a node, relative to the length of the element
 
 
-class Divided:
-    """Element under a block, split in two at the block, with condensed inner dofs.
+class DividedElement:
+    """Element under a block, divided in two at the block. Inner dofs are eliminated by static condensation.
 
-    In shapes, (...) stands for the columns and m for the number of dofs of a node. Values are for elements of length 1.
+    In shapes, (...) is the shape of one value per design and position, and m is the number of dofs of a node. Values
+    are for elements of length 1.
 
     Attributes
     ----------
     number
         Index of the element, shape (...).
     place
-        Position of the block in the element, from 0 to 1.
+        Position of the block in the element, from 0 to 1, shape (...).
     carry
-        Displacement of the block per unit displacement of the ends of the element, shape (..., m, 2 m).
+        Dofs of the block per unit of each dof of the ends of the element, shape (..., m, 2 m).
     """
 
     def __init__(self, line: ElementRow, xi: Any) -> None:
@@ -53,11 +54,14 @@ class Divided:
         scale = 1.0 / np.sqrt(np.diagonal(matrix[..., inner, inner], axis1=-2, axis2=-1))
         scaled = matrix[..., inner, inner] * scale[..., :, None] * scale[..., None, :]
         soft = np.linalg.inv(scaled) * scale[..., :, None] * scale[..., None, :]
-        self.soft = soft[..., :m, :]
-        self.carry = self._carried(-self.soft @ matrix[..., inner, ends])
+        self.flexibility = soft[..., :m, :]
+        self.carry = self._carried(-self.flexibility @ matrix[..., inner, ends])
 
     def _carried(self, carry: Any) -> Reals:
-        """Compute the share of the nearer end from rigid motion, to limit round-off."""
+        """Compute the part of `carry` for the nearer end of the element again, to limit round-off.
+
+        This part follows from the part for the other end, because a rigid motion of both ends moves the block rigidly.
+        """
         m, rigid = self.line.kind.nodal, self.line.kind.rigid
         by_start, by_end = carry[..., :m], carry[..., m:]
         from_start = np.concatenate((rigid(self.place) - by_end @ rigid(1.0), by_end), axis=-1)
@@ -65,12 +69,15 @@ class Divided:
         return np.where(self.place[..., None, None] < 0.5, from_start, from_end)
 
     def _along(self, low: Reals, length: Reals) -> Reals:
-        """Return the quadrature points of a part of the element as xi of the beam, shape (..., points)."""
+        """Return xi of the beam at the quadrature points of a part of the element, shape (..., points)."""
         inside = low[..., None] + length[..., None] * self.line.kind.points
         return (self.number[..., None] + inside) / self.line.elements
 
-    def of_nodes(self, values: Reals) -> Reals:
-        """Return the displacement of the block from nodal values, shape (m, loads, nodes) or (m, loads, ..., nodes)."""
+    def from_nodal_values(self, values: Reals) -> Reals:
+        """Return the dofs of the block for given nodal values, shape (m, loads, ...).
+
+        The nodal values have the shape (m, loads, nodes), or (m, loads, ..., nodes) if they depend on the position.
+        """
         moving = values.ndim > 3
         m = len(values)
         ends = []
@@ -82,8 +89,11 @@ class Divided:
         found: Reals = np.einsum("...ij,jq...->iq...", self.carry, np.array(ends))
         return found.reshape(m, *found.shape[1:])
 
-    def of_spread(self, load_at: Any, couples: bool = False) -> Reals:
-        """Return the displacement of the block due to loads or couples along the clamped element, (m, loads, ...)."""
+    def under_distributed_loads(self, load_at: Any, couples: bool = False) -> Reals:
+        """Return the dofs of the block due to distributed loads on the element, with clamped ends, (m, loads, ...).
+
+        `load_at` returns the loads at given xi. If `couples` is True, the loads are moments per unit length.
+        """
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for low, length, dofs in self.parts:
@@ -92,14 +102,17 @@ class Divided:
             work = np.einsum("q...g,dg,g->...qd", q, shape, kind.weights)
             work *= (length[..., None] ** (kind.turns if couples else 1 + kind.turns))[..., None, :]
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
-            soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
+            soft = self.flexibility[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
         return total
 
-    def of_point(self, other: Divided) -> Reals:
-        """Return the displacement of the block due to unit loads of another block on the element, shape (m, m, ...)."""
+    def under_other_block(self, other: DividedElement) -> Reals:
+        """Return the dofs of the block due to unit loads of a block on the same element, with clamped ends.
+
+        The shape is (m, m loads, ...). The values are zero if the other block is on another element.
+        """
         if other is self:
-            return np.moveaxis(self.soft[..., : self.line.kind.nodal], (-2, -1), (0, 1))
+            return np.moveaxis(self.flexibility[..., : self.line.kind.nodal], (-2, -1), (0, 1))
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for part, (low, length, dofs) in enumerate(self.parts):
@@ -110,12 +123,12 @@ class Divided:
             )
             work = np.moveaxis(work, (0, 1), (-2, -1)) * length[..., None, None] ** kind.turns * here[..., None, None]
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
-            soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
+            soft = self.flexibility[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
         return total
 
-    def pushed(self) -> tuple[Reals, Reals]:
-        """Return nodal values and element forces under unit loads of the block.
+    def beam_response(self) -> tuple[Reals, Reals]:
+        """Return the response of the whole beam to unit loads of the block: nodal values and forces on the elements.
 
         Returns
         -------
@@ -137,20 +150,23 @@ class BlockResponse:
 
     Attributes
     ----------
-    beam, xi
-        Index of the beam, and position of the block on it, shape (...).
+    beam
+        Index of the beam.
+    xi
+        Position of the block on the beam, x'/l, shape (...).
     w, phi, u, slide
         Displacement of the block under the loads of `UnitBeam`, shape (loads, ...).
     nodes
-        u, w, phi, slide, N, V, M at the nodes, shape (loads, ..., nodes). The loads are an axial force for u and N, a
-        transverse force and a moment for w, phi, V and M, and a transverse force for slide.
+        Values at the nodes under unit loads of the block, by field, shape (loads, ..., nodes). The load is an axial
+        force for u and N, and a transverse force for slide. For w, phi, V and M, the loads are a transverse force and a
+        moment.
     """
 
     def __init__(self, beam: int, xi: Reals, unit: UnitBeam) -> None:
         self.beam, self.xi, self.unit = beam, xi, unit
         n = float(unit.bending.elements)
         self.across, self.along, self.sheared = (
-            Divided(line, xi) for line in (unit.bending, unit.stretching, unit.sliding)
+            DividedElement(line, xi) for line in (unit.bending, unit.stretching, unit.sliding)
         )
         self.w, self.phi = self._under(self.across, np.array((unit.w, unit.phi / n)), n**-4)
         self.phi = self.phi * n
@@ -158,20 +174,22 @@ class BlockResponse:
         (self.slide,) = self._under(self.sheared, unit.slide[None], n**-2)
         self.nodes = self._nodes(n)
 
-    def _under(self, divided: Divided, values: Reals, unit: float) -> Reals:
-        nodal = divided.of_nodes(values)
+    def _under(self, divided: DividedElement, values: Reals, unit: float) -> Reals:
+        nodal = divided.from_nodal_values(values)
         stations = len(self.unit.stations)
-        nodal[:, :stations] += unit * divided.of_spread(self.unit.load_at)
+        nodal[:, :stations] += unit * divided.under_distributed_loads(self.unit.load_at)
         if divided is self.across:
             n = float(self.unit.bending.elements)
-            nodal[:, stations : 2 * stations] += unit * n * divided.of_spread(self.unit.load_at, couples=True)
+            nodal[:, stations : 2 * stations] += (
+                unit * n * divided.under_distributed_loads(self.unit.load_at, couples=True)
+            )
         return nodal
 
     def _nodes(self, n: float) -> dict[str, Reals]:
-        (w, phi), forces = self.across.pushed()
+        (w, phi), forces = self.across.beam_response()
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi), 1)
-        (u,), along = self.along.pushed()
-        (slide,), _ = self.sheared.pushed()
+        (u,), along = self.along.beam_response()
+        (slide,), _ = self.sheared.beam_response()
         return {
             "u": u / n,
             "w": w * scale,
@@ -183,13 +201,19 @@ class BlockResponse:
         }
 
     def under(self, other: BlockResponse) -> tuple[Reals, Reals, Reals, Reals]:
-        """Return u, w, phi, slide of this block under unit loads of another block on the beam, shape (loads, ...)."""
+        """Return u, w, phi, slide of this block under unit loads of another block on the beam, shape (loads, ...).
+
+        For the loads see `nodes`.
+        """
         n = float(self.unit.bending.elements)
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi))
         given = np.array((other.nodes["w"], other.nodes["phi"] / n))
-        w, phi = self.across.of_nodes(given) + scale * self.across.of_point(other.across)
-        (u,) = self.along.of_nodes(other.nodes["u"][None]) + self.along.of_point(other.along) / n
-        (slide,) = self.sheared.of_nodes(other.nodes["slide"][None]) + self.sheared.of_point(other.sheared) / n
+        w, phi = self.across.from_nodal_values(given) + scale * self.across.under_other_block(other.across)
+        (u,) = self.along.from_nodal_values(other.nodes["u"][None]) + self.along.under_other_block(other.along) / n
+        (slide,) = (
+            self.sheared.from_nodal_values(other.nodes["slide"][None])
+            + self.sheared.under_other_block(other.sheared) / n
+        )
         return u, w, phi * n, slide
 
 

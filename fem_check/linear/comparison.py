@@ -1,9 +1,9 @@
 """Comparison of the closed forms with finite elements."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import PRIMARY, Deflection, Taper, sample
 from fem_check.linear.solution import Solution
@@ -15,23 +15,34 @@ TOLERANCE = 1e-8
 MAX_TOLERANCE = 1e-3
 """Largest tolerance for tapered beams, for which nodal values converge with order four."""
 TAPER_DIVISOR = 250.0
-"""The tolerance is the fourth power of the relative rigidity change per element, divided by this.
+"""The tolerance for tapered beams is the fourth power of the relative change of rigidity in an element, over this.
 
-Measured errors were 1/7 to 1/2 of the tolerance.
+Measured errors were 1/7 to 1/2 of this tolerance.
 """
 MIN_REFERENCE = 1e-6
-"""Smallest reference for the relative difference of a field, relative to the related fields."""
+"""Smallest reference for the relative difference of a field, relative to the value expected from other fields."""
 MIN_NODE_DISTANCE = 1e-9
-"""Discontinuous section forces are not compared at a node closer than this to a block [beam lengths]."""
+"""Section forces jump at a block. They are not compared at nodes closer than this to a block [beam lengths]."""
 
 
-@dataclass(frozen=True)
-class Worst:
-    """Largest difference of a field.
+class Worst(Struct, frozen=True):
+    """Largest difference in a field between closed forms and finite elements.
 
-    It occurs at `beam`, `xi` and `position`, which is (design, position) if there are several designs. `difference` is
-    absolute [unit of the field]. `relative` is relative to `scale`, the largest magnitude of the field over all beams,
-    nodes and positions.
+    Attributes
+    ----------
+    field
+        Name of the field.
+    beam, xi
+        Index of the beam and x'/l at which the difference occurs.
+    position
+        Index of the position, or (design, position) if there are several designs.
+    difference
+        Absolute difference [unit of the field].
+    scale
+        Largest magnitude of the field over all beams, nodes and positions, or `MIN_REFERENCE` times the value expected
+        from other fields if this is larger.
+    relative
+        `difference` divided by `scale`.
     """
 
     field: str
@@ -43,24 +54,25 @@ class Worst:
     relative: float
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Struct, frozen=True, eq=False):
     """Differences of N, V, M, u, w, phi at the nodes.
 
     Attributes
     ----------
     worst
-        Largest difference of each field, in the order of `elastic.PRIMARY`.
+        Largest difference in each field, in the order of `elastic.PRIMARY`.
     relative
-        Largest difference of each field on each beam over the cycle, relative to the largest magnitude of the field on
-        any beam, shape (6, beams). `passed` depends on it.
+        Largest difference in each field on each beam over the cycle, relative to the largest magnitude of the field on
+        any beam, shape (6, beams). `passed` compares this value with `tolerance`.
     own
-        The same, relative to the largest magnitude of the field on that beam, which is a stricter measure for stiff
-        beams.
+        Largest difference in each field on each beam over the cycle, relative to the largest magnitude of the field on
+        the same beam, shape (6, beams). This measure is stricter for stiff beams.
     compared
-        Number of positions for which both solutions exist (all positions if there are no beams). If only one of them
-        exists, the difference is infinite. Positions with a block beyond its beam are excluded, as are N, V and M at a
-        node under a block.
+        Number of positions for which both solutions exist (all positions if there are no beams). At a position for
+        which only one of the two solutions exists, the difference is infinite. Positions with a block beyond its beam
+        are excluded. N, V and M at a node under a block are also excluded.
+    elements
+        Number of elements per beam.
     tolerance
         Largest accepted value of `relative`.
     """
@@ -88,8 +100,9 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     Parameters
     ----------
     tolerance
-        Largest accepted relative difference. The default is `TOLERANCE`, or for tapered beams the discretisation error,
-        which is 1/elements^4 or more for steep tapers.
+        Largest accepted relative difference. The default is `TOLERANCE` for prismatic beams. For tapered beams, the
+        default is an estimate of the discretization error, 1/elements^4, and larger for steep tapers (see
+        `TAPER_DIVISOR`).
 
     Raises
     ------
@@ -119,9 +132,9 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
         * length**power
         for name, power in (("EA", 1), ("EI", 3))
     )
-    by_beam = _lifted(magnitude.reshape(flat.shape).max(axis=2, initial=0.0), length, stretched, bent)
+    by_beam = _with_minimum(magnitude.reshape(flat.shape).max(axis=2, initial=0.0), length, stretched, bent)
     longest, *softest = (values.max(initial=0.0) for values in (length, stretched, bent))
-    scale = _lifted(magnitude.reshape(len(PRIMARY), flat[0].size).max(axis=1, initial=0.0), longest, *softest)
+    scale = _with_minimum(magnitude.reshape(len(PRIMARY), flat[0].size).max(axis=1, initial=0.0), longest, *softest)
     greatest = flat.max(axis=2, initial=0.0)
     worst = tuple(
         _worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(PRIMARY) if beams
@@ -146,7 +159,11 @@ def _tolerance_for(tapers: Sequence[Taper], elements: int) -> float:
 
 
 def _exclude(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -> None:
-    """Set values to nan at ill-conditioned positions, with blocks beyond beams, and at jumps of section forces."""
+    """Replace values that cannot be compared by nan.
+
+    These are values at ill-conditioned positions, at positions with a block beyond its beam, and at jumps in section
+    forces.
+    """
     for array in (values, checked):
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
@@ -157,8 +174,12 @@ def _exclude(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -
             array[:3, block.beam][:, jump] = np.nan
 
 
-def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
-    """Increase magnitudes to at least `MIN_REFERENCE` times those of the related fields on a beam of this size."""
+def _with_minimum(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
+    """Increase the magnitudes of fields to at least `MIN_REFERENCE` times the values expected from other fields.
+
+    `greatest` are the largest magnitudes of N, V, M, u, w, phi. `length`, `stretched` (l/EA) and `bent` (l^3/EI) relate
+    the fields to each other.
+    """
     force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         force = np.maximum(force, np.nan_to_num(greatest[2] / length))

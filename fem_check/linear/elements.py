@@ -1,44 +1,49 @@
-"""Tables of the two element types of beams, for an element of length 1.
+"""Shape functions and stiffnesses of the two element types of beams, as arrays for an element of length 1.
 
 The element starts at the origin, because scikit-fem constructs its Hermite element from powers of the coordinate, which
-lose digits far from the origin. Sliding blocks and moving nodes need different elements at each position. The tables
-evaluate thousands of them at once, whereas scikit-fem would need a `Basis` for each position.
+lose digits far from the origin. Sliding blocks divide elements at a different point at each position. With the arrays
+here, thousands of such elements are evaluated at once. scikit-fem would need a `Basis` for each position.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Reals
 
 QUADRATURE_DEGREE = 13  # degree of exact integration: rigidities up to degree 11, loads up to degree 10
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ElementKind:
+class ElementKind(Struct, frozen=True, eq=False):
     """Element type, for an element of length 1.
 
     Attributes
     ----------
-    element, form
-        Element class of scikit-fem, and weak form of the stiffness. A class is stored because Hermite elements keep
-        data of their mesh.
+    element
+        Element class of scikit-fem. The class is stored instead of an element, because Hermite elements keep data of
+        their mesh.
+    form
+        Weak form of the stiffness.
     nodal
         Number of dofs per node. The dofs of both end nodes come first.
     order
-        The stiffness scales with length to the power -order.
+        The stiffness for displacements is proportional to length^(-order).
     turns
-        1 for each dof that is a slope times the length, 0 for a displacement.
-    opens
-        Deformations per unit dof, shape (2, dofs). `opened` are the dofs that equal the deformations if all others are
-        zero.
-    whole
-        Factor that makes the stiffness of a prismatic element an integer matrix.
-    shape, strain, points, weights
-        Shape functions and their curvature or strain at the quadrature points, shape (dofs, points), with points and
-        weights.
+        1 for each dof that is a slope, 0 for a displacement, shape (dofs,).
+    deformations
+        The two deformations of the element per unit of each dof, shape (2, dofs).
+    deformation_dofs
+        Indices of the two dofs that equal the deformations if all other dofs are zero.
+    integer_factor
+        Factor by which the stiffness matrix of a prismatic element is multiplied to obtain integers.
+    shape
+        Shape functions at the quadrature points, shape (dofs, points).
+    strain
+        Curvature (bending) or strain (tension, shear) of the shape functions at these points, shape (dofs, points).
+    points, weights
+        Quadrature points from 0 to 1, and their weights, each of shape (points,).
     """
 
     element: type
@@ -46,9 +51,9 @@ class ElementKind:
     nodal: int
     order: int
     turns: Reals
-    opens: Reals
-    opened: list[int]
-    whole: float
+    deformations: Reals
+    deformation_dofs: list[int]
+    integer_factor: float
     shape: Reals
     strain: Reals
     points: Reals
@@ -58,9 +63,9 @@ class ElementKind:
         return f"ElementKind({self.element.__name__})"
 
     def stiffness(self, rigidity: Reals, length: Any = 1.0) -> Reals:
-        """Return stiffness matrices for given rigidities and lengths, vectorised over elements.
+        """Return stiffness matrices for given rigidities and lengths of many elements.
 
-        The result equals `form.elemental(basis, rigidity=...)` of scikit-fem.
+        For an element of length 1, the result equals `form.elemental(basis, rigidity=...)` of scikit-fem.
 
         Parameters
         ----------
@@ -79,7 +84,10 @@ class ElementKind:
         return matrix * unit * scale[..., :, None] * scale[..., None, :]
 
     def rigid(self, distance: Any) -> Reals:
-        """Return the rigid-body motion of a node per unit motion of a node at `distance` before it, (..., m, m)."""
+        """Return the matrix R for a rigid-body motion: dofs of a node = R @ dofs of another node, shape (..., m, m).
+
+        `distance` is the distance along the beam from the other node to the node.
+        """
         matrix = np.zeros((*np.shape(distance), self.nodal, self.nodal))
         matrix[...] = np.eye(self.nodal)
         for slope in np.flatnonzero(self.turns[: self.nodal]):
@@ -111,8 +119,8 @@ def hermite() -> ElementKind:
 
     from fem_check.linear.forms import bending
 
-    opens = np.array([[1.0, 1.0, -1.0, 0.0], [1.0, 0.0, -1.0, 1.0]])
-    return _kind(ElementLineHermite, bending, 2, 3, (0, 1, 0, 1), opens, [1, 3], 1.0)
+    deformations = np.array([[1.0, 1.0, -1.0, 0.0], [1.0, 0.0, -1.0, 1.0]])
+    return _kind(ElementLineHermite, bending, 2, 3, (0, 1, 0, 1), deformations, [1, 3], 1.0)
 
 
 @lru_cache(maxsize=1)
@@ -122,8 +130,8 @@ def quadratic() -> ElementKind:
 
     from fem_check.linear.forms import stretching
 
-    opens = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
-    return _kind(ElementLineP2, stretching, 1, 1, (0, 0, 0), opens, [1, 2], 3.0)
+    deformations = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    return _kind(ElementLineP2, stretching, 1, 1, (0, 0, 0), deformations, [1, 2], 3.0)
 
 
 def _kind(
@@ -132,14 +140,25 @@ def _kind(
     nodal: int,
     order: int,
     turns: tuple[int, ...],
-    opens: Reals,
-    opened: list[int],
-    whole: float,
+    deformations: Reals,
+    deformation_dofs: list[int],
+    integer_factor: float,
 ) -> ElementKind:
     basis = basis_of_one(element)
     shape = np.array([_values(function[0]) for function in basis.basis])
     strain = np.array([_values(function[0].hess if order == 3 else function[0].grad) for function in basis.basis])
     points, weights = np.asarray(basis.global_coordinates()).reshape(-1), basis.dx[0]
     return ElementKind(
-        element, form, nodal, order, np.array(turns), opens, opened, whole, shape, strain, points, weights
+        element,
+        form,
+        nodal,
+        order,
+        np.array(turns),
+        deformations,
+        deformation_dofs,
+        integer_factor,
+        shape,
+        strain,
+        points,
+        weights,
     )

@@ -8,13 +8,16 @@ from skfem.helpers import dd, ddot, dot, grad
 
 @BilinearForm
 def bending(w: Any, v: Any, given: Any) -> Any:
-    """Virtual work of the bending moments of w on the curvatures of v; `rigidity` is EI."""
+    """Virtual work of the bending moments due to w on the curvatures of v; `rigidity` is EI."""
     return given.rigidity * ddot(dd(w), dd(v))
 
 
 @BilinearForm
 def stretching(u: Any, v: Any, given: Any) -> Any:
-    """Virtual work of axial forces on strains (`rigidity` is EA), or of shear forces on shear strains (kGA)."""
+    """Virtual work of the axial forces due to u on the strains of v (`rigidity` is EA).
+
+    For shear forces and shear strains, `rigidity` is kGA.
+    """
     return given.rigidity * dot(grad(u), grad(v))
 
 
@@ -26,5 +29,5 @@ def pushed(v: Any, given: Any) -> Any:
 
 @LinearForm
 def twisted(v: Any, given: Any) -> Any:
-    """Virtual work of the moment per length `load` on the slope of v."""
+    """Virtual work of the moment per unit length `load` on the slope of v."""
     return given.load * grad(v)[0]

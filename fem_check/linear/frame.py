@@ -1,23 +1,33 @@
-"""Mechanism as a frame of bodies; each beam is a body with axes clamped to its start."""
+"""Mechanism as a frame of bodies.
 
-from dataclasses import dataclass
+Each beam is a body. The deflection of a beam is measured in axes that are clamped to the start of the beam.
+"""
+
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Link, MechanismError, Motion, Slider, position_of
 from rigid.arrays import Columns, Complexes
 
-MAX_MISALIGNMENT = 1e-9  # largest sine of the angle plus offset / length of a beam on the line of a slider
-MAX_OVERSHOOT = 1e-12  # [beam lengths] a block less than this beyond a beam is on the beam
+# largest misalignment of a beam with the line of a slider: (sine of the angle between them) + (distance of the beam's
+# start from the line) / (length of the beam)
+MAX_MISALIGNMENT = 1e-9
+MAX_OVERSHOOT = 1e-12  # [beam lengths] a block that is beyond the end of a beam by at most this is on the beam
 
 
-@dataclass(frozen=True, eq=False)
-class FrameBody:
+class FrameBody(Struct, frozen=True, eq=False):
     """Beam, or moving link without beams.
 
-    `start` is the reference point, and `way` the vector to the other end, in link axes [m]. A link without beams starts
-    at its origin and has no `way`.
+    Attributes
+    ----------
+    link
+        Index of the link.
+    start
+        Reference point in link axes [m]: start of the beam, or 0 for a link without beams.
+    way
+        Vector from the start to the end of the beam in link axes [m]; None for a link without beams.
     """
 
     link: int
@@ -25,9 +35,11 @@ class FrameBody:
     way: Any = None
 
 
-@dataclass(frozen=True, eq=False)
-class FramePlace:
-    """Point of a body: its start or one of `Frame.spots`, plus an arm in ground axes [m]."""
+class FramePlace(Struct, frozen=True, eq=False):
+    """Point of a body: its start, or one of `Frame.spots` if `spot` is given, plus the vector `arm` in ground axes [m].
+
+    `body` and `spot` are indices.
+    """
 
     body: int
     spot: int | None = None
@@ -35,7 +47,11 @@ class FramePlace:
 
 
 Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
-"""Location of a joint on a link: a place, None (ground), or several places with weights 1 (active) and 0."""
+"""Location of a joint on a link.
+
+None is the ground. A block that slides over several beams has a place on each of them, with the weight 1 at positions
+at which the block is on this beam, and 0 at the others.
+"""
 
 
 class Frame:
@@ -46,8 +62,15 @@ class Frame:
     bodies
         Beams in the order of `Mechanism.beams`, followed by links without beams.
     spots
-        Points of beams that bending displaces: beam, and xi of shape () or (..., positions). These are the end of each
-        beam, followed by the blocks on beams, with nan if a block is beyond its beam.
+        Points of beams at which deflections are computed. Each is given by the index of the beam, and xi of shape () or
+        (..., positions). These are the end of each beam, followed by the blocks on beams. xi is nan at positions at
+        which a block is beyond its beam.
+    root
+        Index of the first body of each link, by link index.
+    ends
+        Place on each beam that starts or ends at a point, by link index and point.
+    sides
+        Locations of the point of a slider on the guiding link and on the sliding link, by name of the slider.
 
     Raises
     ------
@@ -91,7 +114,7 @@ class Frame:
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
     def _carried(self, at: int, arm: Complexes) -> FramePlace | None:
-        """Return a place on a link without beams; `arm` is the vector from its origin in ground axes."""
+        """Return a place on a link without beams; `arm` is the vector from the origin of the link in ground axes."""
         return FramePlace(self.root[at], arm=arm) if at else None
 
     def _sides(self, slider: Slider) -> tuple[Side, FramePlace | None]:
@@ -136,7 +159,7 @@ class Frame:
 
 
 def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:
-    """Distribute a force and a moment over the places of one side of a joint."""
+    """Return the places of one side of a joint, each with its share of a force and a moment."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)
     return ((side, force, moment),)

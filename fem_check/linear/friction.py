@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from fem_check.linear.frame import Frame, FramePlace, parts_on
 from fem_check.linear.ties import Tie
@@ -19,11 +20,16 @@ REST_SPEED = 1e-9  # a joint slower than this is at rest; relative to the larges
 Load = tuple[FramePlace | None, Any, Any]
 
 
-@dataclass(frozen=True, eq=False)
-class JointFriction:
-    """Current iterate of joint friction: efforts on the child of each joint, by joint name.
+class JointFriction(Struct, frozen=True, eq=False):
+    """Joint friction after an iteration.
 
-    `changing` is True at the positions at which the last iteration changed the efforts, shape (..., positions).
+    Attributes
+    ----------
+    efforts
+        Friction moment [N m] or force [N] on the second link of each pin or the block of each slider, by joint name,
+        shape (..., positions).
+    changing
+        True at the positions at which the last iteration changed the efforts, shape (..., positions).
     """
 
     frame: Frame
@@ -37,13 +43,13 @@ class JointFriction:
 
     @property
     def where_converged(self) -> JointFriction:
-        """Copy with NaN at the positions that did not converge."""
+        """Copy in which the efforts are nan at positions at which the iteration did not converge."""
         efforts = {name: np.where(self.changing, np.nan, effort) for name, effort in (self.efforts or {}).items()}
         return replace(self, efforts=efforts)
 
     @property
     def loads(self) -> Sequence[Load]:
-        """Friction on both sides of each joint: place, force [N], complex, and moment [N m]."""
+        """Friction on both links of each joint: place, force (complex) [N], and moment [N m]."""
         return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))
 
     def _loads(self, name: str, effort: Reals) -> Iterator[Load]:
@@ -57,11 +63,15 @@ class JointFriction:
             yield block, effort * self.frame.along(slider), 0.0
             yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
 
-    def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> JointFriction:
-        """Return the next iterate, computed from the constraint forces that this one leads to."""
+    def after(self, constraints: Sequence[Tie], multipliers: Reals, size: float) -> JointFriction:
+        """Return the friction after the next iteration.
+
+        `multipliers` are the constraint forces of the solution with the friction of this iterate; moments are divided
+        by `size`. `constraints` are the corresponding constraints, in the order of the multipliers.
+        """
         friction = self.frame.motion.mechanism.friction
         efforts, row = {}, 0
-        for tie in held:
+        for tie in constraints:
             own = multipliers[..., row : row + len(tie.rows)]
             if tie.name in friction and len(tie.rows) == 2:
                 efforts[tie.name] = self._effort(tie, friction[tie.name], own, size)
@@ -73,7 +83,7 @@ class JointFriction:
         return replace(self, efforts=efforts, changing=changing)
 
     def _effort(self, tie: Tie, friction: Friction, multipliers: Reals, size: float) -> Reals:
-        """Return the effort on the second link of a pin or on the block of a slider, from the multipliers."""
+        """Return the friction effort on the second link of a pin or on the block of a slider, from the multipliers."""
         motion, slider = self.frame.motion, _slider(self.frame, tie.name)
         part, across = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
         omega = motion.angular_velocity
@@ -89,7 +99,7 @@ class JointFriction:
         return -friction.coefficient * press * moves - friction.viscosity * rate
 
     def _slide(self, slider: Slider) -> Reals:
-        """Return the sliding velocity of the block along its line [m/s]."""
+        """Return the velocity of a block relative to its guiding link, along its line [m/s]."""
         motion = self.frame.motion
         owner = motion.mechanism.index[slider.on]
         line = self.frame.along(slider)

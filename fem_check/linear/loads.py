@@ -14,7 +14,8 @@ from rigid.plane import cross
 def distributed(frame: Frame, stations: Reals) -> Complexes:
     """Return the load per length of each beam at stations, in beam axes.
 
-    It is the inertia and weight `m' (g - a)` with the local acceleration a, plus the line loads.
+    It is the sum of inertia, weight and line loads. Inertia and weight are `m' (g - a)`, with the mass per length m',
+    the gravity vector g and the acceleration a of the point.
 
     Parameters
     ----------
@@ -23,7 +24,7 @@ def distributed(frame: Frame, stations: Reals) -> Complexes:
 
     Returns
     -------
-    q_x + i q_y [N/m], complex, shape (stations, beams, ..., positions).
+    q_x + i q_y (complex) [N/m], shape (stations, beams, ..., positions).
     """
     motion, mechanism = frame.motion, frame.motion.mechanism
     beams = mechanism.beams
@@ -47,11 +48,11 @@ def distributed(frame: Frame, stations: Reals) -> Complexes:
 
 
 def couples(frame: Frame, stations: Reals) -> Reals:
-    """Return the moment per length of each beam at stations due to the rotary inertia of its sections.
+    """Return the moment per unit length of each beam at stations due to the rotary inertia of its sections.
 
     Returns
     -------
-    Moment per length [N], shape (stations, beams, ..., positions).
+    Moment per unit length [N], shape (stations, beams, ..., positions).
     """
     motion, mechanism = frame.motion, frame.motion.mechanism
     moments = np.zeros((len(stations), len(mechanism.beams), *motion.columns))
@@ -63,7 +64,10 @@ def couples(frame: Frame, stations: Reals) -> Reals:
 
 
 def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
-    """Yield the inertia and weight of lumps, and the point loads: place, force [N], complex, and moment [N m]."""
+    """Yield the inertia and weight of point masses, and all loads except line loads.
+
+    Each item contains the place, the force (complex) [N], and the moment [N m].
+    """
     motion, mechanism = frame.motion, frame.motion.mechanism
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps:
@@ -83,7 +87,7 @@ def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
 
 
 def _acceleration(frame: Frame, at: int, local: Any) -> Complexes:
-    """Return the acceleration of a point that is given in link axes [m/s^2], complex."""
+    """Return the acceleration of the point `local` (in link axes) in ground axes (complex) [m/s^2]."""
     motion = frame.motion
     turning = 1j * motion.angular_acceleration[at] - motion.angular_velocity[at] ** 2
     return motion.acceleration[at] + turning * motion.direction[at] * local

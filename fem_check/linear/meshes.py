@@ -1,25 +1,25 @@
 """Contact points of gear teeth, and the tooth forces on both wheels.
 
-Pitch points and lines of action are computed from pitch radii, independently of `rigid`.
+Pitch points and lines of action are computed from the pitch radii of the wheels, independently of `rigid`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from fem_check.linear.frame import Frame, FramePlace, Side
 from rigid import Gear, PinDrive, SliderDrive, position_of
 from rigid.arrays import Columns, Complexes
 
 Flanks = Mapping[int, Any]
-"""Loaded flank by gear index: the sign of the effort along the coordinate of the follower."""
+"""Loaded flank of each gear, by gear index: the sign of the effort along the coordinate of the follower."""
 MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
+"""Place, force (complex) and moment on the follower, and then on the driver."""
 
 
-@dataclass(frozen=True, eq=False)
-class Wheel:
+class Wheel(Struct, frozen=True, eq=False):
     """Toothed wheel or rack, with the joint that connects it to the carrier.
 
     Attributes
@@ -27,9 +27,10 @@ class Wheel:
     place
         Place of the joint on the wheel or rack.
     hub
-        Position of the joint [m], complex.
+        Position of the joint (complex) [m].
     sign
-        1 if the coordinate of the joint is that of the wheel or rack relative to the carrier, -1 if it is the opposite.
+        1 if the coordinate of the joint is the motion of the wheel or rack relative to the carrier, and -1 if it is the
+        motion of the carrier relative to the wheel or rack.
     """
 
     place: Side
@@ -38,7 +39,17 @@ class Wheel:
 
 
 class Pitch(NamedTuple):
-    """Pitch point [m], direction of a positive effort on the follower, and normal of its flanks, complex."""
+    """Contact of two wheels, or of a wheel and a rack. All attributes are complex.
+
+    Attributes
+    ----------
+    point
+        Pitch point [m].
+    tangent
+        Unit vector of a force on the follower that turns a wheel counter-clockwise, or moves a rack forward.
+    normal
+        Unit vector of the additional force component due to the pressure angle, for the positive flank of a wheel.
+    """
 
     point: Complexes
     tangent: Complexes
@@ -48,12 +59,12 @@ class Pitch(NamedTuple):
 def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     """Compute the tooth forces on follower and driver for a unit effort along the coordinate of the follower.
 
-    The force acts at the pitch point. The line of action is the tangent, rotated by the pressure angle.
+    The force acts at the pitch point. Its direction is the tangent, rotated by the pressure angle.
 
     Returns
     -------
-    Place, force and moment on the follower and on the driver. The result is None if there is no pitch point, i.e. for a
-    gear without teeth or without a common carrier, a ratio of 1, coincident axes, or two racks.
+    Place, force and moment on the follower and on the driver. None if there is no pitch point. This is the case if the
+    gear has no pressure angle or no common carrier, the ratio is 1, the axes coincide, or there are two racks.
     """
     mechanism = frame.motion.mechanism
     carriers = {*mechanism.ends(gear.follower)} & {*mechanism.ends(gear.driver)}
@@ -61,7 +72,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
         return None
     (carrier,) = carriers
     follower, driver = (_wheel(frame, end, carrier) for end in (gear.follower, gear.driver))
-    # the third argument is the follower's motion per unit motion of the driver, relative to the carrier
+    # the third argument is the ratio of the follower's motion to the driver's motion, both relative to the carrier
     pitch = _pitch(frame, gear, gear.ratio * follower.sign * driver.sign, driver.hub, follower.hub)
     if pitch is None:
         return None
@@ -80,7 +91,11 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 
 
 def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Compute the pitch from both hubs and the ratio of the speeds relative to the carrier (None for two racks)."""
+    """Return the contact of follower and driver, or None for two racks.
+
+    `rate` is the ratio of the follower's to the driver's speed, both relative to the carrier. `driver` and `follower`
+    are the positions of the hubs.
+    """
     racks = [end for end in (gear.driver, gear.follower) if not end.turns]
     if not racks:
         return _pitch_of_wheels(rate, driver, follower)
@@ -95,7 +110,7 @@ def _pitch(frame: Frame, gear: Gear, rate: float, driver: Complexes, follower: C
 
 
 def _pitch_of_wheels(rate: float, driver: Complexes, follower: Complexes) -> Pitch | None:
-    """Compute the pitch of two wheels: the instantaneous centre of the relative motion, on the line of the hubs."""
+    """Return the contact of two wheels. The pitch point is the instantaneous centre of their relative motion."""
     distance = np.abs(follower - driver)
     if rate == 1 or not np.any(distance):
         return None

@@ -1,10 +1,10 @@
 """Finite element solution of the whole mechanism at every position."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import PRIMARY, JointCompliance, Section
 from fem_check.linear.beams import LoadedBeams, beams_of, over_designs
@@ -20,14 +20,14 @@ from rigid.arrays import Numbers
 
 MAX_ROUNDS = 100  # maximum number of friction iterations
 MAX_FLANK_ROUNDS = 4  # maximum number of iterations for the loaded flanks
-MIN_EFFORT = 1e-10  # a smaller effort loads no flank; relative to the largest force or moment at the position
+# a tooth flank counts as loaded if the effort of its gear exceeds this, relative to the largest force or moment
+MIN_EFFORT = 1e-10
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TieForce:
-    """Force and moment that a weld, joint or drive exerts on its child.
+class TieForce(Struct, frozen=True, eq=False):
+    """Force and moment that a weld, joint or drive exerts on its child link, shape (..., positions).
 
-    `force` [N], complex, and `moment` about their common point [N m], shape (..., positions).
+    `force` is complex [N]. `moment` is about the joint point [N m].
     """
 
     name: str
@@ -38,21 +38,23 @@ class TieForce:
         return f"TieForce({self.name!r})"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Solution:
+class Solution(Struct, frozen=True, eq=False):
     """Section forces and displacements at the nodes of all beams by finite elements.
 
     Attributes
     ----------
-    motion, sections, elements
-        Input of the problem; `elements` per beam.
+    motion, sections
+        Arguments of `solve`.
+    elements
+        Number of elements per beam.
     xi
         Nodes of each beam, x'/l, shape (elements + 1,).
     N, V, M
         Axial force (tension positive) [N], shear force [N] and bending moment [N m] at the nodes, from the end forces
-        of the elements, shape (beams, ..., positions, nodes), beams in the order of `Mechanism.beams`.
+        of the elements, shape (beams, ..., positions, nodes). The beams are in the order of `Mechanism.beams`.
     u, w, phi
-        Longitudinal and transverse displacement [m] and slope [rad] from the rigid position, in the beam's own axes.
+        Longitudinal and transverse displacement [m] and rotation due to bending [rad] from the rigid position, in the
+        axes of the beam, same shape.
     ties
         Forces of welds, pins, sliders and drives.
     efforts
@@ -82,9 +84,10 @@ def solve(
     """Compute the section forces and displacements of all beams at all positions by finite elements.
 
     Each beam has Hermite elements for bending and quadratic elements for tension and shear. Welds and joints are
-    constraints, drives are locked, and the block of a slider subdivides the element under it. Friction and constraint
-    forces are iterated; the solution is nan at positions that do not converge. Loads and joint forces are computed from
-    the motion alone. Statically indeterminate mechanisms need no special treatment.
+    constraints, drives are locked, and the block of a slider divides the element under it. Friction depends on the
+    constraint forces, and is computed by iteration; the solution is nan at positions that do not converge. Inertia and
+    joint forces are computed here from the motion, the masses and the loads. Statically indeterminate mechanisms need
+    no special treatment.
 
     Parameters
     ----------
@@ -104,9 +107,10 @@ def solve(
     Raises
     ------
     ValueError
-        If the number of sections is wrong, there is no element, or a joint name is unknown.
+        If the number of sections is wrong, `elements` is less than 1, or a joint name is unknown or ambiguous.
     MechanismError
-        If the beams of a link are not connected, do not reach a loaded point, or do not carry a slider.
+        If the beams of a link are not connected, no beam reaches a point with a joint or load, or no beam lies along
+        the line of a slider.
 
     Examples
     --------
@@ -115,8 +119,8 @@ def solve(
     >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad, motion
     >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A"),))
     >>> ground, hung = Link("ground", {"O": 0}), PointLoad("arm", "A", 12j)
-    >>> held = Mechanism((ground, arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, loads=(hung,))
-    >>> solve(motion(held, [0.0]), [Section(EA=1e6, EI=1e3)]).w[0, 0, -1].round(12)
+    >>> mechanism = Mechanism((ground, arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, loads=(hung,))
+    >>> solve(motion(mechanism, [0.0]), [Section(EA=1e6, EI=1e3)]).w[0, 0, -1].round(12)
     np.float64(0.032)
     """
     if len(sections) != len(motion.mechanism.beams):
@@ -127,9 +131,11 @@ def solve(
         spots = wrenches.spots
         spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
         spots[..., 2] *= wrenches.size
-        fields = fields_of(solved.beams, *(np.moveaxis(part, (-2, -1), (1, 0)) for part in (spots, solved.carried)))
+        fields = fields_of(
+            solved.beams, *(np.moveaxis(part, (-2, -1), (1, 0)) for part in (spots, solved.body_displacements))
+        )
     motion = solved.frame.motion
-    forces, efforts = _tie_forces(motion, solved.held, np.moveaxis(multipliers, -1, 0), wrenches.size)
+    forces, efforts = _tie_forces(motion, solved.constraints, np.moveaxis(multipliers, -1, 0), wrenches.size)
     return Solution(
         motion=motion,
         sections=tuple(sections),
@@ -141,51 +147,62 @@ def solve(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedFrame:
-    """Multipliers of the constraints and displacements of the bodies of a frame, see `balanced`.
+class SolvedFrame(Struct, frozen=True, eq=False):
+    """Solution of a frame.
 
-    `friction` contains the friction on both sides of each joint: place, force [N], complex, and moment [N m].
+    Attributes
+    ----------
+    constraints
+        Constraints.
+    wrenches
+        Forces and moments of the constraints and loads on the bodies.
+    multipliers, body_displacements
+        Lagrange multipliers (forces) of the constraints, and displacements of the bodies, see `balanced`.
+    friction
+        Friction on both links of each joint: place, force (complex) [N], and moment [N m].
     """
 
     frame: Frame
     beams: LoadedBeams
-    held: Sequence[Tie]
+    constraints: Sequence[Tie]
     wrenches: Wrenches
     multipliers: Reals
-    carried: Reals
+    body_displacements: Reals
     friction: Sequence[Load]
 
 
 def solved_frame(
     motion: Motion, sections: Sequence[Section], elements: int, joints: Mapping[str, JointCompliance]
 ) -> SolvedFrame:
-    """Solve the frame, iterating the loaded tooth flanks and the friction (nan if the friction does not converge)."""
+    """Solve the frame. Loaded tooth flanks and friction are found by iteration.
+
+    The solution is nan at positions at which the friction does not converge.
+    """
     frame = Frame(motion)
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)
         flanks: Flanks = {}
         friction = JointFriction(frame)
         for _ in range(MAX_ROUNDS if motion.mechanism.friction else MAX_FLANK_ROUNDS):
-            held = list(ties(frame, joints, flanks))
-            rows = [row for tie in held for row in tie.rows]
+            constraints = list(ties(frame, joints, flanks))
+            rows = [row for tie in constraints for row in tie.rows]
             wrenches = wrenches_of(frame, rows, beams, friction.loads)
-            multipliers, carried = balanced(motion, rows, beams, wrenches)
-            before, flanks = flanks, _loaded_flanks(held, multipliers)
+            multipliers, body_displacements = balanced(motion, rows, beams, wrenches)
+            before, flanks = flanks, _loaded_flanks(constraints, multipliers)
             alike = all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks)
-            friction = friction.after(held, multipliers, wrenches.size)
+            friction = friction.after(constraints, multipliers, wrenches.size)
             if alike and friction.converged:
                 break
         else:
             multipliers = np.where(friction.changing[..., None], np.nan, multipliers)
-            carried = np.where(friction.changing[..., None, None], np.nan, carried)
+            body_displacements = np.where(friction.changing[..., None, None], np.nan, body_displacements)
             friction = friction.where_converged
-        return SolvedFrame(frame, beams, held, wrenches, multipliers, carried, friction.loads)
+        return SolvedFrame(frame, beams, constraints, wrenches, multipliers, body_displacements, friction.loads)
 
 
-def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
-    """Return the flanks of the gear teeth that the multipliers load."""
-    gears = [tie.gear for tie in held for _ in tie.rows]
+def _loaded_flanks(constraints: Sequence[Tie], multipliers: Reals) -> Flanks:
+    """Return the tooth flank of each gear that is loaded according to the Lagrange multipliers of its constraint."""
+    gears = [tie.gear for tie in constraints for _ in tie.rows]
     greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
     loaded = {}
     for row, gear in enumerate(gears):
@@ -196,12 +213,12 @@ def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
 
 
 def _tie_forces(
-    motion: Motion, held: Sequence[Tie], multipliers: Reals, size: float
+    motion: Motion, constraints: Sequence[Tie], multipliers: Reals, size: float
 ) -> tuple[tuple[TieForce, ...], Reals]:
     """Convert multipliers to joint forces and moments, and to the efforts of drives."""
     forces, number = [], 0
     efforts = np.full((len(motion.mechanism.drives), *motion.columns), np.nan)
-    for tie in held:
+    for tie in constraints:
         force: Any = 0.0
         moment: Any = 0.0
         for row, value in zip(tie.rows, multipliers[number : number + len(tie.rows)], strict=True):
@@ -215,22 +232,23 @@ def _tie_forces(
     return tuple(forces), efforts
 
 
-def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Reals]:
-    """Compute N, V, M, u, w, phi at the nodes from the unit responses and the displacements of the bodies.
+def fields_of(beams: LoadedBeams, point_loads: Reals, carried: Reals) -> dict[str, Reals]:
+    """Compute N, V, M, u, w, phi at the nodes, by superposition of unit responses and displacements of the bodies.
 
     Parameters
     ----------
-    spots
-        Force and moment at the spots of the frame, shape (3, spots, ..., positions).
+    point_loads
+        Forces in beam axes [N] and moments [N m] on the beams at the points `Frame.spots`, shape (3, spots, ...,
+        positions).
     carried
-        Displacement in ground axes and rotation of the bodies, shape (3, bodies, ..., positions).
+        Displacement in ground axes [m] and rotation [rad] of the start of each body, shape (3, bodies, ..., positions).
     """
     length, count = beams.length, len(beams.length)
     move = np.conj(beams.axis) * (carried[0, :count] + 1j * carried[1, :count])
     turn = carried[2, :count]
-    along = np.moveaxis(np.concatenate((length * beams.along, spots[:1, :count])), 0, -1)
+    along = np.moveaxis(np.concatenate((length * beams.along, point_loads[:1, :count])), 0, -1)
     across = np.moveaxis(
-        np.concatenate((length**2 * beams.across, [length * spots[1, :count], spots[2, :count]])), 0, -1
+        np.concatenate((length**2 * beams.across, [length * point_loads[1, :count], point_loads[2, :count]])), 0, -1
     )
     fields: dict[str, Reals] = {}
     shape = (*length.shape, len(beams.units[0].xi)) if beams.units else (0, *length.shape[1:], 1)
@@ -238,7 +256,7 @@ def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Rea
         _add_kind(fields, beams, kind, along, across, shape)
     fields = fields or {field: np.zeros(shape) for field in PRIMARY}
     for spot, block in enumerate(beams.blocks, count):
-        _add_block(fields, beams, block, spots[:, spot])
+        _add_block(fields, beams, block, point_loads[:, spot])
     xi = beams.units[0].xi if beams.units else np.zeros(1)
     fields["u"] += move.real[..., None] + (length * beams.strain)[..., None] * xi
     fields["w"] += move.imag[..., None] + (length * turn)[..., None] * xi

@@ -1,10 +1,11 @@
 """Constraints between bodies: welds, pins, sliders, locked drives and gears."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
@@ -14,30 +15,40 @@ from rigid import Mechanism, PinDrive, SliderDrive, structure
 from rigid.arrays import Columns
 
 Part = tuple[FramePlace | None, Any, Any]
-"""Place (None for the ground), and force, complex, and moment on it due to a unit multiplier of the row."""
+"""Place (None for the ground), and force (complex) and moment on it due to a unit multiplier of the constraint."""
 Sides = tuple[Side, FramePlace | None]
+"""Locations of a joint on the parent and on the child."""
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
+class Row(Struct, frozen=True, eq=False):
     """Scalar constraint on displacements.
 
-    The work of a unit multiplier, i.e. the sum of force or moment times displacement over the parts, equals
-    `wanted` - `soft` * multiplier. The child is the first part. If `turns` is True, the row constrains an angle by a
-    moment [N m], otherwise a displacement by a force [N].
+    The constraint requires that the work of a unit multiplier equals `misfit` - `compliance` * multiplier. This work is
+    the sum of force times displacement and moment times rotation over all parts.
+
+    Attributes
+    ----------
+    parts
+        Forces and moments of a unit multiplier. The first part acts on the child.
+    turns
+        True if the constraint fixes an angle by a moment [N m], False if it fixes a displacement by a force [N].
+    compliance
+        Compliance of the joint [m/N or rad/(N m)].
+    misfit
+        Unloaded displacement [m] or rotation [rad] of the child relative to the parent.
     """
 
     parts: tuple[Part, ...]
     turns: bool = False
-    soft: float = 0.0
-    wanted: Columns = 0.0
+    compliance: float = 0.0
+    misfit: Columns = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Tie:
+class Tie(Struct, frozen=True, eq=False):
     """Constraints of a weld, joint, drive or gear.
 
-    `drive` is the index of a drive, and `gear` the index of a gear with teeth.
+    `rows` are the scalar constraints. `drive` is the index of the drive, and `gear` the index of the gear if it has
+    teeth; otherwise they are None.
     """
 
     name: str
@@ -54,7 +65,7 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     joints
         Compliance and misfit of joints, by name.
     flanks
-        Loaded flanks of gear teeth. A missing gear has the flank 0.
+        Loaded flanks of gear teeth, by gear index; 0 (no flank) for missing gears.
 
     Raises
     ------
@@ -64,19 +75,19 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     mechanism = frame.motion.mechanism
     _require_joints(mechanism, joints)
     for (_, point), (hub, *others) in frame.ends.items():
-        yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
+        yield from (Tie(point, (*_no_displacement((hub, other)), _no_rotation((hub, other)))) for other in others)
 
     def soft(name: str, ends: tuple[int, int], rows: tuple[Row, ...]) -> tuple[Row, ...]:
-        return _softened(mechanism, joints.get(name), name, ends, rows)
+        return _with_compliance(mechanism, joints.get(name), name, ends, rows)
 
     for point, parent, child, welded in pins(mechanism):
         sides = frame.place(parent, point), frame.place(child, point)
-        rows = (*_held(sides), _not_turned(sides)) if welded is not None else _held(sides)
+        rows = (*_no_displacement(sides), _no_rotation(sides)) if welded is not None else _no_displacement(sides)
         yield Tie(point, soft(point, (parent, child), rows))
     for slider in mechanism.sliders:
         ends = mechanism.index[slider.on], mechanism.index[slider.link]
-        across = _moved(frame.sides[slider.name], 1j * frame.along(slider))
-        yield Tie(slider.name, soft(slider.name, ends, (across, _not_turned(frame.sides[slider.name]))))
+        across = _no_displacement_along(frame.sides[slider.name], 1j * frame.along(slider))
+        yield Tie(slider.name, soft(slider.name, ends, (across, _no_rotation(frame.sides[slider.name]))))
     for number, drive in enumerate(mechanism.drives):
         name, ends, row = _coordinate(frame, drive)
         yield Tie(name, soft(name, ends, (row,)), number)
@@ -92,17 +103,17 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
             yield Tie(name, (replace(made, parts=parts),), gear=number)
 
 
-def _moved(sides: Sides, direction: Columns) -> Row:
-    """Return the constraint that prevents displacement of the child relative to the parent along a unit vector."""
+def _no_displacement_along(sides: Sides, direction: Columns) -> Row:
+    """Return the constraint on the displacement of the child relative to the parent along a unit vector."""
     parent, child = sides
     return Row(((child, direction, 0.0), *parts_on(parent, -direction, 0.0)))
 
 
-def _held(sides: Sides) -> tuple[Row, Row]:
-    return _moved(sides, 1.0), _moved(sides, 1j)
+def _no_displacement(sides: Sides) -> tuple[Row, Row]:
+    return _no_displacement_along(sides, 1.0), _no_displacement_along(sides, 1j)
 
 
-def _not_turned(sides: Sides) -> Row:
+def _no_rotation(sides: Sides) -> Row:
     parent, child = sides
     return Row(((child, 0.0, 1.0), *parts_on(parent, 0.0, -1.0)), turns=True)
 
@@ -112,8 +123,8 @@ def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple
     mechanism = frame.motion.mechanism
     name, (parent, child) = drive.joint, mechanism.ends(drive)
     if drive.turns:
-        return name, (parent, child), _not_turned((frame.place(parent, name), frame.place(child, name)))
-    return name, (parent, child), _moved(frame.sides[name], frame.along(mechanism.slider(name)))
+        return name, (parent, child), _no_rotation((frame.place(parent, name), frame.place(child, name)))
+    return name, (parent, child), _no_displacement_along(frame.sides[name], frame.along(mechanism.slider(name)))
 
 
 def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
@@ -126,10 +137,10 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
             raise ValueError(f"joint compliance or misfit: {meant}")
 
 
-def _softened(
+def _with_compliance(
     mechanism: Mechanism, compliance: JointCompliance | None, name: str, ends: tuple[int, int], rows: tuple[Row, ...]
 ) -> tuple[Row, ...]:
-    """Apply the compliance and misfit of a joint to its rows."""
+    """Return the constraints of a joint with its compliance and misfit."""
     if compliance is None:
         return rows
     sense = gap_sense(mechanism, name, *ends)

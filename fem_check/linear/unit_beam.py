@@ -1,44 +1,48 @@
-"""Cantilever of unit length with unit rigidities at its start, solved by scikit-fem."""
+"""Unit beam: cantilever of length 1 with EA, EI and kGA equal to 1 at its start, solved by scikit-fem."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Taper
 from fem_check.linear.elements import hermite, quadratic
 from fem_check.linear.lines import ElementRow
 from rigid import Reals
 
-DEGREE = 3  # smallest degree of the distributed loads, which suffices for inertia with a mass per length of degree 2
+# distributed loads are polynomials in xi of at least this degree; the inertia of a mass per length of degree 2 has this
+# degree
+DEGREE = 3
 Key = tuple[tuple[float, ...], ...]
 
 
-@dataclass(frozen=True, eq=False)
-class UnitBeam:
-    """Response of a cantilever to unit loads at its nodes.
+class UnitBeam(Struct, frozen=True, eq=False):
+    """Response of a cantilever to unit loads.
 
-    Deflections due to bending and due to shear are separate; the slope of the latter is the shear strain. The energy of
-    Timoshenko's beam is then `EI (w_bending'')^2 + kGA w_shear'^2`, and the elements cannot lock.
+    The deflections due to bending and due to shear are computed separately. The slope of the shear deflection is the
+    shear strain. The energy per length of Timoshenko's beam is then half of `EI (w_bending'')^2 + kGA w_shear'^2`, and
+    the elements cannot lock.
 
     Attributes
     ----------
     xi
-        Nodes, shape (nodes,).
+        Positions of the nodes from 0 to 1, shape (nodes,).
     stations
-        Stations of the distributed loads, shape (stations,).
+        Positions at which distributed loads are given, shape (stations,).
     w, phi, V, M
-        Response without shear, shape (2 stations + 2, nodes). The loads are transverse loads per length with the value
-        1 at one of `stations` and 0 at the others, the same as moments per length, a force at the end, and a moment at
+        Response without shear deformation at the nodes, shape (2 stations + 2, nodes). The loads on the first axis are,
+        in this order: for each station, a transverse load per length that is 1 at this station and 0 at the others; for
+        each station, a moment per unit length with the same distribution; a transverse force at the end; a moment at
         the end.
     u, N
-        Response to the same loads in axial direction and to an axial force at the end, shape (stations + 1, nodes).
+        Response at the nodes, shape (stations + 1, nodes). The loads are, for each station, an axial load per length
+        that is 1 at this station and 0 at the others; then an axial force at the end.
     slide
-        Part of w due to shear under transverse loads, moments per length (zero), and a force at the end, shape
-        (2 stations + 1, nodes).
+        Deflection due to shear at the nodes, shape (2 stations + 1, nodes). The loads are those of w without the moment
+        at the end. The deflection is zero for moments per unit length.
     bending, stretching, sliding
-        Rows of elements.
+        Rows of elements for bending, tension and shear.
     """
 
     xi: Reals
@@ -55,7 +59,10 @@ class UnitBeam:
     sliding: ElementRow
 
     def load_at(self, xi: Reals) -> Reals:
-        """Evaluate the unit loads at points along the beam, shape (stations, ...)."""
+        """Evaluate the distributed unit loads at xi, shape (stations, ...).
+
+        The load of each station is the Lagrange polynomial that is 1 at this station and 0 at the others.
+        """
         return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
 
 
@@ -67,14 +74,14 @@ def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -
     elements
         Number of elements.
     degree
-        Degree of the distributed loads.
+        Degree of the distributed loads as polynomials in xi.
     taper
         Variation of the rigidities along the beam.
 
     Raises
     ------
     ValueError
-        If there is less than one element.
+        If `elements` is less than 1.
 
     Examples
     --------
@@ -93,7 +100,7 @@ def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -
 def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     n = float(elements)
     EA, EI, kGA = tapers
-    stations = (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2  # unit loads: their Lagrange polynomials
+    stations = (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2  # the unit loads are Lagrange polynomials
     bending, stretching = ElementRow(hermite(), elements, EI), ElementRow(quadratic(), elements, EA)
     loads = np.array([_lagrange(stations, k, bending.xi) for k in range(degree + 1)])
     tip = np.zeros((bending.size, 2))

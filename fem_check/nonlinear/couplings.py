@@ -1,20 +1,25 @@
 """Couplings of two nodes: gaps of pins and sliders, coordinates of drives and gears, and lengths of springs.
 
-A coupling is a function c of the positions and rotations of two nodes. The first node may be the ground. A multiplier,
-spring or damper acts along the gradient of c, as a moment if c is an angle and as a force if c is a length.
+A coupling is a function c of the positions and rotations of two nodes. The first node may be the ground. A constraint,
+spring or damper loads the two nodes with a generalised force times the gradient of c. The generalised force is a moment
+if c is an angle, and a force if c is a length.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Reals
 
 
 class CouplingKind(IntEnum):
-    """Kinds of c: component of the gap in ground axes (X, Y) or parent axes (ALONG, ACROSS), angle, or distance."""
+    """Kinds of a coupling c.
+
+    X, Y: component of the vector between the two points, in ground axes. ALONG, ACROSS: component along or across a
+    line that is fixed to the parent. TURN: angle between the nodes. DISTANCE: distance between the two points.
+    """
 
     X = 0
     Y = 1
@@ -24,8 +29,7 @@ class CouplingKind(IntEnum):
     DISTANCE = 5
 
 
-@dataclass(frozen=True)
-class NodeCoupling:
+class NodeCoupling(Struct, frozen=True):
     """Function c of the coordinates of two nodes.
 
     Attributes
@@ -48,9 +52,19 @@ class NodeCoupling:
     line: complex = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class CouplingState:
-    """Values, shape (instants, couplings), first derivatives, (..., 6), and second derivatives, (..., 6, 6), of c."""
+class CouplingState(Struct, frozen=True, eq=False):
+    """Values and derivatives of all couplings.
+
+    Attributes
+    ----------
+    value
+        Values of c, shape (instants, couplings).
+    gradient
+        First derivatives with respect to x, y and rotation of the parent and then of the child, shape (instants,
+        couplings, 6).
+    second
+        Second derivatives with respect to the same coordinates, shape (instants, couplings, 6, 6).
+    """
 
     value: Reals
     gradient: Reals
@@ -72,7 +86,7 @@ def _turn(own: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Any]:
 
 
 def _gap(coupling: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return the component of the gap between the points that the coupling measures, with its derivatives."""
+    """Return a coupling that depends on the vector between its two points, and its first and second derivatives."""
     (zp, ep), (zc, ec) = (
         (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (coupling.parent, coupling.child)
     )

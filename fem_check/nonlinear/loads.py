@@ -1,11 +1,11 @@
-"""Loads on nodes: point loads, lumped line loads, and the rigid motion that load laws depend on."""
+"""Loads on nodes: point loads, line loads as nodal loads, and the rigid motion for which load laws are evaluated."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
 from fem_check.nonlinear.rigid_places import RigidPlaces, as_complex, coordinates
@@ -15,15 +15,18 @@ from rigid.arrays import Complexes, Flags, Integers, Reals
 from rigid.decomposition import Structure
 
 MAX_STRIDE = 5e-3
-"""Largest movement of a drive within a difference step [rad], or relative to the size of the mechanism."""
-MIN_STEP, SAMPLES = 1e-7, 501
-"""Smallest difference step [s], and number of instants at which the movement of drives is checked."""
+"""Movement of a drive in one time step of numerical differentiation [rad], or relative to the mechanism size."""
+MIN_STEP = 1e-7
+"""Smallest time step of numerical differentiation [s]."""
+SAMPLES = 501
+"""Number of instants at which the movement of drives is checked."""
 POINTS = 6
+"""Number of instants for numerical differentiation."""
 OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
+"""These instants relative to their mean, in time steps."""
 
 
-@dataclass(frozen=True, eq=False)
-class Loads:
+class Loads(Struct, frozen=True, eq=False):
     """Loads on nodes, in arrays of shape (loads,).
 
     Attributes
@@ -31,16 +34,17 @@ class Loads:
     node
         Index of the node.
     force
-        Force [N], complex, in link axes if `turning`, and otherwise in ground axes.
+        Force [N], complex, in the rotated axes of the node if `turning`, and otherwise in ground axes.
     moment
         Moment that does not depend on the rotation of the node [N m].
     lever
-        Moment of a force in ground axes on a rotating arm, as the imaginary part of lever times the conjugate of the
-        direction of the node [N m], complex.
+        Complex constant that determines the moment of a force in ground axes about the node, if the point of the force
+        is at a distance from the node [N m]. At the rotation t of the node, this moment is the imaginary part of lever
+        e^(-i t).
     turning
         True if the force rotates with the node.
     law
-        Index of the law that multiplies the load, or -1 if there is none.
+        Index of the law that multiplies the load, or -1 for a constant load.
     laws
         Laws of the loads.
     """
@@ -57,7 +61,7 @@ class Loads:
 def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
     """Collect all loads of a mechanism except springs.
 
-    Custom loads are evaluated for the motion of the rigid links, and act on the deformed links.
+    Forces of custom loads are computed from the motion of the rigid links, and act on the deformed links.
 
     Raises
     ------
@@ -103,7 +107,7 @@ def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> lis
 
 
 def _custom(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
-    """Convert a custom load to unit loads with laws that depend on the rigid motion."""
+    """Convert a custom load to unit forces and moments, multiplied by laws that depend on the rigid motion."""
     rows: list[tuple[Any, ...]] = []
     for number, (link, point) in enumerate(load.points):
         at = mechanism.index[link]
@@ -122,7 +126,9 @@ def _part(load: Any, number: int, at: tuple[str, str], part: int) -> Law:
     def law(motion: Any) -> Reals:
         link, point, force, moment = list(load.forces(motion))[number]
         if (link, point) != at:
-            raise NotCheckedError(f"a load of type {type(load).__name__} does not act at its points in their order")
+            raise NotCheckedError(
+                f"a load of type {type(load).__name__} returns forces at points that differ from `points` or its order"
+            )
         pushed = np.asarray(force, complex)
         return np.broadcast_to((pushed.real, pushed.imag, np.asarray(moment, float))[part], motion.columns)
 
@@ -156,7 +162,10 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
 def _rigid_pieces(
     node: int, start: complex, vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """Return the resultant of a linear load and its lever about the node."""
+    """Return node, resultant and `Loads.lever` of a linearly varying load on a rigid beam.
+
+    `first` and `last` are the loads per length at the ends of the beam [N/m].
+    """
     length, change = abs(vector), last - first
     force = length * (first + change / 2)
     return [
@@ -167,7 +176,11 @@ def _rigid_pieces(
 def _elastic_pieces(
     along: tuple[int, ...], vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """Return the nodal loads of a linear load on each element, by cubic shape functions."""
+    """Return nodes, forces and `Loads.lever` of a linearly varying load on an elastic beam.
+
+    `first` and `last` are the loads per length at the ends of the beam [N/m]. Nodal loads follow from cubic shape
+    functions of each element.
+    """
     count = len(along) - 1
     arm = np.conj(vector) / count
     h = abs(arm)
@@ -188,7 +201,10 @@ def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
 
 
 def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
-    """Return the nodal forces of the loads, shape (instants, loads, 3), and their tangents, shape (..., 3, 3)."""
+    """Return the nodal forces of the loads, and their derivatives with respect to the coordinates of their nodes.
+
+    The shapes are (instants, loads, 3) and (instants, loads, 3, 3), for (x, y, rotation).
+    """
     turn = np.exp(1j * q[:, loads.node, 2])
     force = factor * loads.force * np.where(loads.turning, turn, 1.0)
     levered = factor * np.conj(turn) * loads.lever
@@ -199,8 +215,7 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
     return pushed, change
 
 
-@dataclass(frozen=True, eq=False)
-class RigidLinkMotion:
+class RigidLinkMotion(Struct, frozen=True, eq=False, dict=True):
     """Positions, velocities and accelerations of the rigid links, with the attributes of `rigid.Motion`.
 
     Attributes
@@ -258,7 +273,7 @@ class RigidLinkMotion:
 
     @property
     def _step(self) -> float:
-        """Difference step, chosen such that drives move by about `MAX_STRIDE` [s]."""
+        """Time step of numerical differentiation [s]: the time in which drives move by about `MAX_STRIDE`."""
         first, last = float(self.time.min()), float(self.time.max())
         scale = np.array([1.0 if drive.turns else self.rigid.size for drive in self.mechanism.drives])
         steps = MIN_STEP * 2.0 ** np.arange(24)
@@ -270,7 +285,10 @@ class RigidLinkMotion:
         return float(steps[-1])
 
     def __getattr__(self, name: str) -> Any:
-        """Return an array of `rigid.Motion`, shape (links, instants), or raise NotCheckedError if it is unavailable."""
+        """Return an array of `rigid.Motion`, shape (links, instants).
+
+        Raise NotCheckedError for attributes that are not in `ARRAYS`.
+        """
         if name not in ARRAYS:
             raise NotCheckedError(
                 f'a load uses "{name}" of the motion: the nonlinear check provides only positions, velocities and '
@@ -287,4 +305,4 @@ ARRAYS: dict[str, Callable[[RigidLinkMotion], Any]] = {
     "acceleration": lambda motion: as_complex(motion.link_rates[1]),
     "turning": lambda motion: 1j * motion.link_rates[1][..., 2] - motion.link_rates[0][..., 2] ** 2,
 }
-"""Arrays of `rigid.Motion` that loads may use."""
+"""Functions that compute the arrays of `rigid.Motion` that loads may use, by attribute name."""

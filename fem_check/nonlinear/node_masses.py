@@ -2,34 +2,56 @@
 
 The mass of a beam is lumped at its nodes by the trapezoidal rule with end corrections (Euler and Maclaurin),
 
-    integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,  f = m (virtual displacement)(acceleration),
+    integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,
 
-where w' is the rotation. The corrections are first moments about the nodes, and cancel between elements. With the exact
-stiffness, the error is of order four, as with a consistent mass matrix, but nodes are not coupled. The mass at the end
-of a beam thus has an arm of h/6 and the corresponding moment of inertia, which a second difference of the masses near
-the end compensates. The mass, centre and moment of inertia of a uniform beam are exact.
+where h is the length of the element and f = (mass per length) (virtual displacement) (acceleration). The slopes of
+displacement and acceleration in f' are replaced by the rotation and the angular acceleration of the node. The end
+corrections become first moments about the nodes, and cancel at nodes between two equal elements. With the exact
+stiffness, the error is of order four in h, as with a consistent mass matrix, but the nodes are not coupled.
+
+The mass at the end of a beam thus has its centre at the distance h/6 from the node, and the corresponding moment of
+inertia. This moment of inertia is compensated by small changes of the masses at the last three nodes (-1, 2 and -1
+times 1/144 of the mass of an element). The mass, centre and moment of inertia of a uniform beam are exact.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from rigid import Reals
 from rigid.arrays import Complexes
 
 
-@dataclass(frozen=True, eq=False)
-class NodeMasses:
-    """Mass [kg], first moment in link axes [kg m], complex, and moment of inertia [kg m^2] of the nodes."""
+class NodeMasses(Struct, frozen=True, eq=False):
+    """Inertia of the nodes, in arrays of shape (nodes,).
+
+    Attributes
+    ----------
+    mass
+        Mass [kg].
+    first
+        First moment of mass about the node, in link axes (complex) [kg m].
+    inertia
+        Moment of inertia about the node [kg m^2].
+    """
 
     mass: Reals
     first: Complexes
     inertia: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class MassState:
-    """Inertia forces of the nodes, (instants, nodes, 3), their derivatives, (instants, nodes, 3, 3), and energy."""
+class MassState(Struct, frozen=True, eq=False):
+    """Inertia of all nodes at several instants.
+
+    Attributes
+    ----------
+    force
+        Mass times acceleration, minus weight, for x, y and rotation, shape (instants, nodes, 3).
+    stiffness, damping, mass
+        Derivatives of `force` with respect to coordinates, rates and accelerations, each of shape (instants, nodes, 3,
+        3).
+    energy
+        Kinetic energy [J], shape (instants, nodes).
+    """
 
     force: Reals
     stiffness: Reals
@@ -39,7 +61,10 @@ class MassState:
 
 
 def mass_state(masses: NodeMasses, q: Reals, v: Reals, a: Reals, gravity: complex) -> MassState:
-    """Compute inertia minus weight of all nodes from q, v, a of shape (instants, nodes, 3)."""
+    """Compute the inertia of all nodes, see `MassState`.
+
+    q, v, a are x, y and rotation of the nodes, their rates and accelerations, each of shape (instants, nodes, 3).
+    """
     arm = masses.first * np.exp(1j * q[..., 2])
     felt = a[..., 0] + 1j * a[..., 1] - gravity
     spin, turning = v[..., 2], 1j * a[..., 2] - v[..., 2] ** 2
@@ -60,19 +85,19 @@ def mass_state(masses: NodeMasses, q: Reals, v: Reals, a: Reals, gravity: comple
     return MassState(force, stiffness, damping, mass, energy)
 
 
-def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Reals, Reals, Reals]:
-    """Return the mass, axial first moment and moment of inertia at the nodes of a beam.
+def lumped_inertia(line: Reals, slope: tuple[float, float], length: float) -> tuple[Reals, Reals, Reals]:
+    """Return the mass, the first moment along the beam and the moment of inertia of each node of a beam.
 
     Parameters
     ----------
     line
         Mass per length at the nodes [kg/m].
     slope
-        Derivative of the mass per length at both ends [kg/m^2].
+        Derivative of the mass per length along the beam, at its start and at its end [kg/m^2].
     length
         Element length [m].
     """
-    weights, h = gathering_weights(len(line) - 1), length
+    weights, h = lumping_weights(len(line) - 1), length
     mass, first, inertia = h * weights * line, np.zeros_like(line), np.zeros_like(line)
     mass[0] += h**2 / 12 * slope[0]
     mass[-1] -= h**2 / 12 * slope[1]
@@ -81,14 +106,17 @@ def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Re
     return mass, first, inertia
 
 
-def gathering_weights(count: int) -> Reals:
-    """Return the weights of the nodes of a beam with equal elements, in element lengths.
+def lumping_weights(count: int) -> Reals:
+    """Return the masses of the nodes of a uniform beam, relative to the mass of an element.
+
+    `count` is the number of elements.
 
     Examples
     --------
-    Mass l and moment of inertia l^3/3 about the start of a uniform beam, including the arms and inertia at the ends:
+    Eight elements of length 1 and mass 1 have the mass 8 and the moment of inertia 8^3/3 about the start. The moment of
+    inertia includes the first moments and the moments of inertia of the end nodes.
 
-    >>> weights = gathering_weights(8)
+    >>> weights = lumping_weights(8)
     >>> float(weights.sum().round(12)), float((weights @ np.arange(9) ** 2 - 16 / 12 + 2 / 72).round(9))
     (8.0, 170.666666667)
     """

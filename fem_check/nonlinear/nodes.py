@@ -1,16 +1,17 @@
-"""Nodes of a mechanism: the ground, rigid links, and nodes along elastic beams."""
+"""Nodes of a mechanism: one for the ground, one for each rigid link, and several along each elastic beam."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import Section
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
-from fem_check.nonlinear.node_masses import NodeMasses, gathered, gathering_weights
+from fem_check.nonlinear.node_masses import NodeMasses, lumped_inertia, lumping_weights
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 from rigid.arrays import Integers, Numbers
 
@@ -24,8 +25,7 @@ class NotCheckedError(MechanismError):
     """Raised if the nonlinear check does not support a part of the mechanism, which the message names."""
 
 
-@dataclass(frozen=True)
-class Nodes:
+class Nodes(Struct, frozen=True):
     """Nodes, elements and masses of a mechanism.
 
     Attributes
@@ -33,13 +33,18 @@ class Nodes:
     link
         Index of the link of each node.
     rest
-        Position of each node in link axes [m].
+        Undeformed position of each node in link axes (complex) [m], shape (nodes,).
     at
-        Node that carries a point of a link, and the point relative to the node, by link and point.
+        For each link index and point name: index of the node that carries the point, and vector from the node to the
+        point in link axes (complex) [m].
     along
-        Nodes along each beam of `Mechanism.beams`; empty for rigid links.
+        Indices of the nodes along each beam of `Mechanism.beams`; empty for beams of rigid links.
     first
         Index of the first element of each beam.
+    elements
+        Beam elements.
+    masses
+        Inertia of the nodes.
     """
 
     link: Integers
@@ -52,7 +57,7 @@ class Nodes:
 
 
 def is_rigid(section: Section) -> bool:
-    """Return whether a section has no finite rigidity."""
+    """Return whether EA, EI and kGA of a section are all infinite."""
     return not (isfinite(float(section.EA)) or isfinite(float(section.EI)) or isfinite(float(section.kGA)))
 
 
@@ -92,7 +97,10 @@ class _NodeBuilder:
         return len(self.link) - 1
 
     def add(self, node: int, mass: float, arm: complex = 0.0, inertia: float = 0.0) -> None:
-        """Add a mass and an inertia to a node, with the centre of mass at the end of an arm."""
+        """Add a mass to a node.
+
+        `arm` is the vector from the node to the centre of the mass, and `inertia` is about this centre.
+        """
         masses = self.mass[node]
         masses[0] += mass
         masses[1] += mass * arm
@@ -154,9 +162,9 @@ class _NodeBuilder:
         line = np.asarray(float(beam.mass_per_length) * Powers(xi, beam.mass_taper), float)
         slope = Powers(xi[[0, -1]], np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
         ends = float(beam.mass_per_length) * slope / (h * self.count)
-        masses, firsts, inertias = gathered(line, (float(ends[0]), float(ends[1])), h)
+        masses, firsts, inertias = lumped_inertia(line, (float(ends[0]), float(ends[1])), h)
         turned = np.asarray(float(beam.rotary_inertia) * Powers(xi, beam.rotary_taper), float)
-        inertias += h * gathering_weights(self.count) * turned
+        inertias += h * lumping_weights(self.count) * turned
         for node, mass, first, inertia in zip(self.along[k], masses, firsts, inertias, strict=True):
             own = self.mass[node]
             own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
@@ -181,7 +189,10 @@ class _NodeBuilder:
 
 
 def _finite(of_link: Sequence[Section], section: Section, length: float) -> Section:
-    """Replace infinite EA and EI of a beam by large values, given all sections of its partly elastic link."""
+    """Replace infinite EA and EI of a beam by large values.
+
+    `of_link` are the sections of all beams of the link, of which at least one has a finite rigidity.
+    """
     EA, EI = (
         max((r for own in of_link if isfinite(r := float(getattr(own, name)))), default=0.0) for name in ("EA", "EI")
     )

@@ -1,20 +1,21 @@
-"""Deflection to a tolerance, by halving time steps and elements until convergence.
+"""Deflection with a required accuracy, by halving time steps and elements until convergence.
 
-Each solution starts from the previous one. If Newton's method fails for all steps at once, the motion is integrated a
-few steps at a time, for one run or for as many periods as the initial vibration needs to decay.
+Each solution starts from the previous one. If Newton's method fails when it solves all time steps together, the motion
+is integrated a few steps at a time. A periodic motion is integrated over several periods, until the initial vibration
+has decayed enough for Newton's method to find the periodic solution.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import JointCompliance, Section, reference_deflection
 from elastic.links import BeamRuns, members_of
-from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
+from fem_check.nonlinear.collocation import CollocatedMotion, Collocation, InitialState, Progress
 from fem_check.nonlinear.equilibrium import POINTS, slopes, start_of
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, as_complex, coordinates
 from fem_check.nonlinear.stepping import periods, slowest_vibration, stepped
@@ -22,30 +23,35 @@ from fem_check.nonlinear.system import System, system_of
 from rigid import Mechanism, Reals
 
 ELEMENTS = 2, 4, 8, 16
+"""Numbers of elements per beam, from the coarsest to the finest mesh."""
 MAX_STRIDE = 0.3
-"""Largest movement of a drive in one of the initial steps [rad], or relative to the size of the mechanism."""
+"""Mean movement of a drive per time step before refinement [rad], or relative to the size of the mechanism."""
 MIN_STEPS, MAX_STEPS = 16, 1600
 """Smallest and largest number of time steps."""
 MESH_ORDER = 3
-"""Order of convergence of the mesh, including the nodes that the coarser mesh does not have."""
+"""Assumed order of convergence in the element length, for an error estimate at all nodes of the finer mesh."""
 MIN_RATIO, MAX_RATIO = 4.0, 8.0
-"""The ratio of successive changes is used to estimate the error if it is in this range, or limited to it."""
-START_STEP, MAX_REST_RATE = 1e-5, 1e-6
-"""Difference step relative to the run, and largest rate of a drive at rest relative to its largest rate."""
+"""The error after halving the time steps is estimated from the ratio r of the last two changes, as change / (r - 1).
+
+If r is below MIN_RATIO, the error estimate is the change itself. If r is above MAX_RATIO, MAX_RATIO is used.
+"""
+START_STEP = 1e-5
+"""Time step of numerical differentiation at the start, relative to the duration of the run."""
+MAX_REST_RATE = 1e-6
+"""Largest rate of a drive that counts as at rest, relative to the largest rate of this drive in the run."""
 STEP_SHARE = 1 / 3
-"""Share of the tolerance that is assigned to the time steps."""
+"""Share of the tolerance that the error due to time steps may use. The rest is for the error due to elements."""
 NEWTON_SHARE = 0.01
 """Tolerance of Newton's method, relative to the requested tolerance."""
 STEPS_PER_WAVE = 10.0
-"""Steps per period of the slowest vibration if the motion is integrated in time."""
+"""Time steps per period of the slowest vibration, if Newton's method fails for all steps together."""
 GUESS_TOLERANCE = 1e-4
-"""Tolerance for motions that are integrated only as an initial guess."""
+"""Tolerance of Newton's method for motions that only serve as an initial guess."""
 PERIODS = 1, 2, 4, 8, 16
 """A periodic solution is attempted after these numbers of integrated periods."""
 
 
-@dataclass(frozen=True, eq=False)
-class RefinedDeflection:
+class RefinedDeflection(Struct, frozen=True, eq=False):
     """Deflection at given times, with error estimates.
 
     Attributes
@@ -53,13 +59,16 @@ class RefinedDeflection:
     xi
         Values of x'/l of the nodes of each beam, shape (elements + 1,).
     chord
-        Deflection from the displaced chord [m], shape (beams, instants, elements + 1).
+        Deflection from the chord of the deformed link [m], shape (beams, instants, elements + 1).
     moved
         u, w [m] and phi [rad] relative to the rigid positions, shape (3, beams, instants, elements + 1).
     steps
         Number of time steps.
-    mesh, step
-        Estimated errors due to elements and time steps, relative to the largest deflection of the worst beam.
+    mesh
+        Estimated error due to the elements. It is the largest over the beams, relative to a reference deflection of
+        each beam (see `elastic.reference_deflection`).
+    step
+        Estimated error due to the time steps, defined in the same way.
     """
 
     xi: Reals
@@ -76,7 +85,7 @@ class RefinedDeflection:
 
     @property
     def error(self) -> float:
-        """Sum of both errors."""
+        """Sum of the errors due to elements and time steps."""
         return self.mesh + self.step
 
 
@@ -101,13 +110,14 @@ def refined_deflection(
     end
         End of the period or of the run [s].
     closed
-        True if the motion is periodic. Otherwise, it starts in static equilibrium if the drives are at rest, and with
-        the quasi-static deformation under the loads and the inertia of the rigid motion if they move.
+        True if the motion is periodic. If False, the motion has an initial state: static equilibrium if all drives
+        start at rest, and otherwise the quasi-static deformation under the loads and the inertia of the rigid motion.
     tolerance
-        Largest error, relative to the largest deflection of the worst beam. If it cannot be reached with the largest
+        Largest error, relative to the reference deflection of each beam. If it cannot be reached with the largest
         numbers of steps and elements, `mesh` and `step` show the achieved errors.
     sections
-        One per beam, in the order of `Mechanism.beams`. Links with infinite rigidities are rigid bodies.
+        One per beam, in the order of `Mechanism.beams`. A link is a rigid body if all rigidities of its beams are
+        infinite.
     laws
         For each drive, a function of time [s] that returns coordinate, rate and acceleration. Only the coordinate is
         used.
@@ -116,7 +126,7 @@ def refined_deflection(
     damping
         beta of the Kelvin-Voigt law stress = E (strain + beta d strain/dt) [s], one value or one per beam.
     progress
-        Function that is called with the completed share of the work, from 0 to 1, and a message.
+        Function that is called with the estimated share of completed work, from 0 to 1, and a message.
 
     Raises
     ------
@@ -129,9 +139,8 @@ def refined_deflection(
     return given.refined()
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Solution with given elements and steps, with displacements at the requested times."""
+class _Solved(Struct, frozen=True, eq=False):
+    """Solution for one mesh and one step size. `moved` and `chord` are those of `RefinedDeflection`."""
 
     system: System
     motion: CollocatedMotion
@@ -144,9 +153,8 @@ class _Solved:
         return len(self.motion.edges) - 1
 
 
-@dataclass(frozen=True, eq=False)
-class _Problem:
-    """Mechanism, run, and requested times."""
+class _Problem(Struct, frozen=True, eq=False, dict=True):
+    """Arguments of `refined_deflection`, with the methods that solve for the deflection."""
 
     mechanism: Mechanism
     sections: tuple[Section, ...]
@@ -170,20 +178,20 @@ class _Problem:
         return self.places.at(self.times)
 
     def system(self, elements: int) -> System:
-        """Create the system with a number of elements."""
+        """Create the equations of motion for a number of elements per beam."""
         given = self.mechanism, self.sections, self.laws, float(self.times[0]), elements, self.joints, self.damping
         return system_of(*given, rigid=self.places)
 
     def refined(self) -> RefinedDeflection:
-        """Refine steps and elements to the tolerance."""
+        """Halve time steps and then elements until the tolerance is reached."""
         members = members_of(self.mechanism)
         here = self._solved_robustly(self.system(ELEMENTS[0]), self._first_steps(), None)
         step = mesh = changed = np.inf
         while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MAX_STEPS:
             finer, before = self._solved_robustly(here.system, 2 * here.steps, here), changed
             changed = _change(here.chord, finer.chord, members) if finer.steps == 2 * here.steps else np.inf
-            falls = changed > 0.0 and np.isfinite(before) and before / changed >= MIN_RATIO
-            step, here = float(changed / (min(before / changed, MAX_RATIO) - 1 if falls else 1.0)), finer
+            converges = changed > 0.0 and np.isfinite(before) and before / changed >= MIN_RATIO
+            step, here = float(changed / (min(before / changed, MAX_RATIO) - 1 if converges else 1.0)), finer
             self._report(f"{here.steps} steps of {ELEMENTS[0]} elements: error {step:.1e}")
         for elements in ELEMENTS[1:]:
             finer = self._solved_robustly(self.system(elements), here.steps, here)
@@ -199,14 +207,22 @@ class _Problem:
             self.progress(0.5, words)
 
     def _first_steps(self) -> int:
-        """Return a number of steps for which drives move little in each step."""
+        """Return the number of time steps with which drives move by about `MAX_STRIDE` in a step.
+
+        The number is at least `MIN_STEPS` and at most a quarter of `MAX_STEPS`.
+        """
         value = coordinates(self.laws, np.linspace(self.times[0], self.end, 2001))
         scale = np.array([1.0 if drive.turns else self.places.size for drive in self.mechanism.drives])
         travel = (np.abs(np.diff(value, axis=0)).sum(axis=0) / scale).max(initial=0.0)
         return int(np.clip(np.ceil(travel / MAX_STRIDE), MIN_STEPS, MAX_STEPS // 4))
 
     def _solved_robustly(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        """Solve from a nearby motion or from the rigid positions, or integrate in time if this fails."""
+        """Solve all steps together, or integrate in time if this fails.
+
+        The initial guess is the solution `near` if given, and then the rigid positions.
+
+        Integration may need more steps than requested.
+        """
         for begin in (None,) if near is None else (near, None):
             try:
                 return self._solved(system, steps, begin)
@@ -225,23 +241,26 @@ class _Problem:
         raise problem
 
     def _resolving_steps(self, system: System) -> int:
-        """Return the number of steps for `STEPS_PER_WAVE` per period of the slowest vibration at the start."""
+        """Return the number of steps that resolves a vibration at the natural frequency at the start.
+
+        The number of steps per period of this vibration is `STEPS_PER_WAVE`. The total is at most `MAX_STEPS`.
+        """
         span = self.end - float(self.times[0])
         return int(min(MAX_STEPS, math.ceil(STEPS_PER_WAVE * span * slowest_vibration(system) / (2 * np.pi))))
 
     def _integrated(self, system: System, steps: int) -> _Solved:
-        """Integrate from the start, or over periods until the periodic solution converges."""
-        equations, settled = self._equations(system, steps), NEWTON_SHARE * self.tolerance
+        """Integrate a few steps at a time over the run, or over periods until the periodic solution converges."""
+        equations, newton_tolerance = self._equations(system, steps), NEWTON_SHARE * self.tolerance
         if equations.start is not None:
-            return self._answer(system, stepped(system, equations.edges, equations.start, settled))
+            return self._answer(system, stepped(system, equations.edges, equations.start, newton_tolerance))
         begin, problem = self._start(system), DoesNotCloseError("no motion found")
         for number, motion in enumerate(periods(system, equations.edges, begin, GUESS_TOLERANCE, PERIODS[-1]), 1):
             if number in PERIODS:
                 finer = Collocation(system, motion.edges, None)
                 moved = motion.q.reshape(finer.rigid.shape) - finer.rigid
                 try:
-                    given = moved, motion.pulls.reshape(len(moved), -1)
-                    return self._answer(system, finer.solved(given, settled, self.progress))
+                    given = moved, motion.multipliers.reshape(len(moved), -1)
+                    return self._answer(system, finer.solved(given, newton_tolerance, self.progress))
                 except DoesNotCloseError as error:
                     problem = error
         raise problem
@@ -256,21 +275,24 @@ class _Problem:
             moved = near.motion.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
             if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
                 moved = on_finer_mesh(near.system, system, moved, equations.rigid)
-            guess = moved, near.motion.pulls_at(equations.time)
+            guess = moved, near.motion.multipliers_at(equations.time)
         return self._answer(system, equations.solved(guess, NEWTON_SHARE * self.tolerance, self.progress))
 
     def _answer(self, system: System, motion: CollocatedMotion) -> _Solved:
         return _Solved(system, motion, *self._displacements(system, motion))
 
-    def _start(self, system: System) -> Beginning:
-        """Return the initial state: static or quasi-static for a run (see `closed`), rigid for a cycle."""
+    def _start(self, system: System) -> InitialState:
+        """Return the initial state: static or quasi-static for a run, rigid for a cycle.
+
+        See `closed` in `refined_deflection`.
+        """
         step = (self.end - float(self.times[0])) / 1000
         if self.closed:
             return start_of(system, step, "rigid")
         return start_of(system, step, "static" if self._starts_at_rest() else "quasi-static")
 
     def _starts_at_rest(self) -> bool:
-        """Return whether all drives start at rest, by differences of their coordinates."""
+        """Return whether all drives start at rest, by numerical differentiation of their coordinates."""
         start, instants = float(self.times[0]), np.linspace(self.times[0], self.end, 2001)
         step = START_STEP * (self.end - start)
         rates = (slopes(step) @ coordinates(self.laws, start + step * np.arange(POINTS)))[0]
@@ -278,7 +300,7 @@ class _Problem:
         return bool((np.abs(rates) <= MAX_REST_RATE * greatest).all())
 
     def _displacements(self, system: System, motion: CollocatedMotion) -> tuple[Reals, Reals]:
-        """Return u, w, phi and the chord deflection at the requested times, shape (..., beams, instants, nodes)."""
+        """Return `moved` and `chord` of `RefinedDeflection`."""
         q, rigid = motion.at(self.times), system.rigid_coordinates(self.rigid)
         count = max((len(along) for along in system.nodes.along), default=0) or 2
         xi = np.linspace(0.0, 1.0, count)
@@ -287,7 +309,7 @@ class _Problem:
 
 
 def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
-    """Return the largest difference of two deflections over the members, relative to the deflection of the member."""
+    """Return the largest difference between two deflections, relative to the reference deflection of each beam."""
     base = reference_deflection(members.greatest(np.abs(fine).max(axis=(1, 2))))
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
     apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
@@ -295,9 +317,10 @@ def _change(coarse: Reals, fine: Reals, members: BeamRuns) -> float:
 
 
 def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
-    """Return u, w and phi of a beam relative to its rigid position, shape (3, positions, nodes).
+    """Return u, w and phi of beam `k` relative to its rigid position, shape (3, positions, nodes).
 
-    `q` and `rigid` are the coordinates of the system and of the rigid mechanism, shape (positions, coordinates).
+    `q` and `rigid` are the coordinates of the deformed and of the rigid links, each of shape (positions, coordinates).
+    `xi` are the values of x'/l of the nodes.
     """
     at, beam = system.mechanism.beams[k]
     link, along = system.mechanism.links[at], list(system.nodes.along[k])
@@ -317,7 +340,11 @@ def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> 
 
 
 def on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
-    """Interpolate displacements to a mesh with twice the elements, by cubic Hermite polynomials."""
+    """Interpolate displacements to a mesh with twice the number of elements, by cubic Hermite polynomials.
+
+    `moved` are the displacements in the coordinates of the coarse mesh, and `rigid` the coordinates of the rigid links
+    on the fine mesh, each of shape (instants, coordinates).
+    """
     refined = np.zeros_like(rigid)
     for link in range(len(fine.mechanism.links)):
         mine, other = (np.flatnonzero(system.nodes.link == link) for system in (fine, coarse))

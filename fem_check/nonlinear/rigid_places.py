@@ -1,6 +1,6 @@
 """Positions of the rigid links at any time, by Newton's method for all joint constraints.
 
-The unknowns are three coordinates per link. The closed forms of `rigid` are not used.
+The unknowns are x, y and angle of each link. The closed forms of `rigid` are not used.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,17 +16,21 @@ from rigid import Mechanism, Reals
 from rigid.arrays import Columns, Complexes
 
 DriveLaw = Callable[[Any], Sequence[Any]]
+"""Function of time [s] that returns the coordinate, rate and acceleration of a drive."""
 MAX_STRIDE = 0.05
-"""Largest movement of a drive between two instants [rad], or relative to the size of the mechanism."""
+"""Largest movement of a drive between two tracked positions [rad], or relative to the size of the mechanism."""
 TOLERANCE = 1e-13
+"""Largest change in the last step of Newton's method, relative to the size of the mechanism, or [rad]."""
 MAX_GAP = 1e-9
+"""Largest residual of a constraint that counts as satisfied, relative to the size of the mechanism, or [rad]."""
 MAX_STEPS = 30
+"""Maximum number of steps of Newton's method."""
 SAMPLES = 2001
 """Number of instants at which the movement of the drives is measured."""
 
 
 class DoesNotCloseError(ValueError):
-    """Raised if the links cannot reach the coordinates of the drives, or Newton's method does not converge."""
+    """Raised if the links cannot reach given drive coordinates, or Newton's method does not converge."""
 
 
 def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
@@ -37,7 +41,12 @@ def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
 
 
 def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
-    """Return x, y and angle of each link as drawn, or as the joints and drives require, shape (links, 3)."""
+    """Return approximate x, y and angle of each link, shape (links, 3).
+
+    Links with at least two points in the drawing are placed as drawn. The other links are placed one after another,
+    each at a point or angle in common with a link that is already placed. `first` are the initial coordinates of the
+    drives, shape (drives,).
+    """
     places: dict[int, tuple[complex, complex]] = {0: (0.0, 1.0)}
     drawing = {name: complex(place) for name, place in mechanism.drawing.items()}
     drawing |= {name: complex(place) for name, place in mechanism.links[0].points.items()}
@@ -57,7 +66,7 @@ def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
 def _place_next(
     mechanism: Mechanism, places: dict[int, tuple[complex, complex]], drawing: dict[str, complex], first: Reals
 ) -> None:
-    """Place one more link, preferably one that is attached to a placed link at a known angle."""
+    """Place one more link, preferably one with a known angle relative to a placed link."""
     index, links = mechanism.index, mechanism.links
     turns = [(index[each.on], index[each.link], complex(each.turn)) for each in mechanism.fixed_angles]
     for drive, value in zip(mechanism.drives, first, strict=True):
@@ -95,16 +104,16 @@ class RigidPlaces:
             for o in link.points.values()
         ]
         self.size = max([*reach, 1e-12])
-        want = first + self.ties.winding
-        have = self._closed(self.drawn[None], None)
-        now = np.array([self._coordinate(have[0], k) for k in range(len(want))])
-        for share in np.linspace(0.0, 1.0, self._strides(want - now) + 1)[1:]:
-            have = self._closed(have, (now + share * (want - now))[None])
-        self.begin = have[0]
-        self.trail: tuple[list[float], list[Reals]] = [start], [self.begin]
+        target = first + self.ties.winding
+        current = self._closed(self.drawn[None], None)
+        now = np.array([self._coordinate(current[0], k) for k in range(len(target))])
+        for share in np.linspace(0.0, 1.0, self._strides(target - now) + 1)[1:]:
+            current = self._closed(current, (now + share * (target - now))[None])
+        self.begin = current[0]
+        self.tracked: tuple[list[float], list[Reals]] = [start], [self.begin]
 
     def at(self, time: Any) -> Reals:
-        """Return x, y and angle of each link at any times after the start, shape (instants, links, 3).
+        """Return x, y and angle of each link at given times from the start on [s], shape (times, links, 3).
 
         Raises
         ------
@@ -115,7 +124,7 @@ class RigidPlaces:
         if not len(time):
             return np.empty((0, *self.begin.shape))
         self._follow(float(time.max()))
-        instants, places = np.array(self.trail[0]), np.array(self.trail[1])
+        instants, places = np.array(self.tracked[0]), np.array(self.tracked[1])
         after = np.clip(np.searchsorted(instants, time), 1, len(instants) - 1)
         share = (time - instants[after - 1]) / (instants[after] - instants[after - 1])
         near = places[after - 1] + share[:, None, None] * (places[after] - places[after - 1])
@@ -131,8 +140,8 @@ class RigidPlaces:
             )
 
     def _follow(self, end: float) -> None:
-        """Extend the tracked positions up to a time."""
-        instants, places = self.trail
+        """Extend the tracked positions to the time `end` [s]."""
+        instants, places = self.tracked
         begin = instants[-1]
         if end <= begin and len(instants) > 1:
             return
@@ -145,8 +154,8 @@ class RigidPlaces:
         for time in np.interp(np.linspace(0.0, travel[-1], strides + 1)[1:], travel, fine):
             here = places[-1]
             ahead = here + (here - places[-2]) if len(places) > 1 else here
-            wanted = coordinates(self.laws, time)[0] + self.ties.winding
-            places.append(self._closed(ahead[None], wanted[None], np.array([time]))[0])
+            drive_coordinates = coordinates(self.laws, time)[0] + self.ties.winding
+            places.append(self._closed(ahead[None], drive_coordinates[None], np.array([time]))[0])
             instants.append(float(time))
 
     def _strides(self, change: Reals) -> int:
@@ -157,33 +166,37 @@ class RigidPlaces:
         ties = self.ties
         if drive in ties.driven:
             return float(places[self.nodes.link[ties.driven[drive]], 2])
-        mover = ties.movers[drive]
+        mover = ties.drive_couplings[drive]
         assert mover is not None
         return float(coupling_state((ties.couplings[mover],), places[self.nodes.link][None]).value[0, 0])
 
-    def _closed(self, near: Reals, wanted: Reals | None, time: Reals | None = None) -> Reals:
-        """Return the nearest positions that close all joints, shape (instants, links, 3).
+    def _closed(self, near: Reals, drive_coordinates: Reals | None, time: Reals | None = None) -> Reals:
+        """Return the positions at which all joints close, by Newton's method from `near`, shape (instants, links, 3).
 
-        `wanted` are the coordinates of the drives, shape (instants, drives), or None if the drives are free.
+        `drive_coordinates` are the coordinates of the drives, shape (instants, drives), or None if the drives are free.
+        `time` [s] is only used in the error message.
         """
         places = near.copy()
         unit = np.array([self.size, self.size, 1.0])
         for _ in range(MAX_STEPS):
-            gaps, rows = self._equations(places, wanted)
+            gaps, rows = self._equations(places, drive_coordinates)
             step = -(np.linalg.pinv(rows, rcond=1e-12) @ gaps[..., None])[..., 0].reshape(len(places), -1, 3)
             longest = np.abs(step).max(axis=(1, 2), initial=0.0)
             places[:, 1:] += step * unit * np.minimum(1.0, 0.5 / np.maximum(longest, 1e-300))[:, None, None]
             if longest.max(initial=0.0) < TOLERANCE:
                 break
-        gaps, _ = self._equations(places, wanted)
+        gaps, _ = self._equations(places, drive_coordinates)
         open_ = ~(np.abs(gaps).max(axis=1, initial=0.0) < MAX_GAP)
         if open_.any():
             when = "as drawn" if time is None else f"at {time[open_][0]:.6g} s"
             raise DoesNotCloseError(f"the joints of the rigid links do not close {when}")
         return places
 
-    def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """Return the gaps of the constraints, shape (instants, rows), and their derivatives, both scaled."""
+    def _equations(self, places: Reals, drive_coordinates: Reals | None) -> tuple[Reals, Reals]:
+        """Return the residuals of the constraints, and the derivatives of the residuals, without units.
+
+        The shapes are (instants, rows) and (instants, rows, 3 (links - 1)).
+        """
         ties, link, count = self.ties, self.nodes.link, places.shape[1]
         state = coupling_state(tuple(ties.couplings), places[:, link])
         gaps: list[Any] = []
@@ -196,24 +209,24 @@ class RigidPlaces:
             rows.append(row[:, 1:].reshape(len(places), -1) / scale)
             gaps.append(gap / scale)
 
-        for node, held in ties.held.items():
-            for component, value in enumerate((complex(held).real, complex(held).imag)):
+        for node, fixed in ties.fixed.items():
+            for component, value in enumerate((complex(fixed).real, complex(fixed).imag)):
                 add([(node, component, 1.0)], places[:, link[node], component] - value, self.size)
         for first, second in ties.shared:
             for component in (0, 1):
                 gap = places[:, link[second], component] - places[:, link[first], component]
                 add([(second, component, 1.0), (first, component, -1.0)], gap, self.size)
         for drive, node in ties.driven.items():
-            if wanted is not None:
-                add([(node, 2, 1.0)], places[:, link[node], 2] - wanted[:, drive], 1.0)
-        for condition in ties.conditions:
-            if condition.drive is not None and wanted is None:
+            if drive_coordinates is not None:
+                add([(node, 2, 1.0)], places[:, link[node], 2] - drive_coordinates[:, drive], 1.0)
+        for constraint in ties.constraints:
+            if constraint.drive is not None and drive_coordinates is None:
                 continue
-            gap = np.full(len(places), -condition.target)
-            if wanted is not None and condition.drive is not None:
-                gap -= wanted[:, condition.drive]
+            gap = np.full(len(places), -constraint.target)
+            if drive_coordinates is not None and constraint.drive is not None:
+                gap -= drive_coordinates[:, constraint.drive]
             parts = []
-            for number, factor in condition.parts:
+            for number, factor in constraint.parts:
                 coupling = ties.couplings[number]
                 gap += factor * state.value[:, number]
                 slope = factor * state.gradient[:, number]
@@ -222,12 +235,12 @@ class RigidPlaces:
                     for k, node in enumerate((coupling.parent, coupling.child))
                     for c in range(3)
                 ]
-            add(parts, gap, 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
+            add(parts, gap, 1.0 if ties.couplings[constraint.parts[0][0]].kind == 2 else self.size)
         empty = np.zeros((0, len(places)))
         table = np.array(rows).reshape(len(rows), len(places), 3 * (count - 1))
         return np.array(gaps or empty).reshape(len(gaps), len(places)).T, np.swapaxes(table, 0, 1)
 
 
 def as_complex(values: Reals) -> Complexes:
-    """Convert arrays with x and y as the first entries of the last axis to complex numbers."""
+    """Return x + i y, where x and y are the first two entries of the last axis."""
     return values[..., 0] + 1j * values[..., 1]

@@ -1,11 +1,12 @@
 """Equations of motion in absolute coordinates: residual and tangents at many instants."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
 from elastic import JointCompliance, Section
 from fem_check.nonlinear.beam_elements import ElementState, element_state, predicted
@@ -19,9 +20,17 @@ from rigid import Mechanism, Reals
 from rigid.arrays import Flags, Integers
 
 
-@dataclass(frozen=True, eq=False)
-class Tangents:
-    """Derivatives of the residual, shape (instants, free, free), and rows of the constraints."""
+class Tangents(Struct, frozen=True, eq=False):
+    """Derivatives of the residual and of the constraints with respect to the free coordinates.
+
+    Attributes
+    ----------
+    stiffness, damping, mass
+        Derivatives of the residual with respect to the free coordinates, their rates and their accelerations, shape
+        (instants, free, free) each.
+    rows
+        Derivatives of the constraints with respect to the free coordinates, shape (instants, constraints, free).
+    """
 
     stiffness: Reals
     damping: Reals
@@ -29,29 +38,38 @@ class Tangents:
     rows: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+class State(Struct, frozen=True, eq=False):
     """Intermediate results of the residual.
 
-    `open` are the violations of the constraints, shape (instants, constraints). `needed` is the force that each node
-    needs from the nodes that share its coordinates, shape (instants, nodes, 3). `pull` are the forces of the couplings,
-    shape (instants, couplings).
+    Attributes
+    ----------
+    elements, masses, couplings
+        Values and derivatives for the elements, the inertia and the couplings. A coupling is a function of the
+        coordinates of two nodes, see `NodeCoupling`.
+    coupling_force
+        Force [N] or moment [N m] of each coupling, shape (instants, couplings).
+    node_residual
+        Inertia and internal forces minus loads for x, y and rotation of each node, shape (instants, nodes, 3). Summed
+        over the nodes that share a coordinate, this is the residual of the equation of motion.
+    violation
+        Residuals of the constraints [m or rad], shape (instants, constraints).
     """
 
     elements: ElementState
     masses: MassState
     couplings: CouplingState
-    pull: Reals
-    needed: Reals
-    open: Reals
+    coupling_force: Reals
+    node_residual: Reals
+    violation: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class System:
+class System(Struct, frozen=True, eq=False, dict=True):
     """Equations of motion of a mechanism.
 
-    The coordinates are x, y and rotation of all nodes, in which shared ones occur once, shape (instants, coordinates).
-    Those of the ground, of pins on the ground, and of drives may be prescribed. The others are free.
+    The coordinates are x, y and rotation of all nodes. A coordinate that several nodes have in common occurs only once.
+    Arrays of coordinates have the shape (instants, coordinates). Prescribed coordinates are those of the ground, of
+    nodes at pins on the ground, and the rotations of links that a drive turns relative to the ground. All other
+    coordinates are free.
     """
 
     mechanism: Mechanism
@@ -76,7 +94,7 @@ class System:
         """True for each prescribed coordinate."""
         fixed = np.zeros(self.of_node.max() + 1, bool)
         fixed[self.of_node[0]] = True
-        fixed[self.of_node[list(self.ties.held), :2]] = True
+        fixed[self.of_node[list(self.ties.fixed), :2]] = True
         fixed[self.of_node[list(self.ties.driven.values()), 2]] = True
         return fixed
 
@@ -98,9 +116,9 @@ class System:
         return np.where(self.turns[self.free], 1.0, self.rigid.size)
 
     @cached_property
-    def gap(self) -> Reals:
+    def constraint_unit(self) -> Reals:
         """Unit of each constraint: the size of the mechanism [m], or 1 rad."""
-        kinds = [self.ties.couplings[own.parts[0][0]].kind for own in self.ties.conditions]
+        kinds = [self.ties.couplings[own.parts[0][0]].kind for own in self.ties.constraints]
         return np.array([1.0 if kind == CouplingKind.TURN else self.rigid.size for kind in kinds])
 
     def drives(self, time: Reals) -> Reals:
@@ -112,7 +130,10 @@ class System:
         return factors(self.loads, time, self.rigid)
 
     def rigid_coordinates(self, places: Reals) -> Reals:
-        """Return the coordinates of the nodes on rigid links at given positions, shape (instants, links, 3)."""
+        """Return the coordinates of all nodes for undeformed links, shape (instants, coordinates).
+
+        `places` are x, y and angle of the links, shape (instants, links, 3).
+        """
         carried = places[:, self.nodes.link]
         way = self.nodes.rest * np.exp(1j * carried[..., 2])
         carried = carried + np.stack([way.real, way.imag, np.zeros(way.shape)], axis=-1)
@@ -121,9 +142,12 @@ class System:
         return q
 
     def prescribe(self, q: Reals, drives: Reals) -> None:
-        """Set the prescribed coordinates in place."""
+        """Set the prescribed coordinates in the array `q`, shape (instants, coordinates).
+
+        `drives` are the coordinates of the drives, shape (instants, drives).
+        """
         q[:, self.of_node[0]] = 0.0
-        for node, place in self.ties.held.items():
+        for node, place in self.ties.fixed.items():
             q[:, self.of_node[node, 0]], q[:, self.of_node[node, 1]] = complex(place).real, complex(place).imag
         for drive, node in self.ties.driven.items():
             q[:, self.of_node[node, 2]] = drives[:, drive]
@@ -133,26 +157,28 @@ class System:
         q: Reals,
         v: Reals,
         a: Reals,
-        pulls: Reals,
+        multipliers: Reals,
         drives: Reals,
         factor: Reals,
         tangent: bool = True,
         assumed: Reals | None = None,
     ) -> tuple[Reals, State, Tangents | None]:
-        """Compute the residual of the equations of motion, shape (instants, coordinates).
+        """Compute the residual of the equations of motion, shape (instants, coordinates), its state and its tangents.
 
         Parameters
         ----------
         q, v, a
-            Coordinates, rates and accelerations.
-        pulls
-            Multipliers of the constraints, shape (instants, constraints).
-        drives, factor
-            Coordinates of the drives, and factors of the loads.
+            Coordinates, rates and accelerations, each of shape (instants, coordinates).
+        multipliers
+            Lagrange multipliers of the constraints, shape (instants, constraints).
+        drives
+            Coordinates of the drives, shape (instants, drives).
+        factor
+            Factors of the loads, shape (instants, loads).
         tangent
-            True to compute the derivatives.
+            True to compute the tangents.
         assumed
-            Element resultants to use for the geometric stiffness, see `predicted`.
+            N, Q and M of the elements for the geometric stiffness, see `element_state`.
         """
         place, rate, acceleration = (values[:, self.of_node] for values in (q, v, a))
         beams = element_state(self.nodes.elements, place, rate, tangent, assumed)
@@ -160,32 +186,34 @@ class System:
         pairs = coupling_state(tuple(self.ties.couplings), place)
         pushed, push_change = load_state(self.loads, place, factor)
         seen = rate[:, self._ends].reshape(*pairs.value.shape, 6)
-        pull, give, loss = self._pulls(pairs, (pairs.gradient * seen).sum(-1), pulls, drives)
+        pull, spring_stiffness, spring_damping = self._coupling_forces(
+            pairs, (pairs.gradient * seen).sum(-1), multipliers, drives
+        )
         along = pull[..., None] * pairs.gradient
-        needed = masses.force.copy()
+        node_residual = masses.force.copy()
         for nodes, forces in (
             (self.nodes.elements.nodes, beams.force),
             (self._ends, along),
             (self.loads.node, -pushed),
         ):
             everywhere: Any = (slice(None), nodes)
-            np.add.at(needed, everywhere, forces.reshape(len(q), *nodes.shape, 3))
-        total = needed.reshape(len(q), -1) @ self._gather
-        state = State(beams, masses, pairs, pull, needed, self._open(pairs.value, drives))
+            np.add.at(node_residual, everywhere, forces.reshape(len(q), *nodes.shape, 3))
+        total = node_residual.reshape(len(q), -1) @ self._gather
+        state = State(beams, masses, pairs, pull, node_residual, self._violations(pairs.value, drives))
         if not tangent:
             return total, state, None
         changing = np.einsum("psij,psj->psi", pairs.second, seen)
         outer = pairs.gradient[..., :, None] * pairs.gradient[..., None, :]
-        spring = give[:, :, None, None] * outer + pull[..., None, None] * pairs.second
-        spring += loss[:, :, None, None] * pairs.gradient[..., :, None] * changing[..., None, :]
+        spring = spring_stiffness[:, :, None, None] * outer + pull[..., None, None] * pairs.second
+        spring += spring_damping[:, :, None, None] * pairs.gradient[..., :, None] * changing[..., None, :]
         stiffness = self._spread(beams.stiffness, spring, masses.stiffness, -push_change)
-        damping = self._spread(beams.damping, loss[:, :, None, None] * outer, masses.damping, 0 * push_change)
+        damping = self._spread(beams.damping, spring_damping[:, :, None, None] * outer, masses.damping, 0 * push_change)
         none = np.zeros((len(q), 0, 1, 1))
         mass = self._spread(none, none, masses.mass, none)
         return total, state, Tangents(stiffness, damping, mass, self._rows(pairs.gradient))
 
     def predicted(self, state: State, change: Reals, change_of_rate: Reals) -> Reals:
-        """Predict the element resultants after a change of the coordinates."""
+        """Predict N, Q and M of the elements after a change of the coordinates and of their rates."""
         moved, rate = change[:, self.of_node], change_of_rate[:, self.of_node]
         return predicted(self.nodes.elements, state.elements, moved, rate)
 
@@ -205,36 +233,51 @@ class System:
 
     @cached_property
     def parts(self) -> Reals:
-        """Factors of the couplings in the constraints, shape (constraints, couplings)."""
-        table = np.zeros((len(self.ties.conditions), len(self.ties.couplings)))
-        for row, condition in enumerate(self.ties.conditions):
-            for number, factor in condition.parts:
+        """Factors of the couplings in the constraints, shape (constraints, couplings).
+
+        A constraint prescribes a weighted sum of couplings, i.e. of functions of the coordinates of two nodes.
+        """
+        table = np.zeros((len(self.ties.constraints), len(self.ties.couplings)))
+        for row, constraint in enumerate(self.ties.constraints):
+            for number, factor in constraint.parts:
                 table[row, number] += factor
         return table
 
-    def _open(self, value: Reals, drives: Reals) -> Reals:
-        wanted = np.zeros((len(value), len(self.ties.conditions)))
-        for row, condition in enumerate(self.ties.conditions):
-            wanted[:, row] = condition.target + (0.0 if condition.drive is None else drives[:, condition.drive])
+    def _violations(self, value: Reals, drives: Reals) -> Reals:
+        wanted = np.zeros((len(value), len(self.ties.constraints)))
+        for row, constraint in enumerate(self.ties.constraints):
+            wanted[:, row] = constraint.target + (0.0 if constraint.drive is None else drives[:, constraint.drive])
         return value @ self.parts.T - wanted
 
-    def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
-        """Return the forces of the couplings, and their derivatives by values and by rates, shape (1, couplings)."""
-        pull = pulls @ self.parts
-        give, loss = np.zeros((2, 1, pull.shape[1]))
+    def _coupling_forces(
+        self, pairs: CouplingState, opening: Reals, multipliers: Reals, drives: Reals
+    ) -> tuple[Reals, Reals, Reals]:
+        """Return the forces of the couplings, and the derivatives of each force.
+
+        The derivatives are those with respect to the value and to the rate of the coupling.
+
+        The shapes are (instants, couplings), (1, couplings) and (1, couplings). `opening` contains the rates of the
+        couplings.
+        """
+        pull = multipliers @ self.parts
+        spring_stiffness, spring_damping = np.zeros((2, 1, pull.shape[1]))
         for spring in self.ties.springs:
             k = spring.coupling
             stretch = pairs.value[:, k] - spring.rest - (0.0 if spring.drive is None else drives[:, spring.drive])
             if spring.wraps:
                 stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
             pull[:, k] += spring.preload + spring.stiffness * stretch + spring.damping * opening[:, k]
-            give[0, k] += spring.stiffness
-            loss[0, k] += spring.damping
-        return pull, give, loss
+            spring_stiffness[0, k] += spring.stiffness
+            spring_damping[0, k] += spring.damping
+        return pull, spring_stiffness, spring_damping
 
     @cached_property
     def _spots(self) -> tuple[Integers, Any]:
-        """Index of each coordinate among the free ones (-1 if prescribed), and coordinates of the tangent blocks."""
+        """Row and column numbers of tangent entries.
+
+        The first array contains the index of each coordinate among the free ones, or -1 if it is prescribed. The others
+        contain the coordinates of each element, coupling, node and load, shape (..., 6) or (..., 3).
+        """
         number = np.full(len(self.prescribed), -1)
         number[self.free] = np.arange(len(self.free))
         beams = self.of_node[self.nodes.elements.nodes].reshape(-1, 6)
@@ -243,7 +286,10 @@ class System:
 
     @cached_property
     def _scatter(self) -> tuple[Any, ...]:
-        """Sparse matrices that add each kind of block to the entries of the tangent, shape (free^2, entries)."""
+        """Sparse matrices that sum the entries of blocks to the entries of the tangent, shape (free^2, entries).
+
+        There is one for each kind of block: elements, couplings, nodes and loads.
+        """
         from scipy.sparse import csr_array
 
         number, kinds = self._spots
@@ -257,7 +303,7 @@ class System:
         return tuple(scattering)
 
     def _spread(self, *blocks: Reals) -> Reals:
-        """Assemble blocks to tangents, shape (instants, free, free)."""
+        """Assemble the blocks of elements, couplings, nodes and loads to tangents, shape (instants, free, free)."""
         size, count = len(self.free), len(blocks[0])
         total = np.zeros((size * size, count))
         for scatter, own in zip(self._scatter, blocks, strict=True):
@@ -266,11 +312,11 @@ class System:
         return np.ascontiguousarray(total.T).reshape(count, size, size)
 
     def _rows(self, gradient: Reals) -> Reals:
-        """Return the derivatives of the constraints by the free coordinates, shape (instants, constraints, free)."""
+        """Return the derivatives of the constraints with respect to the free coordinates, see `Tangents.rows`."""
         number, (_, pairs, _, _) = self._spots
-        table = np.zeros((len(gradient), len(self.ties.conditions), len(self.free) + 1))
-        for row, condition in enumerate(self.ties.conditions):
-            for coupling, factor in condition.parts:
+        table = np.zeros((len(gradient), len(self.ties.constraints), len(self.free) + 1))
+        for row, constraint in enumerate(self.ties.constraints):
+            for coupling, factor in constraint.parts:
                 for place, at in enumerate(number[pairs[coupling]]):
                     table[:, row, at] += factor * gradient[:, coupling, place]
         return table[:, :, :-1]
@@ -286,19 +332,27 @@ def system_of(
     damping: float | Sequence[float],
     rigid: RigidPlaces | None = None,
 ) -> System:
-    """Set up the equations of a mechanism with the laws of its drives.
+    """Set up the equations of motion of a mechanism.
 
-    `rigid` are the positions of the rigid links, if already computed.
-
+    Parameters
+    ----------
+    laws
+        For each drive, a function of time [s] that returns coordinate, rate and acceleration.
+    start
+        Time at the start of the motion [s].
+    elements
+        Number of elements per beam.
+    rigid
+        Positions of the rigid links, if already computed.
 
     Raises
     ------
     ValueError
-        If the number of sections or laws is wrong, or there is no element.
+        If the number of sections or laws is wrong, or `elements` is less than 1.
     NotCheckedError
         If the check does not support a part of the mechanism, or the arrays contain several designs.
     """
-    several = [value for own in sections for value in vars(own).values() if np.ndim(value) and np.size(value) > 1]
+    several = [value for own in sections for value in astuple(own) if np.ndim(value) and np.size(value) > 1]
     if mechanism.designs or several:
         raise NotCheckedError("several designs in one array: the nonlinear check supports only one at a time")
     if len(sections) != len(mechanism.beams):

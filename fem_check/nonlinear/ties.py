@@ -1,4 +1,4 @@
-"""Connections between nodes: shared positions at pins, constraints, springs, and coordinates of drives."""
+"""Connections between nodes: common positions at pins, constraints, springs, and coordinates of drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from math import pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import JointCompliance
 from fem_check.nonlinear.couplings import CouplingKind, NodeCoupling, coupling_state
@@ -14,21 +15,25 @@ from fem_check.pins import gap_sense, pins
 from rigid import Friction, Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring
 
 
-@dataclass(frozen=True)
-class Condition:
-    """Constraint: a weighted sum of couplings equals `target`, plus the coordinate of a drive if there is one."""
+class Constraint(Struct, frozen=True):
+    """Constraint: a weighted sum of couplings equals `target`, plus the coordinate of a drive if `drive` is given.
+
+    A coupling is a function of the coordinates of two nodes, see `NodeCoupling`.
+
+    `parts` are the index and the weight of each coupling.
+    """
 
     parts: tuple[tuple[int, float], ...]
     target: float = 0.0
     drive: int | None = None
 
 
-@dataclass(frozen=True)
-class CouplingSpring:
-    """Spring and damper that act on a coupling c.
+class CouplingSpring(Struct, frozen=True):
+    """Spring and damper that act on a coupling c, i.e. a function of the coordinates of two nodes.
 
-    The force is preload + stiffness (c - rest - coordinate of the drive) + damping dc/dt. If `wraps` is True, the angle
-    c - rest is reduced to the range from -pi to pi.
+    The force is preload + stiffness (c - rest - coordinate of the drive) + damping dc/dt. If `drive` is None, the
+    coordinate of the drive is omitted. If `wraps` is True, the angle in brackets is reduced to the range from -pi to pi
+    by full turns.
     """
 
     coupling: int
@@ -40,11 +45,19 @@ class CouplingSpring:
     wraps: bool = False
 
 
-@dataclass(frozen=True)
-class JointSource:
-    """Quantities from which the force of a joint on its child is computed: a shared or fixed node, or couplings.
+class JointSource(Struct, frozen=True):
+    """Nodes and couplings (see `NodeCoupling`) from which the force of a joint on its child link is computed.
 
-    `turn` is the coupling that transmits the moment of a weld.
+    Attributes
+    ----------
+    parent, child
+        Link indices.
+    node
+        Node of the child, if it shares its position with a node of the parent or is fixed to the ground; else None.
+    couplings
+        Couplings that transmit the force; empty if `node` is given.
+    turn
+        Coupling that transmits the moment of a weld, or None.
     """
 
     name: str
@@ -63,22 +76,25 @@ class Ties:
     ----------
     shared
         Pairs of nodes with a common position.
-    held
-        Positions of nodes that are fixed to pins on the ground [m].
+    fixed
+        Positions of nodes at pins on the ground (complex) [m], by node.
     driven
-        Node with the coordinate of a drive as its rotation, by index of the drive.
+        Nodes that drives turn relative to the ground, by drive index. The rotation of such a node is prescribed.
+    drive_couplings
+        For each drive, the coupling that equals its coordinate, or None if the drive is in `driven`.
     winding
-        Full turns of each drive [rad]: the drawn angle between its links minus its coordinate.
+        Full turns of each drive [rad]: the drawn angle between the links of the drive, minus the initial coordinate of
+        the drive, rounded to full turns. 0 for sliders.
     """
 
     couplings: list[NodeCoupling] = field(default_factory=list)
-    conditions: list[Condition] = field(default_factory=list)
+    constraints: list[Constraint] = field(default_factory=list)
     springs: list[CouplingSpring] = field(default_factory=list)
     shared: list[tuple[int, int]] = field(default_factory=list)
-    held: dict[int, complex] = field(default_factory=dict)
+    fixed: dict[int, complex] = field(default_factory=dict)
     driven: dict[int, int] = field(default_factory=dict)
     joints: list[JointSource] = field(default_factory=list)
-    movers: list[int | None] = field(default_factory=list)
+    drive_couplings: list[int | None] = field(default_factory=list)
     winding: Any = 0.0
 
 
@@ -92,15 +108,16 @@ def ties_of(
     joints
         Compliance and misfit of joints, by name.
     drawn
-        x, y and angle of each link as drawn, shape (links, 3).
+        Approximate x, y and angle of each link, see `drawn_places`, shape (links, 3).
     first
         Coordinates of the drives at the first instant, shape (drives,).
 
     Raises
     ------
     NotCheckedError
-        If the mechanism has a slider or toothed wheels on an elastic link, a pin that no beam reaches, a compliant
-        joint of several links, or Coulomb friction.
+        If the mechanism has a slider rail or a gear carrier on an elastic link, a joint or spring at a point of an
+        elastic link at which no beam ends, a gap at a slider, a misfit at the joint of some drives, a gear at a
+        compliant joint, a compliance that does not belong to exactly one joint, or Coulomb friction.
     """
     return _TieBuilder(mechanism, nodes, joints, drawn).built(first)
 
@@ -137,7 +154,7 @@ class _TieBuilder:
         return self.ties
 
     def place(self, link: int, point: str) -> tuple[int, complex]:
-        """Return the node that carries a point of a link, and the point relative to the node."""
+        """See `place_of`."""
         return place_of(self.mechanism, self.nodes, link, point)
 
     def couple(self, coupling: NodeCoupling) -> int:
@@ -149,14 +166,14 @@ class _TieBuilder:
         return float(coupling_state((coupling,), self.drawn).value[0, 0])
 
     def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
-        """Add a pin, or a weld if the direction `turned` of the child relative to the parent is given."""
+        """Add a pin, or a weld if `turned`, the unit vector of the child in axes of the parent, is given."""
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
         compliance = self.soft.get(point, JointCompliance())
         turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, compliance)
         gap = gap_sense(self.mechanism, point, parent, child) * compliance.gap if compliance.gap else 0.0
         if not compliance.translation and not gap and not at_c and (parent == 0 or not at_p):
             if parent == 0:
-                self.ties.held[c] = at_p
+                self.ties.fixed[c] = at_p
             else:
                 self.ties.shared.append((p, c))
             self.ties.joints.append(JointSource(point, parent, child, c, (), turn))
@@ -171,7 +188,7 @@ class _TieBuilder:
         if soft:
             self.ties.springs.append(CouplingSpring(coupling, 1.0 / soft, target, drive))
         else:
-            self.ties.conditions.append(Condition(((coupling, 1.0),), target, drive))
+            self.ties.constraints.append(Constraint(((coupling, 1.0),), target, drive))
 
     def _rail(self, slider: Slider, kind: CouplingKind) -> NodeCoupling:
         index = self.mechanism.index
@@ -200,7 +217,10 @@ class _TieBuilder:
     def _turn(
         self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, compliance: JointCompliance
     ) -> int:
-        """Constrain the angle of a child relative to a parent, (link, node) each, including full turns as drawn."""
+        """Fix the angle between two links, including full turns as drawn, and return the index of its coupling.
+
+        `parent` and `child` are pairs of link and node. `turned` is the unit vector of the child in axes of the parent.
+        """
         coupling = NodeCoupling(CouplingKind.TURN, parent[1], child[1])
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
@@ -227,18 +247,18 @@ class _TieBuilder:
         compliance = self.soft.get(name, JointCompliance())
         if drive.turns and coupling.parent == 0 and not compliance.rotation and not compliance.turn:
             self.ties.driven[number] = coupling.child
-            self.ties.movers.append(None)
+            self.ties.drive_couplings.append(None)
             return
         if compliance.turn or compliance.gap:
             raise NotCheckedError(
-                f'the joint "{name}" of a drive has an unloaded gap or turn: the nonlinear check does not support this'
+                f'the joint "{name}" of a drive has a misfit (gap or turn): the nonlinear check does not support this'
             )
         moved = self.couple(coupling)
         self._closed(moved, 0.0, compliance.rotation if drive.turns else compliance.translation, number)
-        self.ties.movers.append(moved)
+        self.ties.drive_couplings.append(moved)
 
     def _gear(self, gear: Gear) -> None:
-        """Constrain the ratio of the joint coordinates; the force between the teeth is neglected."""
+        """Constrain the ratio of the joint coordinates. The line of action of the tooth force is neglected."""
         both = set(self.mechanism.ends(gear.follower)) & set(self.mechanism.ends(gear.driver))
         if gear.pressure_angle is not None and any(self.mechanism.links[link].beams for link in both):
             raise NotCheckedError(
@@ -253,7 +273,7 @@ class _TieBuilder:
             raise NotCheckedError(
                 f'gear at the compliant joint "{name}": the nonlinear check supports only stiff gears'
             )
-        self.ties.conditions.append(Condition(parts, target))
+        self.ties.constraints.append(Constraint(parts, target))
 
     def _viscous(self, name: str, friction: Friction) -> None:
         """Add a damper for the viscous friction of a joint."""
@@ -294,9 +314,9 @@ class _TieBuilder:
 
 
 def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:
-    """Return the node that carries a point of a link, and the point relative to the node.
+    """Return the node that carries a point of a link, and the vector from the node to the point in link axes [m].
 
-    Raise NotCheckedError if no beam reaches the point.
+    Raise NotCheckedError if the link is elastic and no beam ends at the point.
     """
     if (link, point) not in nodes.at:
         name = mechanism.links[link].name

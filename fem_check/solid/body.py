@@ -9,15 +9,15 @@ from fem_check.solid.outline import Powers, SolidOutline, grid
 from rigid import Reals
 from rigid.arrays import Integers
 
-PIN_RADIUS = 0.5  # radius of the disk that carries a joint force, relative to the depth of the thinnest beam there
+PIN_RADIUS = 0.5  # radius of the disk on which a joint force acts, relative to the smallest depth of the beams there
 QUADRATURE_DEGREE = 6  # degree of exact integration on a straight element
 
 
 class SolidLink:
     """Link in plane stress, meshed with nine-node elements.
 
-    The thickness t is such that E t h equals EA of the beam, where h is the depth of the outline. E t h^3/12 then
-    equals EI.
+    Let E be Young's modulus, t the thickness and h the depth of the outline. E t is chosen such that E t h equals EA of
+    the beam. E t h^3/12 then equals EI.
 
     Parameters
     ----------
@@ -30,10 +30,15 @@ class SolidLink:
 
     Attributes
     ----------
-    grid, basis
-        Mesh, and scikit-fem's vector basis on it.
+    grid
+        Mesh.
+    basis
+        Vector basis of scikit-fem on the mesh.
+    places
+        Positions of the quadrature points (complex) [m], shape (elements, points).
     xi
-        Position of all quadrature points along the beam, limited to 0 to 1, shape (elements, points).
+        x'/l of the quadrature points along their beam, shape (elements, points). Values beyond the ends of the beam are
+        replaced by 0 or 1.
     """
 
     def __init__(self, outline: SolidOutline, poisson: float, across: int) -> None:
@@ -51,7 +56,7 @@ class SolidLink:
         self.xi = np.clip(((self.places - starts[:, None]) / ways[:, None]).real, 0.0, 1.0)
 
     def along(self, values: Any) -> Reals:
-        """Evaluate a function of strip and xi at all quadrature points, shape (elements, points)."""
+        """Evaluate `values(strip, xi)` at all quadrature points, shape (elements, points)."""
         at_points: Reals = np.empty_like(self.xi)
         for k, strip in enumerate(self.outline.strips):
             own = self.grid.strip == k
@@ -65,7 +70,10 @@ class SolidLink:
 
     @cached_property
     def spread(self) -> Reals:
-        """Beam length per area at the quadrature points [1/m], which converts loads per length to loads per area."""
+        """Part of the beam length that belongs to an element, divided by the element's area [1/m], (elements, points).
+
+        A load per length times this factor is a load per area.
+        """
         area = self.basis.dx.sum(axis=1)
         return np.broadcast_to((self.grid.share / area)[:, None], self.xi.shape)
 
@@ -76,25 +84,26 @@ class SolidLink:
         membrane = self.stretching / (1.0 - self.poisson**2)
         return plane_stress.assemble(self.basis, membrane=membrane, poisson=self.poisson)
 
-    def under(self, load: Any) -> Reals:
-        """Return the load vector of a force per area [N/m^2], complex, given with shape (elements, points)."""
+    def load_vector(self, load: Any) -> Reals:
+        """Return the load vector of a force per area (complex) [N/m^2], given as an array (elements, points)."""
         from fem_check.solid.forms import pushed
 
         load = np.broadcast_to(load, self.xi.shape)
         return pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
 
-    def strained(self, strip: int) -> Reals:
-        """Return the load vector of a unit isotropic free strain of a beam."""
-        from fem_check.solid.forms import swollen
+    def free_strain_load(self, strip: int) -> Reals:
+        """Return the load vector of a free strain of 1 in all directions in a beam."""
+        from fem_check.solid.forms import free_strain
 
         own = (self.grid.strip == strip)[:, None]
-        return swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
+        return free_strain.assemble(self.basis, stress=np.where(own, self.stretching / (1 - self.poisson), 0.0))
 
     def pin(self, point: int) -> Reals:
-        """Return the load vectors of unit forces along x and y and of a unit moment at a joint, shape (3, dofs).
+        """Return the load vectors of a unit force along x, a unit force along y and a unit moment at a joint.
 
-        The loads are distributed over a disk about the point with the smooth weight `(1 - r^2/R^2)^2`. Their products
-        with the displacements are the mean displacement and rotation of the disk.
+        The shape is (3, dofs). The loads are distributed over a disk of radius R about the joint, with the weight
+        `(1 - r^2/R^2)^2` at the distance r. The scalar products of these vectors with the displacements of all dofs are
+        the mean displacement along x, the mean displacement along y, and the mean rotation of the disk.
         """
         center = self.outline.points[point]
         arm = self.places - center
@@ -102,21 +111,25 @@ class SolidLink:
         weight = weight / (weight * self.basis.dx).sum()
         middle = (weight * arm * self.basis.dx).sum()
         arm = arm - middle
-        turning = self.under(1j * arm * weight / (weight * np.abs(arm) ** 2 * self.basis.dx).sum())
+        turning = self.load_vector(1j * arm * weight / (weight * np.abs(arm) ** 2 * self.basis.dx).sum())
         return np.array(
-            (self.under(weight) + middle.imag * turning, self.under(1j * weight) - middle.real * turning, turning)
+            (
+                self.load_vector(weight) + middle.imag * turning,
+                self.load_vector(1j * weight) - middle.real * turning,
+                turning,
+            )
         )
 
     @cached_property
-    def rigid(self) -> Reals:
-        """Displacements of all dofs in rigid motions along x, along y and about the origin, shape (3, dofs)."""
+    def rigid_motions(self) -> Reals:
+        """Displacements of all dofs in unit rigid motions, shape (3, dofs): along x, along y, about the origin."""
         rows = np.zeros((3, self.basis.N))
         x, y = self.basis.split_indices()
         rows[0, x], rows[1, y] = 1.0, 1.0
         rows[2, x], rows[2, y] = -self.basis.doflocs[1, x], self.basis.doflocs[0, y]
         return rows
 
-    def held(self) -> Integers:
+    def fixed_dofs(self) -> Integers:
         """Return the dofs that are fixed to prevent rigid motions: two of one node and one of a distant node."""
         first, last = self.grid.axis[0][0], self.grid.axis[0][-1]
         way = self.outline.way(self.outline.strips[0])
@@ -124,16 +137,16 @@ class SolidLink:
         return np.array((*dofs[:, first], dofs[1 if abs(way.real) >= abs(way.imag) else 0, last]))
 
     def displaced(self, loads: Reals) -> Reals:
-        """Compute the displacements of all dofs under balanced loads, both of shape (loads, dofs).
+        """Compute the displacements of all dofs under loads in equilibrium, both of shape (loads, dofs).
 
         The result equals `solve(*condense(...))` of scikit-fem, but all loads share one factorisation.
         """
         from scipy.sparse.linalg import splu
         from skfem import condense
 
-        held = self.held()
-        inner = self.basis.complement_dofs(held)
-        matrix = condense(self.stiffness(), D=held, expand=False)
+        fixed_dofs = self.fixed_dofs()
+        inner = self.basis.complement_dofs(fixed_dofs)
+        matrix = condense(self.stiffness(), D=fixed_dofs, expand=False)
         displacements = np.zeros_like(loads)
         displacements[:, inner] = (
             splu(matrix.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})

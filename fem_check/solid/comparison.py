@@ -1,20 +1,20 @@
-"""Error of beam theory, measured by a comparison with plane-stress bodies."""
+"""Error of beam theory, measured by comparing its deflections with those of plane-stress bodies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Deflection, sample
 from fem_check.solid.solution import ACROSS, POISSON, SolidSolution, solve_solid
 from rigid import Reals
 
-STATIONS = 33  # number of points at which the largest deflection of a beam without a body is searched
-MIN_DEFLECTION = 1e-6  # smallest reference deflection of a link, relative to the largest of the mechanism
+STATIONS = 33  # number of points along a beam without a body at which its largest deflection is searched for
+# the reference deflection of a link is at least this, relative to the largest deflection of the mechanism
+MIN_DEFLECTION = 1e-6
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SolidComparison:
+class SolidComparison(Struct, frozen=True, eq=False):
     """Differences of the chord deflection between beam theory and plane-stress bodies.
 
     Attributes
@@ -22,17 +22,19 @@ class SolidComparison:
     largest
         Largest chord deflection of each beam by beam theory [m], shape (beams,).
     difference
-        Largest difference from the plane-stress bodies over all stations and positions [m], shape (beams,); nan for
-        beams without a body.
+        Largest difference between the chord deflections of beam theory and of the plane-stress body, over all stations
+        and positions [m], shape (beams,); nan for beams without a body.
     peak
-        Largest chord deflection of the plane-stress bodies [m], shape (beams,).
+        Largest chord deflection of the plane-stress bodies [m], shape (beams,); nan for beams without a body.
     by_link
-        Largest difference on the beams of each link, relative to their largest deflection, by link name.
+        Largest difference on the beams of each link, relative to the largest chord deflection of these beams, by link
+        name.
     left_out
         Reason why a link has no plane body, by link name.
     refinement
-        Largest change from elements of twice the size, relative to the largest deflection. It is at least three
-        quarters of the error of the coarser elements.
+        Largest change of `peak` from a mesh of elements of twice the size, relative to the largest chord deflection of
+        the mechanism by beam theory. This is at least three quarters of the error of the coarser mesh, if halving the
+        elements divides the error by at least four.
     compared
         Number of positions for which both solutions exist.
     """
@@ -47,7 +49,7 @@ class SolidComparison:
 
     @property
     def relative(self) -> float:
-        """Largest difference, relative to the largest deflection; nan if nothing was compared."""
+        """Largest difference, relative to the largest chord deflection of the compared beams; nan if there are none."""
         known = np.isfinite(self.difference)
         if not known.any() or not self.largest[known].max() > 0:
             return float("nan")
@@ -62,15 +64,16 @@ def compare_solid(
 ) -> SolidComparison:
     """Compare the chord deflections of beam theory and plane-stress bodies.
 
-    The chord deflection of a body is that of the axis from the line through the mean positions of the pins at the ends
-    of the beam.
+    The chord deflection of a body is the distance of the deformed axis from the line through the mean positions of the
+    pins at the ends of the beam.
 
     Parameters
     ----------
     poisson
         Poisson's ratio, one for all beams or one per beam.
     across
-        Number of elements across the depth, a multiple of 4. The change from half as many elements is reported.
+        Number of elements across the depth, a multiple of 4. `refinement` compares the results for this number and for
+        half of it.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def compare_solid(
 
 
 def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, Reals, Reals]:
-    """Return the largest deflection by beam theory, difference, and deflection of the body, for each beam [m]."""
+    """Return `largest`, `difference` and `peak` of `SolidComparison`."""
     differences = np.zeros((3, len(solid.xi)))
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)

@@ -1,34 +1,42 @@
 """Outlines of links as plane bodies, and their quadrilateral meshes.
 
-Each beam is a strip along its axis, with the depth of the rectangle that has the same EA and EI. The strips of a link
-are joined at mitres. A beam that ends alone extends beyond its pin by half its depth.
+Each beam is a strip along its axis. Its depth is that of the rectangular section with the same EA and EI. Where strips
+of a link meet, they are cut along mitres and joined. At a point at which only one beam ends, its strip extends beyond
+the point by half its depth.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Reals
 from rigid.arrays import Columns, Complexes, Integers
 
-MAX_MITRE = 1.0  # [depths] largest distance of a corner from the common point of the beams; a sharp tip carries no load
-MAX_CORNER_REACH = 0.4  # largest extent of a corner along a beam, relative to the length of the beam
-MIN_SINE = 0.05  # beams that continue each other at an angle with a smaller sine have no corner
-MAX_ELEMENTS = 75  # maximum number of elements along a beam unless they would be more than twice as long as deep
-ELEMENT_GROWTH = 0.4  # increase of the element length per distance from the end of the beam
-SKEW_LENGTH = 3.0  # [mitre lengths] distance from a mitre over which the rows of elements are oblique
+# largest distance of an outer corner from the common point of two beams, relative to the depth of the deeper beam; a
+# corner that is farther away is cut off, because the tip carries no load
+MAX_MITRE = 1.0
+MAX_CORNER_REACH = 0.4  # largest extent of an inner corner along a beam, relative to the length of the beam
+MIN_SINE = 0.05  # if the sine of the angle between two beams is smaller, one continues the other without a corner
+MAX_ELEMENTS = 75  # largest length of an element = 2 max(depth, beam length / MAX_ELEMENTS) / `across`
+# length of an element near an end of the beam = (depth + 4 ELEMENT_GROWTH (distance from the end)) / `across`
+ELEMENT_GROWTH = 0.4
+# Rows of elements near a mitre (cut between two beams) are oblique up to this distance from the end of the beam:
+# SKEW_LENGTH times the extent of the mitre along the beam, plus the largest depth
+SKEW_LENGTH = 3.0
 MERGE_DISTANCE = 1e-9  # mesh points closer than this are merged; relative to the size of the link
 
 Powers = np.polynomial.polynomial.polyval
 
 
 class OutlineError(ValueError):
-    """Raised if a link has no plane body because beams meet too sharply or are deeper than long."""
+    """Raised if a link cannot be modelled as a plane body.
+
+    The reason is that two beams meet at too small an angle, or that a beam is deeper than long.
+    """
 
 
-@dataclass(frozen=True)
-class Strip:
+class Strip(Struct, frozen=True):
     """Beam of a link. Strips are hashable.
 
     Attributes
@@ -52,9 +60,11 @@ class Strip:
         return np.sqrt(12.0 * Powers(xi, self.EI) / Powers(xi, self.EA))
 
 
-@dataclass(frozen=True)
-class SolidOutline:
-    """Link as strips between its points [m], complex, in the axes of the link."""
+class SolidOutline(Struct, frozen=True):
+    """Link as strips between its points.
+
+    `points` are complex [m], in the axes of the link.
+    """
 
     points: tuple[complex, ...]
     strips: tuple[Strip, ...]
@@ -73,19 +83,24 @@ class SolidOutline:
         return min(float(self.strips[k].depth(float(end))) for k, end in self.ends_at(point))
 
 
-@dataclass(frozen=True, eq=False)
-class QuadGrid:
+class QuadGrid(Struct, frozen=True, eq=False):
     """Quadrilateral mesh of a link.
 
     Attributes
     ----------
-    points, cells
-        Positions [m], complex, and the four corners of each element, counter-clockwise, shape (elements, 4).
-    strip, share
-        Strip of each element, and its share of the beam length [m]. The shares add up to the length of the strip and
-        are zero in the overhangs.
-    axis, xi
-        Points on the axis of each strip from start to end, and their xi.
+    points
+        Positions of the mesh points (complex) [m].
+    cells
+        Indices of the four corners of each element, counter-clockwise, shape (elements, 4).
+    strip
+        Index of the strip of each element, shape (elements,).
+    share
+        Part of the beam length that belongs to each element [m], shape (elements,). These parts add up to the length of
+        the strip. They are zero for elements beyond the end points of the strip.
+    axis
+        Indices of the mesh points on the axis of each strip, from start to end.
+    xi
+        x'/l of these points.
     """
 
     points: Complexes
@@ -97,7 +112,7 @@ class QuadGrid:
 
 
 def grid(outline: SolidOutline, across: int) -> QuadGrid:
-    """Mesh a link with `across` elements (an even number) over the depth of each beam.
+    """Mesh a link with `across` elements (an even number) across the depth of each beam.
 
     Raises
     ------
@@ -131,7 +146,11 @@ def grid(outline: SolidOutline, across: int) -> QuadGrid:
 
 
 def _corners(outline: SolidOutline, point: int) -> Iterator[tuple[int, int, int, complex]]:
-    """Yield the corners of neighbouring strips at a point: strip, end, side (+1 or -1), position [m]."""
+    """Yield the corners of strips that meet at a point.
+
+    Each item contains the index of the strip, its end (0 or 1), the side (+1 left or -1 right of its axis), and the
+    position of the corner (complex) [m].
+    """
     ends = outline.ends_at(point)
     if len(ends) < 2:
         return
@@ -144,9 +163,16 @@ def _corners(outline: SolidOutline, point: int) -> Iterator[tuple[int, int, int,
         yield j, stop, 2 * stop - 1, outline.points[point] + place
 
 
-def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
-    """Return where the left edge of a strip meets the right edge of the next, relative to their common point [m]."""
-    (k, end, first_way), (j, stop, turned) = one, other
+def _corner(
+    outline: SolidOutline, first_strip: tuple[int, int, complex], next_strip: tuple[int, int, complex]
+) -> complex:
+    """Return the intersection of the left edge of a strip and the right edge of the next strip.
+
+    The intersection is relative to the common point of the strips (complex) [m]. `first_strip` and `next_strip` contain
+    the index of the strip, the end (0 or 1) at the common point, and the vector from the common point along the axis of
+    the strip.
+    """
+    (k, end, first_way), (j, stop, turned) = first_strip, next_strip
     first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
     d, e = first_way / abs(first_way), turned / abs(turned)
     sine, cosine = (np.conj(d) * e).imag, (np.conj(d) * e).real
@@ -165,7 +191,13 @@ def _corner(outline: SolidOutline, one: tuple[int, int, complex], other: tuple[i
 def _rows(
     outline: SolidOutline, k: int, sides: dict[tuple[int, int, int], complex], across: int
 ) -> tuple[Complexes, Reals, Reals, int]:
-    """Return the points of a strip by row, beam length between rows, xi, and number of rows in the first overhang."""
+    """Return the mesh points of a strip in rows across its depth.
+
+    Returns
+    -------
+    Points (complex) [m], shape (rows, across + 1). Beam length between neighbouring rows [m], 0 beyond the end points.
+    xi of the rows between the end points. Number of rows before the start point.
+    """
     strip = outline.strips[k]
     way, start = outline.way(strip), outline.points[strip.start]
     length, axis = abs(way), way / abs(way)
@@ -206,7 +238,10 @@ def _deepest(strip: Strip) -> float:
 
 
 def _stations(strip: Strip, length: float, across: int) -> Reals:
-    """Return xi of the rows along a beam: elements are square at the ends and up to twice as long in the middle."""
+    """Return xi of the rows of mesh points between the ends of a beam.
+
+    The elements are about square at the ends, and longer towards the middle (see `ELEMENT_GROWTH`, `MAX_ELEMENTS`).
+    """
     fine = np.linspace(0.0, 1.0, 2001)
     depth = strip.depth(fine)
     near = (depth + 4 * ELEMENT_GROWTH * length * np.minimum(fine, 1 - fine)) / across

@@ -1,10 +1,13 @@
-"""Responses of a link to unit loads, which are used for all positions."""
+"""Responses of a link to unit loads.
 
-from dataclasses import dataclass
+At each position of the mechanism, the response of the link is a combination of these responses.
+"""
+
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Powers, SolidOutline
@@ -12,26 +15,26 @@ from rigid import Reals
 from rigid.arrays import Complexes
 
 
-@dataclass(frozen=True, eq=False)
-class Responses:
+class Responses(Struct, frozen=True, eq=False):
     """Displacements of a body under unit loads, up to a rigid motion.
 
     The unit loads are, in this order:
 
-    - uniform acceleration minus gravity along x and y [m/s^2],
-    - radial and tangential acceleration proportional to the position (-w^2 and eps) [1/s^2],
-    - at each point, a force along x, a force along y, and a moment,
-    - on each strip, an axial and a transverse force per length that decrease linearly from the start to zero, the same
-    forces increasing from zero to the end [N/m], and a free strain.
+    - inertia in a uniform acceleration (minus gravity) of 1 m/s^2 along x, and along y,
+    - inertia in the radial acceleration -w^2 r and in the tangential acceleration eps r of a link that rotates about
+    its origin, each with the factor -w^2 or eps of 1/s^2,
+    - at each point: a force along x, a force along y, and a moment,
+    - on each strip: an axial and a transverse force per length [N/m] that decrease linearly from 1 at the start to 0 at
+    the end, the same forces increasing from 0 at the start to 1 at the end, and a free strain of 1.
 
     Attributes
     ----------
     body
-        The mesh.
+        Finite element model of the link.
     values
         Displacements of all dofs, shape (loads, dofs).
     points
-        Mean displacement of the pin region at each point, complex, shape (loads, points).
+        Mean displacement of the disk at each point (complex), see `SolidLink.pin`, shape (loads, points).
     """
 
     body: SolidLink
@@ -40,7 +43,7 @@ class Responses:
 
     @property
     def nodes(self) -> Complexes:
-        """Displacements of the corners of the elements, complex, shape (loads, corners)."""
+        """Displacements of the corners of the elements (complex), shape (loads, corners)."""
         x, y = self.body.basis.nodal_dofs[:2]
         return self.values[:, x] + 1j * self.values[:, y]
 
@@ -64,8 +67,9 @@ def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, 
     outline
         Outline of the link.
     carrying
-        Points at which reactions balance each unit load. Combinations of loads that are in equilibrium do not depend on
-        them. Two points act as two supports; a single one also takes a moment.
+        Indices of the points at which reactions balance each unit load. If there are several, two of them are supports.
+        A single point is also a support against rotation. The response to a combination of loads in equilibrium does
+        not depend on the supports.
     poisson
         Poisson's ratio.
     across
@@ -80,22 +84,22 @@ def responses(outline: SolidOutline, carrying: tuple[int, ...], poisson: float, 
 
 
 def _distributed(body: SolidLink) -> Reals:
-    """Return the inertia loads -m' a of unit accelerations, shape (4, dofs)."""
+    """Return the load vectors of the four inertia loads in `Responses`, shape (4, dofs)."""
     mass = body.along(lambda strip, xi: Powers(xi, strip.mass)) * body.spread
-    return np.array([body.under(-mass * felt) for felt in (1.0, 1j, body.places, 1j * body.places)])
+    return np.array([body.load_vector(-mass * felt) for felt in (1.0, 1j, body.places, 1j * body.places)])
 
 
 def _of_strip(body: SolidLink, k: int) -> Reals:
-    """Return the loads of the axial and transverse unit loads of a strip and of its free strain, shape (5, dofs)."""
+    """Return the load vectors of the unit loads on a strip, in the order of `Responses`, shape (5, dofs)."""
     way = body.outline.way(body.outline.strips[k])
     axis = way / abs(way)
     own = body.spread * (body.grid.strip == k)[:, None] * axis
-    loads = [body.under(own * part) for part in (1 - body.xi, 1j * (1 - body.xi), body.xi, 1j * body.xi)]
-    return np.array((*loads, body.strained(k)))
+    loads = [body.load_vector(own * part) for part in (1 - body.xi, 1j * (1 - body.xi), body.xi, 1j * body.xi)]
+    return np.array((*loads, body.free_strain_load(k)))
 
 
 def _supports(outline: SolidOutline, pins: list[Any], carrying: tuple[int, ...]) -> Reals:
-    """Return the load vectors of unit reactions, shape (3, dofs).
+    """Return the load vectors of unit reactions at the supports, shape (3, dofs).
 
     These are two forces at the first point, and a transverse force at a second point or a moment at the first one.
     """
@@ -109,6 +113,6 @@ def _supports(outline: SolidOutline, pins: list[Any], carrying: tuple[int, ...])
 
 
 def _balanced(body: SolidLink, loads: Reals, supports: Reals) -> Reals:
-    """Add the reactions of the supports that balance each load."""
-    carried = np.linalg.solve(supports @ body.rigid.T, (loads @ body.rigid.T).T)
+    """Return the loads plus the reactions of the supports that balance them, shape (loads, dofs)."""
+    carried = np.linalg.solve(supports @ body.rigid_motions.T, (loads @ body.rigid_motions.T).T)
     return loads - carried.T @ supports

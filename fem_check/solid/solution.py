@@ -1,41 +1,46 @@
 """Solution for all links as plane-stress bodies at all positions, by superposition of unit responses."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import JointCompliance, Section, Taper
 from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
 from fem_check.linear.solution import SolvedFrame, solved_frame
-from fem_check.solid.outline import OutlineError, SolidOutline, Strip
+from fem_check.solid.outline import OutlineError, SolidOutline, Strip, grid
 from fem_check.solid.responses import Responses, responses
-from rigid import LineLoad, Motion, Reals
+from rigid import LineLoad, Link, Motion, Reals
 from rigid.arrays import Columns, Complexes
 
-POISSON = 0.3
-ACROSS = 4
+POISSON = 0.3  # default of Poisson's ratio
+ACROSS = 4  # default number of elements across the depth
 MIN_ACROSS = 2
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SolidSolution:
+class SolidSolution(Struct, frozen=True, eq=False):
     """Solution of the plane-stress bodies.
 
     Attributes
     ----------
-    motion, across
-        Motion, and number of elements across the depth of each beam.
-    bodies, loads
-        Unit responses, and load factors of shape (loads, positions), by link index.
+    motion
+        Motion of the mechanism.
+    across
+        Number of elements across the depth of each beam.
+    bodies
+        Responses to unit loads, by link index.
+    loads
+        Factors by which the unit loads of `Responses` are multiplied, shape (loads, positions), by link index.
     left_out
         Reason why a link has no body, by link name: a beam is rigid or thin-walled, the block of a slider moves along
         the link, or its beams have no valid outline.
-    xi, chord
-        Stations on the axis of each beam, and their deflection from the line through the mean positions of the pins
-        [m], shape (positions, stations). Both are empty for beams of links without a body.
+    xi
+        x'/l of the stations on the axis of each beam; empty for beams of links without a body.
+    chord
+        Deflection of these stations [m], shape (positions, stations). It is measured from the line through both ends of
+        the beam, i.e. through the mean positions of the disks at the pins there.
     """
 
     motion: Motion
@@ -47,9 +52,9 @@ class SolidSolution:
     chord: tuple[Reals, ...]
 
     def displacement(self, link: int, position: int) -> Complexes:
-        """Return the displacements of the element corners in the axes of the link [m], complex.
+        """Return the displacements of the element corners in the axes of the link (complex) [m], shape (corners,).
 
-        They are relative to the line through the pins at the ends of the first beam.
+        They are relative to axes that move with the pins at the ends of the first beam.
         """
         response = self.bodies[link]
         strip = response.body.outline.strips[0]
@@ -73,8 +78,8 @@ def solve_solid(
 ) -> SolidSolution:
     """Compute the chord deflection of the links as plane-stress bodies at all positions.
 
-    Line loads and inertia act on the whole body. Lumps and joint forces, which are those of `solve`, are distributed
-    over disks at the pins. Links without a plane body are skipped.
+    Line loads and inertia act on the whole body. Joint forces, point loads and the inertia of point masses are the same
+    as in `solve`, and are distributed over disks at the pins. Links without a plane body are skipped.
 
     Parameters
     ----------
@@ -84,7 +89,7 @@ def solve_solid(
         One per beam, in the order of `Mechanism.beams`. A body has the depth of the rectangle with the same EA and EI
         along the taper.
     poisson
-        Poisson's ratio, one for all beams or one per beam. A link uses that of its first beam.
+        Poisson's ratio, one for all beams or one per beam. A link uses the value of its first beam.
     across
         Number of elements across the depth; must be even.
     joints
@@ -93,8 +98,8 @@ def solve_solid(
     Raises
     ------
     ValueError
-        If the number of sections is wrong, there are several designs, `across` is odd, or friction may lock the
-        mechanism.
+        If the number of sections is wrong, there are several designs, `across` is not a positive even number, or the
+        friction does not converge at some position.
 
     Examples
     --------
@@ -104,8 +109,8 @@ def solve_solid(
     >>> links = Link("ground", {"A": 0}), Link("beam", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})
     >>> guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
     >>> load = LineLoad("beam", 0, -1j, -1j)
-    >>> held = Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,))
-    >>> found = solve_solid(motion(held, np.zeros((0, 1))), [Section(EA=12.0, EI=0.01)])
+    >>> mechanism = Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,))
+    >>> found = solve_solid(motion(mechanism, np.zeros((0, 1))), [Section(EA=12.0, EI=0.01)])
     >>> round(float(-found.chord[0].min() / (5 / 384 / 0.01)), 3)
     1.024
     """
@@ -128,18 +133,13 @@ def solve_solid(
         parts = sections[first : first + len(link.beams)]
         if not parts:
             continue
-        reason = _no_body(frame, at, parts)
-        names = list(dict.fromkeys(point for beam in link.beams for point in (beam.start, beam.end)))
-        reached = [(names.index(point), push) for number, point, push in pushes if number == at]
-        carrying = tuple(sorted({point for point, _ in reached}))
-        try:
-            if reason is None:
-                bodies[at] = responses(_outline(motion, at, names, parts), carrying, float(given[first]), across)
-        except OutlineError as error:
-            reason = str(error)
-        if reason is not None:
+        if reason := _no_body(frame, at, parts):
             left_out[link.name] = reason
             continue
+        names = _points(link)
+        reached = [(names.index(point), push) for number, point, push in pushes if number == at]
+        carrying = tuple(sorted({point for point, _ in reached}))
+        bodies[at] = responses(_outline(link, parts), carrying, float(given[first]), across)
         loads[at] = _loads(motion, at, parts, len(names), reached)
     fields = [_chord(frame, bodies, loads, number) for number in range(len(sections))]
     return SolidSolution(
@@ -147,19 +147,29 @@ def solve_solid(
     )
 
 
-def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
-    """Return the reason why a link has no plane body, or None if it has one."""
+def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str:
+    """Return the reason why a link has no plane body; empty if it has one."""
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
     if any(section.thin_walled for section in sections):
         return "a beam is hollow or an I; plane-stress elements cannot model its shear"
     blocks = frame.spots[len(frame.motion.mechanism.beams) :]
-    return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
+    if any(frame.bodies[k].link == at for k, _ in blocks):
+        return "a slider's block moves along it"
+    try:
+        grid(_outline(frame.motion.mechanism.links[at], sections), MIN_ACROSS)
+    except OutlineError as error:
+        return str(error)
+    return ""
 
 
-def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[Section]) -> SolidOutline:
-    link = motion.mechanism.links[at]
-    strips = []
+def _points(link: Link) -> list[str]:
+    """Return the names of the points at which the beams of a link start or end."""
+    return list(dict.fromkeys(point for beam in link.beams for point in (beam.start, beam.end)))
+
+
+def _outline(link: Link, sections: Sequence[Section]) -> SolidOutline:
+    names, strips = _points(link), []
     for beam, section in zip(link.beams, sections, strict=True):
         taper = section.taper or Taper()
         EA, EI = _along(section.EA, taper.EA), _along(section.EI, taper.EI)
@@ -173,9 +183,12 @@ def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
 
 
 def _pushes(solved: SolvedFrame) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
-    """Yield the joint forces and concentrated loads at beam ends: link, point, (force, moment)."""
+    """Yield the joint forces and concentrated loads at ends of beams.
+
+    Each item contains the index of the link, the point, and (force, moment).
+    """
     frame = solved.frame
-    beamed, rows = frame.motion.mechanism.beams, [row for tie in solved.held for row in tie.rows]
+    beamed, rows = frame.motion.mechanism.beams, [row for tie in solved.constraints for row in tie.rows]
 
     def on_end(place: FramePlace, force: Columns, moment: Columns) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
         if place.body < len(beamed):
@@ -201,7 +214,7 @@ def _loads(
     points: int,
     pushes: Sequence[tuple[int, tuple[Columns, Columns]]],
 ) -> Reals:
-    """Return the factors of the unit loads of a link, shape (loads, positions)."""
+    """Return the factors of the unit loads of a link, in the order of `Responses`, shape (loads, positions)."""
     mechanism, back = motion.mechanism, np.conj(motion.direction[at])
     felt = back * (motion.acceleration[at] - mechanism.gravity)
     on_points = np.zeros((points, 3, *motion.columns))
@@ -228,7 +241,7 @@ def _loads(
 def _chord(
     frame: Frame, bodies: Mapping[int, Responses], loads: Mapping[int, Reals], number: int
 ) -> tuple[Reals, Reals]:
-    """Return stations on the axis of a beam and its chord deflection there [m]."""
+    """Return xi of stations on the axis of a beam, and the chord deflection there [m], shape (positions, stations)."""
     at = frame.bodies[number].link
     if at not in bodies:
         return np.zeros(0), np.zeros((*frame.motion.columns, 0))

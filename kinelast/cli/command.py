@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneWork:
-    """Function that runs a task in any process: report, structure, sweep, or a design of a sweep."""
+    """Function that can run a task in any process. The task is a report, structure, sweep, or design of a sweep."""
 
     request: Request
     batch: Batch
 
     def __call__(self, task: Task, progress: Progress | None = None) -> Outcome:
-        """Run a task and return its outcome. By default, only sentences are printed as progress."""
+        """Run a task and return its outcome. Without `progress`, only sentences are printed, but no progress."""
         with _without_collection():
             do = self._chosen()
         return do(task, progress or (SILENT if self.batch.quiet else Sentences()))
@@ -62,7 +62,7 @@ class SceneWork:
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Turn off garbage collection during imports, which saves a seventh of the time of a short run.
+    """Turn off garbage collection during imports. This saves a seventh of the time of a short run.
 
     Later collections ignore the imported objects.
     """
@@ -76,7 +76,7 @@ def _without_collection() -> Iterator[None]:
             gc.enable()
 
 
-NEW_OBJECTS = 20_000  # number of new objects before a collection; most objects live as long as the results of a scene
+NEW_OBJECTS = 20_000  # new objects before a collection; rare, because most objects live as long as a scene's results
 
 
 @cache
@@ -153,7 +153,7 @@ def main(argv: Sequence[str]) -> int:
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # set before numpy is imported, so that results do not depend on --jobs
+        os.environ.setdefault(name, "1")  # must be set before numpy is imported; then results do not depend on --jobs
     try:
         with stoppable():
             with signals_held_back():  # argparse fails if it is interrupted
@@ -168,14 +168,14 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _answer(request: Request, batch: Batch) -> int:
-    """Run an option that replaces the reports, or else the scenes."""
+    """Run an option that replaces the reports. If there is no such option, run the scenes."""
     if (answer := instead_of_reports(batch)) is not None:
         return answer()
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
         Path.cwd()
-    except OSError:  # without a working folder, some libraries cannot be imported
+    except OSError:  # some libraries cannot be imported if there is no working folder
         return _refuse("the working folder no longer exists: change to another folder")
     return _run(request, batch)
 
@@ -186,7 +186,7 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Report an error that does not belong to a scene; return the exit status."""
+    """Report an error that belongs to no scene; return the exit status."""
     if isinstance(error, (RequestError, SceneError)):
         return _refuse(str(error))
     if isinstance(error, OSError):
@@ -233,7 +233,7 @@ def _run(request: Request, batch: Batch) -> int:
     try:
         with listener(batch.quiet) as progress:
             work, jobs = SceneWork(request, batch), batch.jobs
-            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep computes its designs in parallel
+            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # a sweep runs its own designs in parallel
             coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
             for task, outcome in zip(tasks, coming, strict=True):
                 outcomes.append((task, outcome))

@@ -1,4 +1,4 @@
-"""Completion scripts for shells. They complete options, their values, shipped scenes and files."""
+"""Completion scripts for shells. The scripts complete options, values of options, shipped scenes and files."""
 
 from collections.abc import Sequence
 from shlex import quote
@@ -32,7 +32,7 @@ def script(shell: str, scenes: Sequence[str]) -> str:
 
 
 def _options() -> list[tuple[str, str, Sequence[str], bool]]:
-    """Return the flags with their help, their choices, and whether they take a value."""
+    """Return each flag with its help text, its choices, and True if it takes a value."""
     return [
         (flag, option.help, option.choices, option.takes_value)
         for option in options_of(Request, Batch).values()

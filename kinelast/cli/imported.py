@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from exchange import Drive, ExchangeError, ForeignMechanism, of_text, scene_text, to_and_fro
 from kinelast.outputs.exported import exchanged
@@ -20,10 +21,10 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism
 
-MARGIN = 0.01  # distance from a limit of the mechanism / range between the limits
-MIN_RANGE = 1e-6  # smallest range of a drive that can move / a turn (or size of the drawing)
-MAX_LIMIT_DIFFERENCE = 0.05  # largest change of a limit of a drive by the export, relative to the range of the drive
-MAX_DIFFERENCE_IN_STEP = 2e-3  # the same if there are several drives, whose periods must agree
+MARGIN = 0.01  # distance from a limit of the mechanism, relative to the range between the limits
+MIN_RANGE = 1e-6  # a drive with a smaller range cannot move; relative to a turn, or to the size of the drawing
+MAX_LIMIT_DIFFERENCE = 0.05  # largest change in a limit of a drive due to the export, relative to its range
+MAX_DIFFERENCE_IN_STEP = 2e-3  # same for several drives; smaller, because their periods must agree
 STEPS, ROUNDS = 360, 2  # number of positions in a search for a limit, and number of searches
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # [deg/s] by unit of speed
 MAX_REASON = 300  # characters
@@ -38,13 +39,11 @@ TO_BEND = """{links}: rigid, with mass, centre and inertia from the file. For a 
 """
 
 
-@dataclass(frozen=True)
-class Imported:
+class Imported(Struct, frozen=True):
     """Text of an imported scene, and result of a first run.
 
-    `reason` is empty if the mechanism moves, and `no_cycle` is empty if its motion repeats. `rigid` contains the names
-    of
-    links without beams.
+    `reason` states why the mechanism does not move, and is empty if it moves. `no_cycle` states why the motion does not
+    repeat, and is empty if it repeats. `rigid` contains the names of links without beams.
     """
 
     text: str
@@ -66,7 +65,7 @@ class Imported:
         )
 
     def advice(self, path: str, source: str) -> str:
-        """Return instructions for a verdict on the scene at `path`; empty if the mechanism does not move."""
+        """Return the steps to a verdict on the scene at `path`; empty if the mechanism does not move."""
         bend = TO_BEND.format(links=", ".join(self.rigid), source=source) if self.rigid else ""
         return "" if self.reason else bend + VERDICT.format(path=path)
 
@@ -98,7 +97,7 @@ def imported(drawing: ForeignMechanism) -> Imported:
 
 
 def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
-    """Raise ExchangeError if an oscillating drive would have other limits in PMKS+."""
+    """Raise ExchangeError if the limits of an oscillating drive would be different in PMKS+."""
     if not any(drive.law for drive in drawing.drives):
         return
     back = imported(of_text(text, scene.title))
@@ -112,13 +111,13 @@ def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> No
 
 
 def _swings(drives: tuple[Drive, ...]) -> np.ndarray:
-    """Return the lowest and highest coordinate of each oscillating drive relative to its start, shape (drives, 2)."""
+    """Return the lowest and highest coordinate of each oscillating drive, relative to its start, shape (drives, 2)."""
     levels = [np.cumsum([0.0, *drive.strokes]) for drive in drives if drive.law]
     return np.array(sorted((level.min(), level.max()) for level in levels))
 
 
 def _resting(drive: Drive) -> Drive:
-    """Return a drive that hardly moves, which is used to build the mechanism."""
+    """Return the drive with almost no motion, with which the mechanism is built first."""
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
@@ -150,7 +149,7 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
         low, high = min(low + MARGIN * whole, 0.0) / per_unit, max(high - MARGIN * whole, 0.0) / per_unit
-        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # strokes of the text add up to zero
+        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # so that the rounded strokes in the text add up to zero
         strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
         law = to_and_fro(strokes, abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0), unit)
         drives[number] = replace(drive, speed=None, law=law)
@@ -162,7 +161,7 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return how far a drive can move towards `target` while the others rest, or None if it reaches the target."""
+    """Return how far a drive can move towards `target` while all other drives rest; None if it reaches `target`."""
     passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
         shifts = np.append(start_shifts, np.linspace(passed, missed, STEPS)[1:])

@@ -35,7 +35,7 @@ FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
 
 
 def instead_of_reports(batch: Batch) -> Callable[[], int] | None:
-    """Return the function of a requested option that replaces the reports; None if there is no such option."""
+    """Return the function for a requested option that replaces the reports; None if no such option is requested."""
     for requested, answer in (
         (batch.version, _version),
         (batch.completion, partial(_complete, batch.completion or "")),
@@ -65,7 +65,7 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List the shipped scenes, or the sections or materials of the library with names that contain all `words`."""
+    """List shipped scenes, or sections or materials of the library. Only names that contain all `words` are listed."""
     if kind in ("sections", "materials"):
         from kinelast.scene.library import library_entries
 
@@ -125,7 +125,7 @@ def _copy(name: str) -> int:
 
 
 def _write_start(path: Path, model: Path) -> int:
-    """Write a copy of a scene as a starting point for the user."""
+    """Write a copy of a scene that the user can start from."""
     from kinelast.scene.text import with_schema
 
     _write(path, with_schema(model.read_text(encoding="utf-8")), "change to another folder")

@@ -88,7 +88,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return a function that reads a value, and raises errors of argparse."""
+    """Return a function that reads a value, and converts `OptionError` to an error of argparse."""
 
     def value(text: str) -> Any:
         try:
@@ -100,7 +100,7 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
-    """Add the default value to a --check that is followed by a scene."""
+    """Add the default value to an option with optional value, such as --check, if a scene follows it."""
     bare = {flag: option.bare for option in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
     return [
@@ -116,7 +116,7 @@ def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
 
 
 def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
-    """Exit with a message if options exclude each other or another option is missing."""
+    """Exit with a message if two options exclude each other, or if an option needs one that is missing."""
     for name in given:
         option = known[name]
         if option.belongs and not given.get(option.belongs):
@@ -132,8 +132,8 @@ def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], 
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] before the bar appears; between lines if there is no terminal
-MAX_COUNTED_PARTS = 100  # progress of stages with more steps is printed as a percentage
+BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] time before the bar appears; time between lines if there is no terminal
+MAX_COUNTED_PARTS = 100  # from this number of steps, progress is printed as a percentage
 
 
 def say(text: str, stream: TextIO | None) -> None:
@@ -162,7 +162,7 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open standard streams that are closed, so that no result file gets their file descriptors."""
+    """Open standard streams that are closed; otherwise a result file could get the file descriptor of one of them."""
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
         if spare > 2:
@@ -172,7 +172,7 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Yield a progress callback. It shows a bar on a terminal, or else prints a line every `LINE_INTERVAL` seconds."""
+    """Yield a progress callback: it shows a bar on a terminal, and otherwise prints a line every `LINE_INTERVAL` s."""
     if quiet:
         yield SILENT
         return
@@ -239,7 +239,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # do not redirect output to a file
+        both = sys.stdout is not None and sys.stdout.isatty()  # output to a file is not redirected
         with self._lock:
             if self._over:
                 return

@@ -1,17 +1,18 @@
-"""Common data of the designs of a scene: the numbers that vary, which of them can be arrays, and the figures."""
+"""Common data of all designs of a scene: numbers that vary, which of these numbers can be arrays, and figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Measure, chosen, measures_of
 from kinelast.figures.limits import limits_kept
+from kinelast.figures.measures import Measure, chosen, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene import figure, joints, limits, quantities, units, variables
@@ -25,13 +26,12 @@ from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit
 
 TABLES_ON_AXIS = ("masses", "joints", "limits", "springs", "sliders", "slots")
-EVEN_POSITIONS = 16  # number of positions at which designs are checked for buckling, besides the worst of the scene
+EVEN_POSITIONS = 16  # number of evenly spaced positions at which designs are checked for buckling
 FLOATS = ("poisson", "strain")  # keys of dimensionless numbers that can be arrays
 
 
-@dataclass(frozen=True, eq=False)
-class Base:
-    """The document of a scene with the numbers that differ between its designs.
+class Base(Struct, frozen=True, eq=False, dict=True):
+    """The document of a scene, and the numbers that differ between its designs.
 
     "Nominal" means "as written in the document".
 
@@ -42,13 +42,13 @@ class Base:
     places
         Locations in the document of the numbers that differ.
     on_axis
-        For each number, True if it can be an array. Designs that differ in another number are computed separately.
+        For each number, True if it can be an array. Designs that differ in a number that cannot be an array are
+        computed separately.
     measures
         Requested figures.
     by_position
-        True if a figure has data for each position, such as the points of a path. In that case, no times are added
-        between
-        the positions.
+        True if a figure needs its data at exactly the positions of the run, such as the points of a path. No other
+        times are then added.
     """
 
     document: Document
@@ -69,16 +69,16 @@ class Base:
 
     @cached_property
     def buckling_positions(self) -> Integers:
-        """Positions at which designs are checked for buckling: even ones, and the worst ones of the nominal scene."""
+        """Positions at which buckling is checked: evenly spaced ones, and the worst ones of the nominal scene."""
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
-        return distinct([*even, *np.ravel(cycle.pressed.position)])
+        return distinct([*even, *np.ravel(cycle.buckling_ratio.position)])
 
     def instants(self, scene: Scene) -> Reals:
         """Return the times at which designs are computed: the positions, and both sides of each break in the laws.
 
-        If a number is an array, the breaks are those of the nominal mechanism with the laws of these designs.
+        If a number is an array, the breaks are computed for the nominal mechanism with the laws of these designs.
         """
         course, times = scene.course, scene.course.times()
         if times.ndim > 1 or self.by_position:
@@ -95,7 +95,7 @@ class Base:
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | figure.Figure] | None) -> Base:
-    """Look up the numbers and figures of a scene by name. Errors are the same as in `evaluate`."""
+    """Look up the numbers and figures of a scene by name. Raises the same errors as `evaluate`."""
     table = document.table
     places = tuple(variables.place_of(table, path) for path in paths)
     if varied := _links_that_vary(table, places):
@@ -110,7 +110,7 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    by_position = not all(isinstance(name, str) for name in names)  # points of a path or of the nominal output
+    by_position = not all(isinstance(name, str) for name in names)  # figures of a path or of the nominal output
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
@@ -128,10 +128,10 @@ def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> fr
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
-    """Return True if a number can be an array, i.e. affects neither the structure nor the assembly branch.
+    """Return True if a number can be an array: it affects neither the structure nor the assembly branch.
 
-    With friction no number can be an array, because the iteration ends when all columns have converged, so that the
-    designs would affect each other.
+    With friction, no number can be an array: the iteration ends when all columns have converged. The result of a design
+    would then depend on the other designs.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
@@ -170,7 +170,7 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
 
 
 def _stroke_depends_on_start(table: SceneTable) -> bool:
-    """Return True if the stroke of a drive depends on its drawn start: a law that ends at a given value, or repeats."""
+    """Return True if the stroke of a drive depends on its drawn start: its law ends at a given value, or repeats."""
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
         segment.to is not None for drive in drawn for segment in drive.law or ()
@@ -182,27 +182,27 @@ def _is_tapered(section: Any) -> bool:
     return any(isinstance(size, quantities.Sizes) and size[0] != size[1] for size in sizes)
 
 
-@dataclass(frozen=True, eq=False)
-class DesignRows:
-    """A subset of the designs, with their row indices and values, shape (designs, paths)."""
+class DesignRows(Struct, frozen=True, eq=False):
+    """A subset of the designs: row index of each design, and values, shape (designs, paths)."""
 
     rows: Integers
     values: Reals
 
     def at(self, which: Any) -> DesignRows:
-        """Return some designs, given by their indices in this subset."""
+        """Return the designs with the given indices in this subset."""
         return DesignRows(self.rows[which], self.values[which])
 
     def without(self, rows: Any) -> DesignRows:
-        """Return all designs except those with the given row indices."""
+        """Return all designs of this subset except those with the given row indices."""
         kept = ~np.isin(self.rows, rows)
         return DesignRows(self.rows[kept], self.values[kept])
 
 
 def table_with(base: Base, group: DesignRows) -> SceneTable:
-    """Return the tables of designs that agree in all numbers that cannot be arrays. The first row is the nominal scene.
+    """Return the tables of designs with arrays of numbers. The first row of each array is the nominal scene.
 
-    If no number is an array, all designs are equal, and the tables describe a single scene.
+    The designs must agree in all numbers that cannot be arrays. If no number is an array, all designs are equal, and
+    the tables describe a single scene.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _array_content(place: variables.Place, each: Any) -> Any:
-    """Return the values at a location in the document for many designs."""
+    """Return the content of a location in the document: an array of the values of many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, quantities.Sizes):
         both = quantities.Size.many(each, bare_unit)
@@ -233,7 +233,7 @@ def _array_content(place: variables.Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Yield the rows of designs with a number out of bounds, with a message for each."""
+    """Yield the rows of designs with a number out of bounds, and a message for each row."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

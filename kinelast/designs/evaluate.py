@@ -1,11 +1,12 @@
 """Evaluation of many designs of a scene on an array axis."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
@@ -24,13 +25,12 @@ from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
 BLOCK = 4096  # maximum number of designs that are built together
-MIN_POSITIONS = 64  # smallest number of positions per design that the batch size assumes
-BUCKLING_MARGIN = 2.0  # assumed largest load over all positions / largest load over the sampled positions
-BATCH_FACTOR = 2  # batch size / that of a motion, because the search for largest values uses small arrays
+MIN_POSITIONS = 64  # the batch size is computed for at least this number of positions per design
+BUCKLING_MARGIN = 2.0  # assumed (largest load over all positions) / (largest load over the sampled positions)
+BATCH_FACTOR = 2  # (columns of a batch) / (columns of a motion); above 1 because maxima are found with small arrays
 
 
-@dataclass(frozen=True, eq=False)
-class Designs:
+class Designs(Struct, frozen=True, eq=False):
     """Figures of designs.
 
     Attributes
@@ -40,10 +40,10 @@ class Designs:
     units
         SI units of the figures by name.
     reason
-        Reason why a design has no figures, shape (designs,); empty if it has figures.
+        Reason why each design has no figures, shape (designs,); empty if a design has figures.
     place
-        Location of the largest value of a figure, by name: an integer that identifies the beam or joint and the
-        position.
+        Location of the largest value of a figure, by name of the figure: an integer that identifies the position and
+        the beam or joint.
     """
 
     columns: Mapping[str, Reals]
@@ -58,7 +58,7 @@ class Designs:
 def evaluate(
     scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
-    """Compute quasi-static figures of many designs, which differ in some numbers of a scene.
+    """Compute quasi-static figures of many designs. The designs differ in some numbers of a scene.
 
     The result of a design does not depend on the other designs.
 
@@ -119,8 +119,7 @@ Words = NDArray[np.object_]
 """One text per design."""
 
 
-@dataclass(frozen=True, eq=False)
-class PartialResult:
+class PartialResult(Struct, frozen=True, eq=False):
     """Rows, reasons and figures of some designs."""
 
     rows: Integers
@@ -129,7 +128,7 @@ class PartialResult:
 
 
 def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
-    """Yield blocks of designs that agree in the numbers that cannot be arrays."""
+    """Yield blocks of designs. The designs of a block agree in the numbers that cannot be arrays."""
     apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
     if not apart:
         same = np.zeros(len(values), int)
@@ -144,7 +143,7 @@ def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
 
 
 def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute a group of designs. Designs that cannot be built get a reason."""
+    """Compute a group of designs. For designs that cannot be built, the result contains the reason."""
     for rows, reason in out_of_bounds(base, group):
         yield PartialResult(rows, reason, {})
         group = group.without(rows)
@@ -192,9 +191,9 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
     """Compute a batch of designs.
 
-    The first row is the nominal scene, which selects the branch. Copies of it pad the batch: all batches have the same
-    size, because the round-off of numpy's products depends on the array size. The result of a design therefore does not
-    depend on the other designs.
+    The first row is the nominal scene, which selects the branch. Copies of the nominal scene fill the batch, so that
+    all batches have the same size: the round-off of numpy's products depends on the array size. The result of a design
+    therefore does not depend on the number of designs.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
@@ -209,7 +208,7 @@ def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -
 
 
 def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute the figures of designs at all positions. Row 0, the nominal scene, is left out of the result."""
+    """Compute the figures of designs at all positions. The result leaves out row 0, which is the nominal scene."""
     rows = group.rows
     cycle = Cycle(scene, scene.course.at(base.instants(scene)), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
@@ -225,7 +224,7 @@ def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part
 
 
 def _reasons(cycle: Cycle) -> Words:
-    """Return the reasons why designs have no figures, shape (designs,); empty if they have figures."""
+    """Return the reason why each design has no figures, shape (designs,); empty if a design has figures."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
     reason = np.full(known, "", object)
@@ -252,12 +251,12 @@ def _reasons(cycle: Cycle) -> Words:
 
 
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
-    """Return the largest ratio of load to critical load at some positions, shape (designs,); inf if unknown."""
+    """Return the largest (load / critical load) over some positions, shape (designs,); inf if unknown."""
     if len(cycle.columns) > 1:
         times = base.instants(cycle.scene)
         some = times[..., np.minimum(base.buckling_positions, times.shape[-1] - 1)]
         cycle = Cycle(cycle.scene, cycle.scene.course.at(some))
-    return np.atleast_1d(np.nan_to_num(cycle.pressed.value, nan=np.inf).max(axis=0, initial=0.0))
+    return np.atleast_1d(np.nan_to_num(cycle.buckling_ratio.value, nan=np.inf).max(axis=0, initial=0.0))
 
 
 def _buckling_reason(base: Base, values: Reals) -> str:
@@ -269,7 +268,7 @@ def _buckling_reason(base: Base, values: Reals) -> str:
 
 
 def _opening_joint(cycle: Cycle) -> Words:
-    """Return the name of a joint in the first group that does not close at all positions, shape (designs,)."""
+    """Return the name of a joint in the first group that is open at one or more positions, shape (designs,)."""
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)
     for closed in motion.closures:
@@ -281,11 +280,10 @@ def _opening_joint(cycle: Cycle) -> Words:
     return name
 
 
-@dataclass(frozen=True)
-class Evaluation:
+class Evaluation(Struct, frozen=True, dict=True):
     """Function that evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
 
-    The columns are the varied numbers, by path, and the figures, by name.
+    The results are columns: the varied numbers by path, and the figures by name.
     """
 
     document: Document
@@ -308,7 +306,7 @@ class Evaluation:
         return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Return the columns for designs `first` to `last` - 1, and the reasons why some have no figures."""
+        """Return the columns for designs `first` to `last` - 1, and reasons why some have no figures."""
         values = self.plan.values(first, last)
         found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))

@@ -1,27 +1,26 @@
 """Full answers for some machines of a sample, extended to the whole sample by response surfaces."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from scipy.interpolate import RBFInterpolator
 
 from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
-SAMPLE_SIZES = 8, 16, 32  # numbers of machines with a full answer, increased until the surfaces are accurate
-MAX_SURFACE_ERROR = 0.002  # largest error of a response surface that needs no more machines, relative to the figure
+SAMPLE_SIZES = 8, 16, 32  # number of machines with a full answer; increased until the response surfaces are accurate
+MAX_SURFACE_ERROR = 0.002  # a response surface with a smaller error is accurate; relative to the figure
 
 
-@dataclass(frozen=True)
-class FullColumn:
+class FullColumn(Struct, frozen=True):
     """A figure of all sampled machines, derived from full answers.
 
     Attributes
     ----------
     value
-        Values from the response surface, shape (machines,); nan if a full answer is unknown.
+        Values from the response surface, shape (machines,); nan if the figure is unknown in a full answer.
     error
         Largest stated error of the full answers, relative to the figure.
     surface
@@ -38,7 +37,7 @@ def full_columns(
 ) -> dict[str, FullColumn]:
     """Extend full answers of some machines to all sampled machines.
 
-    A response surface interpolates the ratio of the full to the quasi-static figure.
+    A response surface interpolates the ratio (figure of the full answer / quasi-static figure).
 
     Parameters
     ----------
@@ -91,9 +90,9 @@ def within_limits(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColum
     Parameters
     ----------
     limits
-        For each limit: a function that tests values, whether it is a lower bound, and the figure.
+        For each limit: a function that tests values, True if the limit is a lower bound, and the figure.
     side
-        Multiple of the error of the response surface that is added towards the bound.
+        The values are moved towards the bound by the stated error, plus `side` times the error of the response surface.
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

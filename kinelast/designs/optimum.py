@@ -1,9 +1,9 @@
 """Best design of a problem, with an optimality certificate: active limits, their cost, and neighbouring designs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
@@ -14,23 +14,21 @@ from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-ACTIVE = 1e-4  # largest margin of an active limit, and distance from an active bound / range of the variable
+ACTIVE = 1e-4  # an active limit has at most this relative margin; same for bounds, relative to the range
 RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # distances of neighbouring designs, relative to the ranges of the variables
 NEIGHBOURS_PER_RADIUS = 64
-MIN_GAIN = 1e-6  # smallest reduction of the cost that makes a design better, relative to the cost
+MIN_GAIN = 1e-6  # a design is better if the cost is lower by more than this; relative to the cost
 
 
-@dataclass(frozen=True)
-class Neighbours:
+class Neighbours(Struct, frozen=True):
     """Result of a search among neighbouring designs at distances `RADII`.
 
     Attributes
     ----------
     tried, feasible, better
-        Number of designs for each radius: all designs tried, the feasible ones, and the ones that are feasible and
-        better.
+        Number of designs for each radius: designs tried, feasible designs, and designs that are feasible and better.
     best
-        Scaled variables of the best of the better designs, or None.
+        Scaled variables of the best of the better designs; None if no design is better.
     """
 
     tried: tuple[int, ...]
@@ -39,8 +37,7 @@ class Neighbours:
     best: np.ndarray | None
 
 
-@dataclass(frozen=True)
-class Certificate:
+class Certificate(Struct, frozen=True):
     """First-order optimality conditions (Karush, Kuhn, Tucker), and a search among neighbouring designs.
 
     Attributes
@@ -50,12 +47,11 @@ class Certificate:
     multiplier
         Reduction of the cost in per cent if a limit is relaxed by one per cent, shape (limits,); 0 for inactive limits.
     low, high
-        Reduction of the cost in per cent if a bound of a variable is relaxed by one per cent of its range, shape
-        (variables,); 0 for inactive bounds.
+        Reduction of the cost in per cent if the lower or upper bound of a variable is relaxed by one per cent of the
+        range of the variable, shape (variables,); 0 for inactive bounds.
     residual
-        Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance,
-        relative
-        to the gradient or to the mean slope towards the neighbours, whichever is larger.
+        Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance. It is
+        relative to the gradient or to the mean slope towards the farthest neighbours, whichever is larger.
     kinked
         True if the cost or an active limit has a kink, which makes the residual less conclusive.
     neighbours
@@ -72,7 +68,7 @@ class Certificate:
 
 
 def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Certificate:
-    """Compute the certificate of a design, given by scaled variables of shape (variables,)."""
+    """Compute the certificate of a design. `shares` are its scaled variables, shape (variables,)."""
     cost, slope, margin, margin_slope, kinked = _gradients(problem, shares)
     unit = abs(cost) or 1.0
     holds = abs(margin) < ACTIVE
@@ -95,13 +91,13 @@ def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Ce
 def _gradients(
     problem: DesignProblem, shares: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return cost, slopes of the cost, margins, slopes of the margins, and kinks, by extrapolated differences."""
+    """Return cost, slopes of the cost, margins, slopes of the margins, and kinks. Slopes are extrapolated."""
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
     slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
-    if not np.isfinite(slope).all():  # at a bound beyond which figures are unknown
+    if not np.isfinite(slope).all():  # the design is at a bound, and figures beyond this bound are unknown
         rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + RESERVE, rough.margin_slope, kinked
     judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
@@ -112,7 +108,7 @@ def _gradients(
 
 
 def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
-    """Evaluate neighbouring designs. Also return the mean slope of the cost towards the farthest ones."""
+    """Evaluate neighbouring designs. Also return the mean slope of the cost towards the farthest neighbours."""
     cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS_PER_RADIUS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
@@ -132,17 +128,16 @@ def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[
     ) else 0.0
 
 
-MAX_RESTARTS = 4  # maximum number of local searches that are restarted from a better neighbour
+MAX_RESTARTS = 4  # maximum number of restarts of the local search from a better neighbour
 
 
-@dataclass(frozen=True)
-class Optimum:
+class Optimum(Struct, frozen=True):
     """Best design found.
 
     Attributes
     ----------
     shares, values
-        Variables, scaled and in their units, shape (variables,).
+        Variables of the best design, scaled (`shares`) and in their units (`values`), shape (variables,).
     feasible
         True if all limits are met.
     searches
@@ -169,7 +164,7 @@ def optimum(
     first: np.ndarray | None = None,
     progress: Progress = SILENT,
 ) -> Optimum:
-    """Find the best design by local searches from many starts, or from the best of an evolved population (`evolve`).
+    """Find the best design by local searches from many starts or, if `evolve`, from the best of an evolved population.
 
     Parameters
     ----------
@@ -189,7 +184,7 @@ def optimum(
 
 
 def optimum_from(problem: DesignProblem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
-    """Find the best design by a local search from a given design, as scaled variables of shape (variables,).
+    """Find the best design by a local search from a design with the scaled variables `shares`, shape (variables,).
 
     Raises
     ------
@@ -218,8 +213,7 @@ def _certified(problem: DesignProblem, searches: Sequence[LocalOptimum], seed: i
     )
 
 
-@dataclass(frozen=True, eq=False)
-class OptimumResult:
+class OptimumResult(Struct, frozen=True, eq=False):
     """An optimization task, and the best design found.
 
     Attributes
@@ -227,13 +221,14 @@ class OptimumResult:
     before, after
         Figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds that the quasi-static search used: the limits, reduced by a reserve for vibration and errors.
+        Bounds that the quasi-static search used. They are tighter than the limits by a reserve for vibration and
+        errors.
     judgements
         Limits with the figures of the full answer; empty if there are no limits or no design is feasible.
     quasi_static
-        True if the scene's theory is quasi-static, as in the search.
+        True if the theory of the scene is quasi-static, like the theory of the search.
     answer
-        Full answer for the best design, including the goal; None if no design is feasible.
+        Full answer for the best design, which includes the goal; None if no design is feasible.
     """
 
     task: OptimizationTask

@@ -4,13 +4,13 @@ import csv
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from kinelast.scene import document, sections, tables, variables
 from kinelast.scene.error import fault, plain
@@ -20,12 +20,11 @@ from kinelast.scene.text import COLUMNS, reader_in
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
-MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # memory; bits of Sobol points
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # limited by memory, and by the bits of Sobol points
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
-@dataclass(frozen=True, eq=False)
-class ListedValues:
+class ListedValues(Struct, frozen=True, eq=False):
     """Values from a list or a table, shape (count, numbers)."""
 
     rows: Reals
@@ -40,8 +39,7 @@ class ListedValues:
         return self.rows[number]
 
 
-@dataclass(frozen=True, eq=False)
-class EvenValues:
+class EvenValues(Struct, frozen=True, eq=False):
     """Evenly spaced values of one number, from `low` to `high`."""
 
     low: float
@@ -55,8 +53,7 @@ class EvenValues:
         return found[:, None]
 
 
-@dataclass(frozen=True, eq=False)
-class Sample:
+class Sample(Struct, frozen=True, eq=False, dict=True):
     """Samples of several ranges.
 
     Attributes
@@ -105,9 +102,8 @@ Factor = ListedValues | EvenValues | Sample
 """Values of one number, or joint values of several numbers. A sweep consists of all combinations of its factors."""
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """Designs of a sweep, numbered from 0: all combinations of the factors, the last of which varies fastest.
+class Plan(Struct, frozen=True, eq=False):
+    """Designs of a sweep, numbered from 0: all combinations of the factors. The last factor varies fastest.
 
     Attributes
     ----------
@@ -143,7 +139,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     scene
         Document, or tables of a file.
     folder
-        Folder of the scene, which contains its table of designs.
+        Folder of the scene, in which its table of designs is looked up.
 
     Raises
     ------
@@ -195,7 +191,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
 
 
 def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
-    """Return the joint sample of all ranges without a count."""
+    """Return the sample of all ranges that have no count of their own; these are sampled together."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
@@ -215,7 +211,7 @@ def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, flo
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
-    """Return locations and values from a CSV file. Its headings are paths, with units in brackets."""
+    """Return locations and values from a CSV file. The headings of the file are paths, with units in brackets."""
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:

@@ -1,12 +1,15 @@
-"""Study tasks that the tables of a scene define: sensitivities, tolerances, and optimization within limits."""
+"""Tasks for studies, read from the tables of a scene: sensitivities, tolerances, and optimization within limits."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
@@ -21,8 +24,7 @@ from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 
-@dataclass(frozen=True, eq=False)
-class ToleranceTask:
+class ToleranceTask(Struct, frozen=True, eq=False):
     """Toleranced numbers of a scene."""
 
     variables: tuple[Variable, ...]
@@ -46,14 +48,13 @@ def tolerance_task(document: Document) -> ToleranceTask:
     )
 
 
-@dataclass(frozen=True)
-class SensitivityStep:
-    """Change of a number for which its sensitivity is reported.
+class SensitivityStep(Struct, frozen=True):
+    """Change in a number for which the change in the figures is reported.
 
     Attributes
     ----------
     size
-        Change in the SI unit of the number; 0 if unknown.
+        Size of the change, in the SI unit of the number; 0 if unknown.
     kind
         `TOLERANCE`, `ABSOLUTE` or `PER_CENT`.
     """
@@ -64,14 +65,14 @@ class SensitivityStep:
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
 MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by length unit of the file (default 1 mm)
-MIN_STEPS = 10  # smallest ratio of a length to its change
+MIN_STEPS = 10  # smallest (length / change in this length)
 
 
 def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
-    """Return the change of each number for its sensitivity: its tolerance, else 1 mm or 1 degree, else 1 %.
+    """Return the change in each number: the tolerance of the number, else 1 mm or 1 degree, else 1 %.
 
-    The change of a length is reduced to 0.1 mm, 0.01 mm and so on, to at most a tenth of the length. For a coordinate,
-    the extent of the drawing counts as its length.
+    If 1 mm is more than a tenth of a length, the change is 0.1 mm, 0.01 mm, and so on. For a coordinate of a point, the
+    extent of the drawing replaces the length.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
@@ -91,9 +92,8 @@ def _step(table: SceneTable, number: Variable, extent: float) -> SensitivityStep
     return SensitivityStep(abs(number.base) / 100, PER_CENT)
 
 
-@dataclass(frozen=True, eq=False)
-class OptimizationTask:
-    """An optimization task: variables with bounds, goal, and limits on other figures."""
+class OptimizationTask(Struct, frozen=True, eq=False):
+    """An optimization task: variables with bounds, goal, and limits on figures other than the goal."""
 
     variables: tuple[Variable, ...]
     low: Reals
@@ -170,15 +170,15 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
 
 
 GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to the range of a variable
-MIN_RATIO = 10.0  # a variable with a larger ratio of bounds is scaled logarithmically
-RESERVE = 1e-7  # margin that is kept to a limit, so that the design also meets it when recomputed
+MIN_RATIO = 10.0  # a variable is scaled logarithmically from this ratio (high / low) of its bounds
+RESERVE = 1e-7  # relative margin to each limit, so that a design still meets the limit when it is computed again
 
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """Minimisation of a figure over variables, which are scaled to 0...1 between their bounds ("shares").
+    """Minimisation of a figure over variables. Variables are scaled to 0...1 between their bounds ("shares").
 
-    The scale is logarithmic if the bounds are positive and far apart.
+    The scale is logarithmic if both bounds are positive and their ratio is at least `MIN_RATIO`.
 
     Attributes
     ----------
@@ -189,9 +189,9 @@ class DesignProblem:
     figure
         Figure to be minimised, or maximised if `largest`.
     limits
-        Limits on other figures.
+        Limits on figures other than `figure`.
     parts
-        If the goal is a sum of squares, the names of the figures that are squared.
+        Names of the figures that are squared, if the goal is a sum of squares; otherwise empty.
     """
 
     figures_of: FiguresOf
@@ -235,16 +235,16 @@ class DesignProblem:
 
     @property
     def by_ratio(self) -> np.ndarray:
-        """Whether each variable is scaled logarithmically, shape (variables,)."""
+        """True for each variable with a logarithmic scale, shape (variables,)."""
         return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
     def held_to(self, bounds: Sequence[float]) -> DesignProblem:
-        """Return the problem with other bounds of the limits."""
+        """Return the problem with the given bounds for the limits."""
         moved = zip(self.limits, bounds, strict=True)
-        return replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
+        return dataclasses.replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
-        """Evaluate the cost and margins of designs, given by shares of shape (designs, variables)."""
+        """Evaluate the cost and margins of designs with the given shares, shape (designs, variables)."""
         self.counted.append(len(shares))
         return self.judged_by(self.figures_of(self.values(shares)).columns)
 
@@ -258,8 +258,7 @@ class DesignProblem:
         return Judged(cost, np.stack(margins) if margins else none, np.stack(parts) if parts else none)
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(Struct, frozen=True):
     """Cost and margins of designs.
 
     Attributes
@@ -269,7 +268,8 @@ class Judged:
     margin
         Relative margin to each limit, shape (limits, designs).
     parts
-        Figures whose sum of squares is the cost, shape (parts, designs). Otherwise there are no rows.
+        Figures whose squares add up to the cost, shape (parts, designs). There are no rows if the cost is not a sum of
+        squares.
     """
 
     cost: Reals
@@ -282,14 +282,13 @@ class Judged:
         return violation(self.cost, self.margin)
 
     def order(self) -> np.ndarray:
-        """Return the indices of the designs, best first: feasible ones by cost, then the others by violation."""
+        """Return the indices of the designs, best first: feasible ones by cost, then infeasible ones by violation."""
         broken = self.violation
         return np.lexsort((np.where(broken > 0, 0.0, self.cost), broken))
 
 
-@dataclass(frozen=True)
-class Linear:
-    """A design with the gradients of its cost, margins and parts with respect to the shares, shape (..., variables)."""
+class Linear(Struct, frozen=True):
+    """A design: its cost, margins and parts, and their gradients with respect to the shares, shape (..., variables)."""
 
     shares: Reals
     cost: float
@@ -312,7 +311,7 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
 
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
-    """Linearise several designs in a single evaluation, by fourth-order differences with four offsets per variable."""
+    """Linearise several designs with a single evaluation. Slopes are fourth-order differences with four offsets."""
     pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in pairs]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
@@ -322,7 +321,7 @@ def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Li
 
 
 def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the offsets of the variables, (4, variables), and the designs: the original, then the displaced ones."""
+    """Return the offsets of the variables, (4, variables), and the designs (the original one first)."""
     offsets = _offsets(shares)
     moved = np.tile(shares, (*offsets.shape, 1))
     own = np.arange(len(shares))
@@ -331,7 +330,7 @@ def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits: int) -> Linear:
-    """Linearise a design from cost, margins and parts, (1 + ..., designs), of the design and its displaced copies."""
+    """Linearise a design from `values`: cost, margins and parts (first axis) of the design and its displaced copies."""
     change = (values[:, 1:] - values[:, :1]).reshape(-1, *offsets.shape)
     own, slope = values[:, 0], (_weights(offsets) * change).sum(axis=1)
     end = 1 + limits
@@ -339,7 +338,7 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 
 
 def _offsets(shares: np.ndarray) -> np.ndarray:
-    """Return the offsets of the variables, to both sides or into the range, shape (4, variables)."""
+    """Return the offsets of the variables, shape (4, variables): to both sides, or only inwards near a bound."""
     middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
     inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP
     free = (shares >= GRADIENT_STEP) & (shares <= 1 - GRADIENT_STEP)

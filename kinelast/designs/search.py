@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
 from functools import partial
 from queue import SimpleQueue
 from typing import TypeVar
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.optimize import differential_evolution, least_squares, minimize
 from scipy.stats import qmc
 
@@ -25,13 +26,13 @@ def batched(
 ) -> list[Result]:
     """Run jobs in parallel and evaluate their requests in batches.
 
-    A job calls its argument to request an evaluation. Once every running job has a pending request, a single call of
-    `answers` evaluates all of them, in the thread of the caller and in the order of the jobs. The result therefore does
-    not depend on timing. An exception in a job or in `answers` ends all jobs.
+    To request an evaluation, a job calls the function that it gets as its argument. Once every running job has a
+    pending request, a single call of `answers` evaluates all requests, in the thread of the caller and in the order of
+    the jobs. The result therefore does not depend on timing. An exception in a job or in `answers` ends all jobs.
     """
     if not jobs:
         return []
-    events: SimpleQueue[tuple[int, Request, Future[Reply]] | None] = SimpleQueue()  # None: a job has ended
+    events: SimpleQueue[tuple[int, Request, Future[Reply]] | None] = SimpleQueue()  # None means that a job has ended
 
     def run(number: int) -> Result:
         def request(point: Request) -> Reply:
@@ -62,7 +63,7 @@ def batched(
         except BaseException:
             for _, _, reply in waiting:
                 reply.cancel()
-            while running:  # these jobs may send another request
+            while running:  # these jobs may still send a request
                 if event := events.get():
                     event[2].cancel()
                 else:
@@ -75,16 +76,15 @@ SAMPLES_PER_VARIABLE = 64  # number of designs per variable from which starts ar
 MAX_SAMPLES = 1024
 STARTS = 8
 MIN_START_DISTANCE = 0.1  # smallest distance between starts, relative to the diagonal of the unit cube
-MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of a local search, and of the best search if it did not converge
-PRECISION = 1e-13  # a local search ends when the relative change of the cost is below this
+MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of each local search, and of the best one if it did not converge
+PRECISION = 1e-13  # a local search ends when the relative change in the cost is below this
 POPULATION, GENERATIONS = 15, 400  # population size per variable; maximum number of generations
 ITERATION_LIMIT_STATUS = 9  # status of scipy for a search that reaches the maximum number of iterations
-PENALTY = 1e3  # cost of a design without figures, relative to the start
+PENALTY = 1e3  # cost of a design without figures, relative to the cost at the start
 INFEASIBLE = 1e50  # offset that ranks infeasible designs after all others
 
 
-@dataclass(frozen=True)
-class LocalOptimum:
+class LocalOptimum(Struct, frozen=True):
     """Result of a local search.
 
     Attributes
@@ -107,7 +107,7 @@ class LocalOptimum:
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Key for sorting; the best result has the smallest."""
+        """Key for sorting. The best result has the smallest key."""
         return self.violation, self.cost
 
 
@@ -125,7 +125,7 @@ def from_many_starts(
 
 
 def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
-    """Return the best designs of a Latin hypercube that are not too close to each other."""
+    """Return starts: `first`, and the best designs of a Latin hypercube that are not too close to each other."""
     variables = len(problem.low)
     cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
     shares = cube.random(min(SAMPLES_PER_VARIABLE * variables, MAX_SAMPLES))
@@ -195,8 +195,8 @@ def _local_search(
 ) -> LocalOptimum:
     """Run a local search from one start.
 
-    A sum of squares is minimised by least squares. Other goals, and goals with limits, are minimised by sequential
-    quadratic programming.
+    A goal that is a sum of squares is minimised by least squares. Sequential quadratic programming follows if there are
+    limits. It also minimises all goals that are not sums of squares.
     """
     known: dict[bytes, Linear] = {}
 

@@ -1,9 +1,9 @@
 """Sensitivities: derivatives of figures with respect to the numbers of a design, by Richardson extrapolation."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from kinelast.designs.evaluate import Designs
 from rigid.arrays import Flags, Reals
@@ -11,12 +11,11 @@ from rigid.arrays import Flags, Reals
 RATIO = 2.0  # ratio of successive steps
 FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of the scale of a number
 DEPTH = 6  # maximum number of successive extrapolations
-NOISE_DEPTH = 3  # number of extrapolations after which results of small steps differ only by round-off
-NOISE_FACTOR = 4.0  # safety factor on the observed noise, because it is estimated from few differences
+NOISE_DEPTH = 3  # after this number of extrapolations, results of small steps differ only by round-off
+NOISE_FACTOR = 4.0  # safety factor on the observed noise, because few differences are available to estimate it
 
 
-@dataclass(frozen=True)
-class Extrapolation:
+class Extrapolation(Struct, frozen=True):
     """A derivative as the limit of difference quotients.
 
     Attributes
@@ -47,9 +46,9 @@ def steps(scale: np.ndarray) -> np.ndarray:
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
     """Extrapolate difference quotients with steps that decrease by the factor `RATIO` (Richardson).
 
-    The extrapolation with the smallest estimated error is selected. Its truncation error is the difference from its
-    predecessors (Ridders). Its round-off error follows from `noise`, increased to the observed differences between
-    neighbouring small steps.
+    The extrapolation with the smallest estimated error is selected. The truncation error is estimated by the difference
+    between an extrapolation and the two values from which it is computed (Ridders). The round-off error follows from
+    `noise`, but is increased if the observed differences between neighbouring small steps are larger.
 
     Parameters
     ----------
@@ -58,7 +57,8 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
     noise
         Error of each quotient due to round-off of the values, shape (levels, ...).
     order
-        Increment of the powers of the step in the error: 2 for central differences, 1 for one-sided differences.
+        Difference between successive powers of the step in the truncation error: 2 for central differences, 1 for
+        one-sided differences.
 
     References
     ----------
@@ -85,7 +85,7 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
 
 
 def _noise_ratio(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
-    """Return the ratio of actual to assumed round-off, at least 1, shape (...).
+    """Return (actual round-off) / (assumed round-off), at least 1, shape (...).
 
     It is estimated from the differences between neighbouring small steps, for which truncation errors are negligible.
     """
@@ -97,15 +97,14 @@ def _noise_ratio(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
 
 
 ROUND_OFF = 4 * np.finfo(float).eps  # assumed relative round-off error of a figure
-KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than this multiple of their errors
+KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than this multiple of the sum of their errors
 MIN_KINK = 1e-6  # smallest difference between one-sided slopes at a kink, relative to the slopes
 
 
 FiguresOf = Callable[[np.ndarray], Designs]
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+class Sensitivities(Struct, frozen=True):
     """Derivatives of figures with respect to variables.
 
     Arrays have the shape (figures, variables) unless stated otherwise.
@@ -119,18 +118,17 @@ class Sensitivities:
     figure
         Values of the figures, shape (figures,).
     slope, error
-        Derivative and its estimated error; nan if unknown. At a kink, the derivative is the mean of both sides. At the
-        end
-        of a range, it is the one-sided derivative.
+        Derivative and its estimated error; nan if unknown. At a kink, the derivative is the mean of both one-sided
+        derivatives. At the end of a range, it is the one-sided derivative.
     below, above
         One-sided derivatives.
     kink
-        True if the one-sided slopes differ. This happens if the largest value occurs at two locations, or a magnitude
-        is
-        zero.
+        True if the one-sided slopes differ. This happens if the largest value occurs at two locations, or if the figure
+        is a magnitude and is zero.
     valid_range
-        Largest relative change of the variable, in both directions, up to which the location of the largest value stays
-        the same; 0 at a kink. Beyond it, another link or position may become the worst.
+        Largest change in the variable, in both directions and relative to its scale, for which the location of the
+        largest value stays the same; 0 at a kink. For larger changes, the largest value may occur at a different link
+        or position.
     """
 
     figures: tuple[str, ...]
@@ -145,7 +143,7 @@ class Sensitivities:
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Change of the figure in per cent if the variable changes by one per cent, shape (figures, variables)."""
+        """Change in the figure in per cent if the variable changes by one per cent, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.slope * self.at / self.figure[:, None])
 
@@ -161,8 +159,8 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     at
         Values of the variables, shape (variables,).
     scale
-        Magnitude of each variable, shape (variables,) (default: its value, or 1 if that is 0). The largest step is 1/16
-        of it.
+        Magnitude of each variable, shape (variables,). By default, this is the value, or 1 if the value is 0. The
+        largest step is 1/16 of the scale.
 
     Raises
     ------
@@ -179,7 +177,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     shape = (len(names), *moved.shape[:3])
     values = np.stack([np.asarray(computed.columns[name], float) for name in names])
     places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
-    move = np.diagonal(moved - at, axis1=2, axis2=3)  # the actual step, including its round-off
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # actual step, including round-off
     found_at = _DisplacedDesigns(
         values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
     )
@@ -197,9 +195,8 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
     return moved
 
 
-@dataclass(frozen=True)
-class _DisplacedDesigns:
-    """Figures and locations of a design, (figures,), and of displaced designs, (figures, sides, levels, variables)."""
+class _DisplacedDesigns(Struct, frozen=True):
+    """Figures and locations of a design (figures,), and of displaced designs (figures, sides, levels, variables)."""
 
     own: Reals
     value: Reals
@@ -209,24 +206,23 @@ class _DisplacedDesigns:
 
     @property
     def smooth(self) -> np.ndarray:
-        """Whether a figure has the same location in a displaced design and for all smaller displacements."""
+        """True if a figure has the same location in a displaced design and under all smaller displacements."""
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """Whether the smallest displacement leaves the location unchanged, (figures, sides, variables)."""
+        """True if the location does not change under the smallest displacement, (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
-    """Return the largest relative change, in both directions, that keeps the location, (figures, variables)."""
+    """Return the largest change, relative to `scale`, that keeps the location in both directions."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
-@dataclass(frozen=True)
-class _Slopes:
+class _Slopes(Struct, frozen=True):
     """Derivatives from central, backward and forward differences, (figures, variables)."""
 
     middle: Extrapolation
@@ -240,7 +236,7 @@ def _sensitivities_from(
     """Compute derivatives from the figures of displaced designs.
 
     If two locations always have equal values, as in a cycle that runs back and forth, round-off selects one of them at
-    random. Differences across locations are therefore used if they are more accurate.
+    random. Differences between values at different locations are therefore also used, if they are more accurate.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
@@ -261,7 +257,7 @@ def _sensitivities_from(
 
 
 def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _Slopes:
-    """Return derivatives from values, which are nan if unusable. `both` is True if central differences are valid."""
+    """Return derivatives from values. Unusable values are nan. `both` is True if central differences are valid."""
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
     figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # inf has no derivative
     left, right = tried.move[:, :, None, :]
@@ -274,6 +270,6 @@ def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _
 
 
 def _better(one: Extrapolation, other: Extrapolation) -> Extrapolation:
-    """Return, elementwise, the extrapolation with the smaller error."""
+    """Return, for each element, the extrapolation with the smaller error."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
     return Extrapolation(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

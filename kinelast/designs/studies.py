@@ -1,10 +1,11 @@
 """Studies of a scene: sensitivities, tolerances and optimization."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.stats import qmc
 
 from kinelast.designs import tolerances
@@ -34,9 +35,9 @@ NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "swee
 NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # derivatives are meaningless
 MAX_ROUNDS = 6  # maximum number of rounds in which the bounds of an optimization are adjusted
 GROWTH = 16.0  # factor by which the reserve grows per round, after the third round
-MAX_SPARE = 0.01  # largest relative margin of an active limit that needs no further round
-SCREENED_DESIGNS = 16  # number of designs that are tried to find out which limits depend on the variables
-MAX_CONSTANT_CHANGE = 1e-9  # relative change below which a figure counts as independent of the variables
+MAX_SPARE = 0.01  # if an active limit has a larger relative margin, a further round follows
+SCREENED_DESIGNS = 16  # number of designs that show which limits depend on the variables
+MAX_CONSTANT_CHANGE = 1e-9  # a figure counts as independent of the variables up to this relative change
 BATCH, SMALL_BATCH = 512, 64  # number of designs between progress reports; SMALL_BATCH if not all numbers can be arrays
 
 
@@ -47,7 +48,7 @@ def _figures_of(
     progress: Progress = SILENT,
     stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
-    """Return a function of the values of some numbers that returns figures. It evaluates designs in batches."""
+    """Return a function that evaluates designs in batches: it takes the values of some numbers and returns figures."""
     base = base_of(document, paths, figures)
     part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
 
@@ -91,7 +92,7 @@ def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None)
 def sensitivity_study(
     scene: Document | Tables, requested: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
-    """Return the sensitivities of the figures of a scene, the numbers that vary, and the units of the figures.
+    """Return the sensitivities of a scene's figures, the numbers that vary, and the units of the figures.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def _machine_paths(table: SceneTable) -> list[str]:
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """Return the scale of each variable: its magnitude, or 1 if that is zero.
+    """Return the scale of each variable: its magnitude, or 1 if its magnitude is zero.
 
     The scale of a coordinate is at least the extent of the drawing.
     """
@@ -139,8 +140,8 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
 def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
     """Compute the scatter of the figures of a scene within its [tolerances].
 
-    If the scene gives its output, the study includes the output error due to geometry, and due to geometry plus
-    deflection.
+    If the scene states its output, the study includes two output errors: the error due to geometry, and the error due
+    to geometry plus deflection.
 
     Parameters
     ----------
@@ -198,9 +199,8 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     return ToleranceResult(task.variables, task.tolerances, nominal, linear, sampled, shares, units, count, full, share)
 
 
-@dataclass(frozen=True, eq=False)
-class PosedProblem:
-    """The problem under [optimize], with the nominal figures, units, and whether the scene asks for quasi-statics."""
+class PosedProblem(Struct, frozen=True, eq=False):
+    """The problem under [optimize], the nominal figures, units, and True if the scene requests quasi-statics."""
 
     task: OptimizationTask
     problem: DesignProblem
@@ -277,8 +277,7 @@ def _require_feasible(scene: Scene, posed: PosedProblem, first: np.ndarray) -> N
         raise fault("optimize.variables", "", f"{why}: {'; '.join(problems)}: {advice}")
 
 
-@dataclass(frozen=True, eq=False)
-class _FullyJudged:
+class _FullyJudged(Struct, frozen=True, eq=False):
     """Best design of a problem and its full answer."""
 
     problem: DesignProblem
@@ -292,7 +291,7 @@ class _FullyJudged:
 
     @property
     def settled(self) -> bool:
-        """True if all limits are decided and active limits leave no margin: other bounds would not help."""
+        """True if all limits are decided and no active limit has a margin: other bounds would not help."""
         if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
@@ -301,11 +300,11 @@ class _FullyJudged:
 
 
 def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
-    """Find the best design that meets all limits by its full answer, including errors, or return the last one tried.
+    """Find the best design that meets all limits with its full answer and errors; else return the last one tried.
 
-    The quasi-static search leaves no reserve for vibration and errors. Therefore, the full answer of the best design is
-    computed, the bounds are adjusted accordingly, and the search continues. Without limits, only the goal needs a full
-    answer.
+    The quasi-static search leaves no reserve for vibration and errors. Therefore, each round computes the full answer
+    of the best design, adjusts the bounds accordingly, and continues the search. If there are no limits, the full
+    answer is only computed for the goal.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
     worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)
@@ -336,7 +335,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
-    """Return all figures that a limit or goal may use. Expensive figures are only included if it does."""
+    """Return all figures that a limit or goal may use. Expensive figures are only included if one uses them."""
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from msgspec import Struct
 from scipy.special import ndtri
 from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 
@@ -22,15 +22,14 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # number of sample sets, which are scrambled independently
+REPEATS = 8  # number of sample sets; each set is scrambled independently
 DESIGNS = 2048  # default number of samples in all sets
 QUANTILES = (0.025, 0.5, 0.975)
-NORMAL_DEVIATIONS = 3.0  # tolerance / standard deviation of a normal distribution
-INDEX_SAMPLE = 256  # number of designs for Sobol indices / (number of variables + 2)
+NORMAL_DEVIATIONS = 3.0  # (tolerance) / (standard deviation of the normal distribution)
+INDEX_SAMPLE = 256  # (number of designs for Sobol indices) / (number of variables + 2)
 
 
-@dataclass(frozen=True)
-class Tolerance:
+class Tolerance(Struct, frozen=True):
     """Tolerance of a number.
 
     Attributes
@@ -50,12 +49,11 @@ class Tolerance:
         return self.half / (NORMAL_DEVIATIONS if self.normal else np.sqrt(3.0))
 
     def scattered(self, shares: np.ndarray) -> np.ndarray:
-        """Return the quantiles of the deviation from the value for probabilities `shares`, same shape."""
+        """Return the deviations of the number from its nominal value at probabilities `shares`, same shape."""
         return self.deviation * ndtri(shares) if self.normal else self.half * (2 * shares - 1)
 
 
-@dataclass(frozen=True)
-class FirstOrder:
+class FirstOrder(Struct, frozen=True):
     """Scatter of figures to first order.
 
     Attributes
@@ -63,9 +61,9 @@ class FirstOrder:
     deviation
         Standard deviation, shape (figures,).
     worst
-        Deviation in the worst case, with every number at a tolerance limit, shape (figures,).
+        Deviation in the worst case, in which every number is at one end of its tolerance, shape (figures,).
     share
-        Share of each number in the variance, shape (figures, variables); nan without scatter.
+        Share of each number in the variance, shape (figures, variables); nan if the figure does not scatter.
     """
 
     deviation: Reals
@@ -74,7 +72,7 @@ class FirstOrder:
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """Return the first-order scatter of figures for independent numbers. At a kink, the steeper side is used."""
+    """Return the first-order scatter of figures for independent numbers. At a kink, the steeper slope is used."""
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
@@ -83,8 +81,7 @@ def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstO
         return FirstOrder(np.sqrt(variance), worst, deviation**2 / variance[:, None])
 
 
-@dataclass(frozen=True)
-class Scatter:
+class Scatter(Struct, frozen=True):
     """Distribution of a figure over sampled designs.
 
     Attributes
@@ -96,7 +93,7 @@ class Scatter:
     error
         Standard errors of mean, deviation, low, median and high, from the differences between sample sets, shape (5,).
     known
-        Fraction of the designs that have the figure. The other designs are left out.
+        Fraction of the designs in which the figure is known. The statistics leave out all other designs.
     """
 
     mean: float
@@ -113,7 +110,7 @@ class Scatter:
 def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
     """Sample designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
 
-    The total number of points is at least `designs`, because each set contains a power of two.
+    The number of points in each set is a power of two, so that the total number may exceed `designs`.
     """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
@@ -121,7 +118,7 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIG
 
 
 def points_for(designs: int) -> int:
-    """Return the number of points in each sample set for at least `designs` designs, a power of two."""
+    """Return the number of points in each sample set: a power of two, so that all sets contain at least `designs`."""
     return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
 
@@ -132,7 +129,7 @@ def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
-    """Return the deviations of all numbers for probabilities of shape (..., variables)."""
+    """Return the deviations of all numbers at probabilities `shares`, shape (..., variables)."""
     return np.stack([each.scattered(shares[..., k]) for k, each in enumerate(tolerances)], axis=-1)
 
 
@@ -163,8 +160,7 @@ def _moments(values: np.ndarray) -> tuple[float, ...]:
     return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
 
 
-@dataclass(frozen=True)
-class KeptShare:
+class KeptShare(Struct, frozen=True):
     """Fraction of machines that meet all limits.
 
     Attributes
@@ -176,7 +172,7 @@ class KeptShare:
     low, high
         95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surfaces.
     beyond
-        Fraction of machines whose total output error (due to geometry and deflection) exceeds the limit on the output
+        Fraction of machines with a total output error (due to geometry and deflection) above the limit on the output
         error; nan if there is no such limit.
     """
 
@@ -190,7 +186,7 @@ class KeptShare:
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Estimate the fraction of machines that meet all limits. A machine with a yielding link does not.
+    """Estimate the fraction of machines that meet all limits. A machine in which a link yields counts as failed.
 
     Parameters
     ----------
@@ -199,7 +195,7 @@ def kept_share(
     judgements
         Limits, judged by the full answer of the nominal machine.
     full
-        Figures of the machines, from full answers.
+        Figures of all machines, extrapolated from full answers.
     output
         Name of the column with the total output error.
     """
@@ -221,10 +217,10 @@ def kept_share(
 def variance_shares(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-    """Return Sobol indices: the share of each number in the variance, alone and including interactions.
+    """Return Sobol indices: share of each number in the variance, without interactions, and including interactions.
 
-    Unlike `first_order`, they also apply to large tolerances. The arrays have shape (variables,), with nan for a figure
-    that does not scatter or is unknown for some design.
+    Unlike the shares of `first_order`, Sobol indices also apply to large tolerances. The arrays have shape
+    (variables,). They are nan for a figure that does not scatter, or that is unknown for one of the designs.
     """
     names: list[str] = []
 
@@ -240,8 +236,7 @@ def variance_shares(
     return {name: (alone[k], together[k]) for k, name in enumerate(names)}
 
 
-@dataclass(frozen=True, eq=False)
-class ToleranceResult:
+class ToleranceResult(Struct, frozen=True, eq=False):
     """Results of a tolerance study.
 
     Attributes
@@ -255,7 +250,7 @@ class ToleranceResult:
     sampled
         Sampled distributions by figure.
     shares
-        Sobol indices by figure, alone and including interactions, shapes (variables,).
+        Sobol indices by figure: without interactions, and including interactions, each of shape (variables,).
     units
         Units of the figures.
     designs
@@ -280,14 +275,14 @@ class ToleranceResult:
 
 GEOMETRIC, WHOLE = "geometric_error", "whole_error"
 FARTHEST, SQUARES = "path_error", "path_squares"
-PART = "path["  # prefix of the keys of the components whose squares are summed in SQUARES
+PART = "path["  # prefix of the keys of components; SQUARES is the sum of their squares
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
     """Return figures of the largest output error over the cycle, relative to the nominal mechanism with rigid links.
 
-    One figure is the error due to geometry, the other due to geometry plus deflection. The figure `output_error` is the
-    error due to deflection.
+    One figure is the error due to geometry. The second figure is the error due to geometry plus deflection. (The error
+    due to deflection alone is the figure `output_error`, which is not returned.)
 
     Parameters
     ----------
@@ -321,7 +316,7 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     """Return figures of the distance of a point from target points, one per position, with rigid links.
 
-    The figures are the largest distance, the sum of squares, and the components whose squares are summed.
+    The figures are the largest distance, the sum of the squared distances, and the components of all distances.
     """
     targets = np.array(places)
 

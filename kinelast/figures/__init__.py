@@ -1,1 +1,1 @@
-"""Results of a scene, as figures with units."""
+"""Results of a scene as figures: numbers with units and errors, such as the largest deflection of each link."""

@@ -1,28 +1,35 @@
-"""The results that a theory of motion gives for a scene, with the errors of the figures."""
+"""The answer: the deflection of a scene by a theory of motion, with the errors in its figures and time histories.
+
+A figure is a result such as the largest deflection of each link.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
 
-from elastic import Deflection
+from elastic import Deflection, reference_deflection, sample
 from elastic.elastodynamics import Elastodynamic, deflection_at
-from kinelast.figures.courses import course_errors, history_error
-from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import BETWEEN, NOT_OF_MOTION, Estimate, FigureError, GradedFigure, figure_errors, worst_of
+from elastic.links import members_of
+from kinelast.figures.cycle import STATIONS, Cycle
+from kinelast.figures.errors import BETWEEN, TIME, Estimate, FigureError, figure_errors
+from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
-from rigid.arrays import Reals
+from rigid.arrays import Complexes, Numbers, Reals
 
-SAFE_SHARE = 0.8  # a time history is accurate up to this stated error / accuracy: errors are right to about 20 %
-NEGLIGIBLE_GAIN = 0.1  # a better theory is not worth a gain below this share of the accuracy or remaining error
+SAFE_SHARE = 0.8  # largest estimated error of a time history, relative to the accuracy; estimates are within about 20 %
+NEGLIGIBLE_GAIN = 0.1  # smaller errors by the theory of motion, relative to the accuracy or other errors, are accepted
+COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+FORCES = "N", "M", JOINT_FORCES  # time histories of forces
+COMPARED_AT = np.linspace(0.0, 1.0, 5)  # locations along a beam at which time histories are compared
+SMALL = 0.1  # smallest reference value of an error, relative to the largest one of all beams or joints
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """The deflection according to the chosen theory, with errors.
+class Answer(Struct, frozen=True, eq=False, dict=True):
+    """The deflection by the chosen theory of motion, with errors.
 
     Attributes
     ----------
@@ -31,20 +38,21 @@ class Answer:
     cycle
         Cycle with the deflection of this answer.
     quasi_static
-        Deflection without vibration.
+        Quasi-static deflection, i.e. without vibration.
     vibrating
         Solution with vibration; None if it was not computed.
     stages
-        Corrected answers by cause, as in `off`, but with the vibration. Finished results do not keep them.
+        Solutions with vibration in which errors are corrected, by cause of the error, see `off.stages`. They are
+        removed from finished results to save memory.
     figures, off
-        The figures, and the data from which their errors are computed.
-    graded
-        Main figures, which determine the error of the answer.
+        Figures that the answer is judged by, and the data from which their errors are computed.
+    main_figures
+        Main figures. The error of the answer is the largest of their relative errors.
     accuracy
         Requested accuracy; None if none was requested.
     missed
-        Relative change in the most affected graded figure due to vibration and large displacement. If vibration was
-        not solved, this is a bound on the change; nan if it is unknown.
+        Largest relative change in a main displacement, stress or force due to vibration and large displacement. It is a
+        bound on this change if vibration was not solved, and nan if no bound is known.
     finer
         Whether a more accurate theory is available.
     """
@@ -56,7 +64,7 @@ class Answer:
     stages: Mapping[str, Elastodynamic]
     figures: Sequence[Figure]
     off: Estimate
-    graded: Sequence[GradedFigure]
+    main_figures: Sequence[MainFigure]
     accuracy: float | None
     missed: float
     finer: bool
@@ -67,81 +75,81 @@ class Answer:
         return self.cycle.deflection
 
     def at(self, plain: Deflection) -> Deflection:
-        """Return the answer at the positions of a quasi-static deflection."""
+        """Return the deflection by this theory at the positions of the quasi-static deflection `plain`."""
         if self.theory == QUASI_STATIC or self.vibrating is None or self.vibrating.vibration is None:
             return plain
         return deflection_at(self.vibrating, plain.motion)
 
     @property
     def unknown(self) -> str:
-        """The reason why the error is unknown, or an empty string if it is known."""
+        """The reason why the errors are unknown, or an empty string if they are known."""
         return self.off.unknown
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """The errors of the figures by key, for all items."""
+        """The errors in the figures: a list with one error for each item, by figure key."""
         return figure_errors(self.cycle, self.figures, self.off)
 
     @cached_property
     def by_motion(self) -> float:
-        """The result of `history_error`; nan if it is unknown."""
+        """The result of `history_error`; nan if the errors are unknown."""
         known = self.cycle.scene.labels and not self.unknown
         return history_error(self.cycle, self.off) if known else math.nan if self.unknown else 0.0
 
     @cached_property
     def courses(self) -> Mapping[str, float]:
-        """The result of `course_errors`; empty if it is unknown."""
+        """The result of `course_errors`; empty if the errors are unknown."""
         return {} if self.unknown or not self.cycle.scene.labels else course_errors(self.cycle, self.off)
 
     @property
     def worst_course(self) -> tuple[str, float]:
-        """The name and relative error of the least accurate time history; an empty name and nan if it is unknown."""
+        """The name and relative error of the least accurate time history; ("", nan) if the errors are unknown."""
         return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
 
     @property
     def error(self) -> float:
-        """The largest relative error of the graded figures; nan if one is unknown, 0 if there are no graded figures."""
+        """The largest relative error in any main figure; nan if an error is unknown, 0 if there are no main figures."""
         if self.unknown:
             return math.nan
-        worst = worst_of(self.graded)
+        worst = worst_of(self.main_figures)
         return worst.share if worst else 0.0
 
     @property
     def enough(self) -> bool:
-        """Whether a better theory would not help, because the accuracy is reached or the error would hardly decrease.
+        """Whether the answer is good enough, so that a more accurate theory of motion is unnecessary.
 
-        If an accuracy is requested, the time histories of all fields and joint forces must also reach it.
+        This is the case if every main figure reaches the accuracy, or misses it mainly because of errors that no theory
+        of motion can reduce. If the user requested an accuracy, all time histories must reach it too.
         """
         if self.unknown:
             return False
-        for each in self.graded:
-            by_motion = _share_by_motion(each)
-            left = each.share - by_motion
-            if not by_motion <= max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted):
+        for each in self.main_figures:
+            left = each.share - each.share_by_motion
+            if not each.share_by_motion <= max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted):
                 return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
     @property
     def off_by_motion(self) -> float:
-        """The largest relative error due to the theory of motion; infinite if it is unknown."""
+        """The largest relative error due to the theory of motion, in figures or time histories; infinite if unknown."""
         if self.unknown:
             return math.inf
-        return max((*map(_share_by_motion, self.graded), *self.courses.values()), default=0.0)
+        return max((*(each.share_by_motion for each in self.main_figures), *self.courses.values()), default=0.0)
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the requested accuracy is reached; None if no accuracy is requested."""
+        """Whether the requested accuracy is reached; None if none was requested."""
         return self.reaches(self.error)
 
     @property
     def wanted(self) -> float:
-        """The accuracy to reach, which is `ACCURACY` by default."""
+        """The accuracy to reach: the requested one, or else the default `ACCURACY`."""
         return ACCURACY if self.accuracy is None else self.accuracy
 
     @property
     def missed_peaks(self) -> Reals:
-        """The instants [s] around the peaks of graded figures for which the error `BETWEEN` exceeds the accuracy."""
-        keys = {each.key for each in self.graded if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
+        """Instants [s] around the peaks of main figures that have an error `BETWEEN` above the accuracy."""
+        keys = {each.key for each in self.main_figures if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
         figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
         instants = [np.zeros(0)]
         for cycle in filter(None, (self.off.closer, self.off.moving)):
@@ -152,11 +160,71 @@ class Answer:
         return np.unique(np.concatenate(instants))
 
     def reaches(self, error: float) -> bool | None:
-        """Return whether an error and the time histories are within the requested accuracy, or None without one."""
+        """Return whether `error` and the time histories reach the requested accuracy, or None if none was requested."""
         if self.accuracy is None:
             return None
         return error <= self.accuracy and not self.worst_course[1] > self.accuracy
 
 
-def _share_by_motion(graded: GradedFigure) -> float:
-    return graded.error.without(NOT_OF_MOTION).size / graded.base
+def history_error(answer: Cycle, off: Estimate) -> float:
+    """Return the largest error in a deflection from the chord at any time.
+
+    The theory of motion and the time elements cause this error. The error is relative to the `reference_deflection` of
+    the member to which the beam belongs. `--check nonlinear` measures this error.
+    """
+    chord = sample(answer.deflection, "chord", STATIONS)
+    base = reference_deflection(_greatest_of_members(answer, chord))
+    shares = math.fsum(off.shares.values())
+    if not off.stages:
+        return shares
+    final = [*off.stages.values()][-1].deflection
+    return shares + _greatest_share(chord, sample(final, "chord", STATIONS), base)
+
+
+def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
+    """Return the largest errors in time histories, due to the theory of motion and time elements.
+
+    The time histories are of joint forces and of fields, i.e. quantities along the beams. The error in a member
+    (straight run of beams) or joint is relative to the largest value in this member or joint. This reference value is
+    at least `SMALL` times the largest value in all members or joints.
+    """
+    shares, errors = math.fsum(off.shares.values()), {}
+    of_forces = shares + max(off.forces - off.shares.get(TIME, 0.0), 0.0)  # forces have a larger discretization error
+    known = {name: of_forces if name in FORCES else shares for name in (*COURSES, JOINT_FORCES)}
+    if not off.stages:
+        return known
+    bent, final = answer.deflection, [*off.stages.values()][-1].deflection
+    for name in COURSES:
+        values = sample(bent, name, COMPARED_AT)
+        base = _greatest_of_members(answer, values)
+        errors[name] = known[name] + _greatest_share(values, sample(final, name, COMPARED_AT), _not_small(base))
+    forces, others = (_joint_forces(each) for each in (bent, final))
+    base = np.nan_to_num(np.abs(forces)).max(axis=1, initial=0.0)
+    return {**errors, JOINT_FORCES: known[JOINT_FORCES] + _greatest_share(forces, others, _not_small(base))}
+
+
+def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
+    """Return, for each beam, the largest magnitude of `values` (beams, positions, stations) in the beam's member."""
+    greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
+    return members_of(answer.scene.mechanism).greatest(greatest)
+
+
+def _not_small(greatest: Reals) -> Reals:
+    """Return reference values of errors: the given values, but at least `SMALL` times the largest of them."""
+    return np.maximum(greatest, SMALL * greatest.max(initial=0.0))
+
+
+def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
+    """Return the largest difference between two arrays of rows.
+
+    It is relative to the reference value of the row in `base`.
+    """
+    apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
+    return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
+
+
+def _joint_forces(bent: Deflection) -> Complexes:
+    """Return the forces in all joints as complex numbers [N], shape (joints, positions)."""
+    columns = bent.motion.columns
+    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
+    return np.reshape(np.array(forces, complex), (len(forces), *columns))

@@ -17,16 +17,17 @@ from machine.drives import Balance, balanced
 from rigid import Motion, position_of
 from rigid.plane import cross
 
-MIN_AMOUNT = 1e-9  # amounts below this share of the largest one are round-off
+MIN_AMOUNT = 1e-9  # smaller amounts, relative to the largest, are round-off
 
 
 def balance_figures(results: Results) -> dict[str, Any]:
-    """Return proposals for balancing a motion as plain data, computed by `machine.drives.balanced`.
+    """Return proposals for balancing a machine as plain data, computed by `machine.drives.balanced`.
 
-    `shaking_force` and `weight` propose counterweights on the links, as first moments of mass. `shaking_moment` adds
-    discs to the counterweights for the shaking force; negative discs counter-rotate. `drive_effort` proposes a torsion
-    spring at the pin of one link. Each proposal contains the peaks before and after balancing, and the remaining
-    fraction of the root mean square. `words` describes the proposals in text.
+    `shaking_force` and `weight` propose counterweights on the links, as first moments of mass. `shaking_moment`
+    proposes discs in addition to the counterweights of `shaking_force`. A disc with a negative moment of inertia has to
+    rotate in the opposite direction. `drive_effort` proposes a torsion spring at the pin of one link. Each proposal
+    contains the peaks before and after balancing, and the ratio of the root mean squares after and before balancing.
+    `words` describes the proposals in text.
     """
     motion, pins = results.motion, drives.pivoted_links(results.motion)
     if not pins or not results.cycle.counted.all():
@@ -38,7 +39,7 @@ def balance_figures(results: Results) -> dict[str, Any]:
     )
     proposals: dict[str, Any] = {"shaking_force": _proposal(force, "N", _counterweights(results, pins, force))}
     moment = _moment(motion, pins, force, weight)
-    proposals["shaking_moment"] = _proposal(moment, "N m", _amounts(results, pins, moment, "kg m^2", "disc"))
+    proposals["shaking_moment"] = _proposal(moment, "N m", _discs(results, pins, moment))
     units = [unit for *_, unit in results.drive_words]
     if abs(results.mechanism.gravity) and len(set(units)) == 1:
         held = balanced(
@@ -58,16 +59,16 @@ def balance_figures(results: Results) -> dict[str, Any]:
 
 
 def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
-    """Return the text of a scene with counterweights that reduce its shaking force.
+    """Return the text of the scene with additional counterweights, which reduce the shaking force.
 
-    Each counterweight is a rigid link that is welded to its link at the pin. The masses are variables of `[optimize]`,
-    which minimizes the shaking force unless the scene has another goal. The text is empty if no counterweight can be
-    added.
+    Each counterweight is a rigid link, welded to the link that it balances at the ground pin or another point. The
+    masses become variables of the table `[optimize]`. If the scene has no variables yet, the optimization minimizes the
+    shaking force. The text is empty if a counterweight cannot be added.
 
     Parameters
     ----------
     proposals
-        Result of `balance_figures` for this scene.
+        The dictionary that `balance_figures` returned for this scene.
     """
     import tomlkit
 
@@ -96,14 +97,14 @@ def balance_text(document: Document, proposals: Mapping[str, Any]) -> str:
 
 
 def _put(file: Any, table: str, key: str, value: Any) -> None:
-    """Set a value in a table of a file, adding the table if it is missing."""
+    """Set a key of a table in the parsed file, adding the table if it is missing."""
     if table not in file:
         file[table] = {}
     file[table][key] = value
 
 
 def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
-    """Return a counterweight's position in the drawing, or None if the drawing does not define its link's angle."""
+    """Return the position of a counterweight as drawn, or None if the drawing does not fix the angle of its link."""
     mechanism, places = document.scene.mechanism, drawn_places(document.table)
     direction = drawn_direction(mechanism.links[mechanism.index[part["link"]]], places)
     if direction is None or part["pin"] not in places:
@@ -112,7 +113,7 @@ def _drawn_place(document: Document, part: Mapping[str, Any]) -> complex | None:
 
 
 def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any) -> Balance:
-    """Return the discs on rotating links that balance the remaining shaking moment."""
+    """Return the discs that balance the shaking moment remaining after `force` balances the shaking force."""
     left = drives.inertia_moment(motion)
     for (at, pin), pair in zip(pins.items(), force.amounts.reshape(-1, 2), strict=True):
         pushes = (amount * each for amount, each in zip(pair, drives.shaking_influences(motion, at), strict=True))
@@ -121,7 +122,7 @@ def _moment(motion: Motion, pins: Mapping[int, str], force: Balance, weight: Any
 
 
 def _makes_full_turns(motion: Motion, at: int) -> bool:
-    """Return whether a link makes full turns, so that it cannot have a torsion spring."""
+    """Return whether a link rotates by more than half a turn, so that it cannot have a torsion spring."""
     angle = np.unwrap(np.angle(motion.direction[at]))
     return bool(abs(angle[-1] - angle[0]) > np.pi)
 
@@ -132,7 +133,7 @@ def _proposal(balance: Balance, unit: str, parts: list[dict[str, Any]]) -> dict[
 
 
 def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
-    """Return the first moments of mass to add to the links, and the equivalent masses beyond the pin."""
+    """Return counterweights for the links: first moment of mass to add, a radius, and the mass at this radius."""
     rows = []
     largest = float(np.abs(balance.amounts).max(initial=0.0))
     for (at, pin), pair in zip(pins.items(), balance.amounts.reshape(-1, 2), strict=True):
@@ -153,14 +154,15 @@ def _counterweights(results: Results, pins: Mapping[int, str], balance: Balance)
     return rows
 
 
-def _amounts(results: Results, pins: Mapping[int, str], balance: Balance, unit: str, kind: str) -> list[dict[str, Any]]:
+def _discs(results: Results, pins: Mapping[int, str], balance: Balance) -> list[dict[str, Any]]:
+    """Return the moments of inertia of the discs to add to the links."""
     names = [results.mechanism.links[at].name for at in pins]
     pairs = zip(names, pins.values(), balance.amounts.tolist(), strict=True)
-    return [{"link": name, "pin": pin, kind: reading(amount, unit)} for name, pin, amount in pairs]
+    return [{"link": name, "pin": pin, "disc": reading(amount, "kg m^2")} for name, pin, amount in pairs]
 
 
 def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[str, Any]]:
-    """Return the stiffness and the unloaded link angle of the torsion spring that reduces the effort most."""
+    """Return the stiffness of the torsion spring, and the angle of the link at which the spring is unloaded."""
     stiffness, moment = balance.amounts.tolist()
     slack = float(np.angle(results.motion.direction[at, 0])) - moment / stiffness
     link = results.mechanism.links[at].name
@@ -169,7 +171,7 @@ def _spring(results: Results, at: int, pin: str, balance: Balance) -> list[dict[
 
 
 def _words(proposals: Mapping[str, Any], shown_in: DisplayUnits) -> Iterator[str]:
-    """Return sentences that describe the proposals."""
+    """Yield sentences that describe the proposals."""
     for key, name in (("shaking_force", "shaking force"), ("weight", "effort of the weights")):
         if key in proposals and proposals[key]["before"].value:
             parts = (

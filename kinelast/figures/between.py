@@ -1,4 +1,4 @@
-"""Results at instants between the positions of a run, because peaks may be larger there."""
+"""Results at instants between the positions of a run, because a peak may lie between two positions."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,8 +11,8 @@ from kinelast.scene.data import scene_deflection
 from kinelast.scene.error import SceneError
 from rigid import Motion
 
-MAX_REFINED = 10_000  # largest number of positions for which instants between them are computed
-MAX_PHASE = 0.5  # [rad] phase of the lowest natural frequency between positions up to which no vibration peak is missed
+MAX_REFINED = 10_000  # no instants are added to runs with more positions than this
+MAX_PHASE = 0.5  # [rad] largest phase of the lowest mode between two positions; above it, a peak may be missed
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,10 @@ class Between:
 
     @cached_property
     def _motion(self) -> Motion | None:
-        """Return the motion with instants between the positions, or None if these cannot be reached or are too many."""
+        """Return the motion with added instants.
+
+        Return None if these cannot be reached, or if there are too many positions.
+        """
         times, course = self.quasi_static.motion.time, self.quasi_static.scene.course
         if len(times) > MAX_REFINED:
             return None
@@ -35,7 +38,7 @@ class Between:
 
     @cached_property
     def _finer_quasi_static(self) -> Cycle:
-        """Return the quasi-static results with instants between the positions."""
+        """Return the quasi-static results at the positions and at the instants between them."""
         assert self._motion is not None
         return self._sampled(self._motion, None)
 
@@ -45,9 +48,11 @@ class Between:
         return Cycle(scene, moved, bent, sampled=True, between=True)
 
     def of(self, cycle: Cycle, vibrating: Elastodynamic | None) -> Cycle | None:
-        """Return the results of a cycle with instants between its positions, or None for a single position.
+        """Return the results of `cycle` with instants added between its positions.
 
-        They are quasi-static if `vibrating` is None.
+        Return None if there is only one position. The results are those of `vibrating`, or quasi-static if it is None.
+        If no instants can be added, they are the results at the positions of `cycle`. In all cases, the largest values
+        include an estimate of how much they increase between the instants.
         """
         motion = self.quasi_static.motion
         if np.shape(motion.time) != motion.columns or len(motion.time) < 2:
@@ -63,11 +68,14 @@ class Between:
         return self._vibrating[id(vibrating)]
 
     def may_peak(self, vibrating: Elastodynamic) -> bool:
-        """Return whether a link may vibrate to a peak and back between two positions."""
+        """Return whether free vibration may have a peak between two positions that is missed at both positions."""
         return bool(vibrating.lowest * np.diff(self.quasi_static.motion.time).max(initial=0.0) > MAX_PHASE)
 
     def _with_short_elements(self, moved: Motion, vibrating: Elastodynamic) -> Motion:
-        """Return the motion, adding the nodes of time elements wherever they are closer together than its instants."""
+        """Return the motion with instants added at the nodes of short time elements.
+
+        An element is short if it is shorter than the mean time step of the motion.
+        """
         if vibrating.vibration is None:
             return moved
         grid, times, course = vibrating.vibration.problem.terms.grid, moved.time, self.quasi_static.scene.course

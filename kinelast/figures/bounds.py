@@ -1,4 +1,4 @@
-"""Error bounds that are known before vibration is solved, and the criterion by which a bound is accepted."""
+"""Error bounds that are known before vibration is solved, and the largest bounds accepted in place of errors."""
 
 import math
 
@@ -9,39 +9,39 @@ from elastic.elastodynamics import Damping
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene
 
-RESOLVED = 0.5  # accepted bound on the discretization error / accuracy; a larger error is measured
-BOUNDED = 0.05  # the same for vibration and large displacement, because their bounds are loose for small figures
-JUDGED = 0.2  # factor on the two values above if the answer is compared with limits
-ASKED = 1e-4  # accepted bound on an error if an accuracy is requested
-BOUND_OVER_ERROR = 4.0  # bound on the discretization error / its usual value
-PER_ROTATION = 2.0  # bound on the effect of large displacement / largest rotation [rad]
-FORCES_PER_ROTATION = 20.0  # the same for the forces of each member, which may be a tenth of the largest force
+RESOLVED = 0.5  # largest bound on the discretization error, relative to the accuracy, that replaces a measurement
+BOUNDED = 0.05  # the same for bounds on vibration and large displacement, which are loose for small results
+JUDGED = 0.2  # factor on `RESOLVED` and `BOUNDED` if results are compared with limits
+ASKED = 1e-4  # largest bound on a relative error that is accepted if the user requests an accuracy
+BOUND_OVER_ERROR = 4.0  # ratio of the bound on the discretization error to the usual discretization error
+PER_ROTATION = 2.0  # [1/rad] ratio of the bound on the relative effect of large displacement to the largest rotation
+FORCES_PER_ROTATION = 20.0  # [1/rad] the same for forces, relative to the largest force in the same member
 
 
-def resolved(accuracy: float, judged: bool, share: float = RESOLVED) -> float:
+def accepted_bound(accuracy: float, judged: bool, share: float = RESOLVED) -> float:
     """Return the largest error bound that is accepted without measuring the error.
 
-    It is smaller if the answer is compared with limits or used by a speed map (`judged`).
+    `judged` is true if results are compared with limits or used by a speed map. The accepted bound is then smaller.
     """
     return share * (JUDGED if judged else 1.0) * accuracy
 
 
 def damping_of(scene: Scene) -> Damping:
-    """Return the damping of every beam: the beta of its material if given, otherwise the damping ratio."""
+    """Return the damping of every beam: the coefficient beta of its material or, by default, the damping ratio."""
     theory = scene.theory
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
 
 def bound_of_vibration(cycle: Cycle, period: float) -> float:
-    """Return a bound on the relative change of the quasi-static results due to vibration; infinite if none is known."""
+    """Return a bound on the relative change that vibration causes in quasi-static results, or inf if it is unknown."""
     scene, course = cycle.scene, cycle.scene.course
     if not math.isfinite(period) or course.stops or len(course.breaks.sides) or scene.mechanism.friction:
         return math.inf
     frequencies = cycle.frequencies
     if frequencies is None or cycle.singular.any():
         return math.inf
-    pressed = float(np.max(cycle.pressed.value, initial=0.0))
-    return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), pressed)
+    ratio = float(np.max(cycle.buckling_ratio.value, initial=0.0))
+    return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), ratio)
 
 
 def largest_rotation(cycle: Cycle) -> float:

@@ -1,60 +1,57 @@
-"""Checks by other methods: nonlinear finite elements in the time domain, and links modelled as plane bodies."""
+"""Checks of results by other methods: nonlinear finite elements in the time domain, and links as plane bodies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct, field
 
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
 from kinelast.figures import errors
-from kinelast.figures.errors import FigureError
 from kinelast.figures.measured import Measured
 from kinelast.figures.registry import NAMES
 from kinelast.figures.report import FurtherCheck
 from kinelast.scene.course import CourseByLaws
-from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.figure import OUTPUT_ERROR, points_of
-from kinelast.scene.numbers import UNRELIABLE, percent
+from kinelast.scene.numbers import UNRELIABLE
 from kinelast.scene.reading import known, reading
 
 if TYPE_CHECKING:
     from fem_check import MomentumBalance
     from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
-    from kinelast.figures.answer import Answer
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
-DIVISORS = 1.5, 6.0  # allowed difference / tolerance, in the first run and in the second, if the first is undecided
-MEASURING = 0.2  # error of a check / estimated error, up to which the check replaces the estimate
-DEFAULT_TOLERANCE = 0.005  # tolerance of a check without an allowed difference
-MIN_ACCURACY = 1e-4  # finest accuracy that a message suggests
-MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # bounds of the allowed momentum difference of vibrating links
-ALLOWED_PER_ACCURACY = 0.2  # momentum difference relative to the accuracy, which sets the solver's tolerance
-POSITIONS = 360  # default positions of a run; with more, a finer time grid widens the allowed momentum difference
+DIVISORS = 1.5, 6.0  # ratios of allowed difference to tolerance in a first run, and in a second if that cannot decide
+MEASURING = 0.2  # largest tolerance of the first run, relative to the estimated error of the answer
+DEFAULT_TOLERANCE = 0.005  # largest tolerance of the second run; also used if the answer has no estimated error
+MIN_ALLOWED, MAX_ALLOWED = 0.005, 0.1  # range of the allowed momentum difference of vibrating links
+ALLOWED_PER_ACCURACY = 0.2  # smallest allowed momentum difference, relative to the accuracy
+POSITIONS = 360  # default number of positions of a run; with more positions, a larger momentum difference is allowed
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
-    """Solve the mechanism by nonlinear finite elements, using only the scene and the damping from the results.
+    """Solve the mechanism by nonlinear finite elements and compare the deflections.
 
-    The elements are also beams, so the allowed difference does not include errors of beam theory.
+    The check uses the damping of the answer (the results to check), but none of its other results.
+
+    Its elements are beams too. The allowed difference therefore does not include errors of beam theory.
     """
     from fem_check.nonlinear import DoesNotCloseError, NotCheckedError
 
-    course = results.scene.course
-    if results.buckles:
-        return NotMade(f"there are no results to compare: {results.buckles}")
-    if not isinstance(course, CourseByLaws) or results.left_out:
-        return NotMade("it requires drives that follow laws and reach all positions")
-    estimate = math.nan
+    if reason := nonlinear_refusal(results):
+        return NotMade(reason)
+    course, estimate = results.scene.course, math.nan
+    assert isinstance(course, CourseByLaws)
     if results.answer:
         estimate = results.answer.by_motion
     try:
@@ -70,6 +67,22 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     return check
 
 
+def nonlinear_refusal(results: Results) -> str:
+    """Return the reason why the nonlinear check cannot be made, if it is known before solving; otherwise empty."""
+    scene, course = results.scene, results.scene.course
+    if not isinstance(course, CourseByLaws) or results.left_out:
+        return "it requires drives that follow laws and reach all positions"
+    if results.buckles:
+        return f"there are no results to compare: {results.buckles}"
+    from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, system_of
+
+    try:
+        system_of(scene.mechanism, scene.sections, course.laws, float(results.motion.time[0]), 1, scene.joints, 0.0)
+    except (NotCheckedError, DoesNotCloseError) as error:
+        return str(error)
+    return ""
+
+
 def _nonlinear(
     results: Results,
     course: CourseByLaws,
@@ -77,7 +90,7 @@ def _nonlinear(
     estimate: float,
     progress: Callable[[float, str], None] | None,
 ) -> NonlinearCheck:
-    """Run the check with a given tolerance."""
+    """Run the nonlinear check with a given tolerance."""
     from fem_check.nonlinear import refined_deflection
 
     scene, times, period = results.scene, results.motion.time, results.period
@@ -120,10 +133,10 @@ def _nonlinear(
 
 
 def _measured(results: Results, refined: RefinedDeflection) -> Measured:
-    """Return the errors of the largest displacements of the beams, points and output, measured by the check.
+    """Return the errors in the largest displacements of beams, points and output, as measured by the check.
 
-    Displacements are compared at the nodes and instants of the check. The check's own error is known relative to the
-    chord deflection, and is applied to all displacements.
+    Displacements are compared at the nodes of the check's beams and at its instants. The relative error of the check
+    itself is known for the chord deflection, and is assumed to be the same for all displacements.
     """
     theirs = dict(zip(("u", "w", "phi"), refined.moved, strict=True)) | {"chord": refined.chord}
     ours = {name: sample(results.deflection, name, refined.xi) for name in theirs}
@@ -139,7 +152,7 @@ def _measured(results: Results, refined: RefinedDeflection) -> Measured:
 
 
 def _greatest(values: Reals) -> Reals:
-    """Return the greatest magnitude of each beam, shape (beams,)."""
+    """Return the greatest magnitude in each beam, shape (beams,)."""
     return np.nanmax(np.abs(values), axis=(1, 2))
 
 
@@ -155,78 +168,48 @@ def _of_points(mechanism: Mechanism, names: Sequence[str], moved: Mapping[str, R
 
 
 def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
-    """Return the additional discretization error of each beam, relative to the beam's own deflection.
+    """Return the increase in the allowed difference for each beam, relative to the beam's own deflection.
+
+    The discretization error is known relative to the largest deflection of all beams. It is larger relative to the
+    deflection of a beam that bends less. The result is the difference between the two.
 
     Parameters
     ----------
     smaller
-        Largest deflection of all beams / largest deflection of each beam.
+        For each beam, ratio of the largest deflection of all beams to the largest deflection of this beam.
     """
     share = results.answer.off.shares.get(errors.TIME, 0.0) if results.answer else 0.0
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
 def _damping(results: Results) -> Reals:
-    """Return the damping beta of each beam [s], from the vibration if solved, or from the lowest natural frequency."""
+    """Return the damping coefficient beta of each beam [s].
+
+    If there is a solution with vibration, the damping is that of this solution. Otherwise a damping ratio is converted
+    at the lowest natural frequency.
+    """
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
     from kinelast.figures.bounds import damping_of
 
     frequencies = results.frequencies
-    return damping_of(results.scene).settled(frequencies.lowest if frequencies else math.inf).beams
+    return damping_of(results.scene).with_default_beta(frequencies.lowest if frequencies else math.inf).beams
 
 
 def _poisson(scene: Scene) -> list[float]:
-    """Return Poisson's ratio of each beam; the default is that of metals."""
+    """Return Poisson's ratio of each beam. If the material does not give it, it is that of metals."""
     names = [made.material for made in scene.made_of] or [""] * len(scene.labels)
     given = [scene.materials[name].poisson if name in scene.materials else None for name in names]
     return [POISSON if ratio is None else ratio for ratio in given]
 
 
-def nearer(results: Results, error: FigureError, share: float) -> str:
-    """Return advice on how to reduce the relative error of a figure to `share`, or an empty string.
-
-    The advice names the largest part of the error and an option that is applicable to this scene.
-    """
-    answer, largest = results.answer, error.largest
-    if largest == errors.BEAM_THEORY:
-        return "" if results.solid or _hollow(results) else f"mostly {largest}: --check solid would measure it"
-    if answer is None or largest in (errors.ROUND_OFF, errors.BODIES) or share <= 0.0:
-        return ""
-    if largest == errors.BETWEEN:
-        more = max(POSITIONS, 4 * len(results.motion.time))
-        return f"mostly {largest}: --positions {more} would reduce it"
-    if results.scene.theory.plain:
-        return f'mostly {largest}: without theory = "quasi-static" the error would be small'
-    return f"mostly {largest}{_by_a_finer_theory(results, answer, max(share / 2, MIN_ACCURACY))}"
-
-
-def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
-    """Return advice on an error due to the theory of motion.
-
-    A finer accuracy is suggested only if the present accuracy has been reached.
-    """
-    wanted = answer.accuracy or ACCURACY
-    reached = max((each.error.without(errors.NOT_OF_MOTION).size / each.base for each in results.graded), default=0.0)
-    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= wanted:
-        return f': accuracy = "{percent(aim)}" would suffice'
-    if isinstance(results.scene.course, CourseByLaws) and not results.left_out and not results.nonlinear:
-        return ": --check nonlinear would measure it"
-    return ", which a finer computation cannot reduce; stiffer links or more damping would"
-
-
-def _hollow(results: Results) -> bool:
-    """Whether the beam with the largest error of beam theory has thin walls, which plane bodies cannot model."""
-    parts = [abs(error.parts.get(errors.BEAM_THEORY, 0.0)) for error in results.errors.get("chord", ())]
-    return bool(parts) and results.scene.sections[int(np.argmax(parts))].thin_walled
-
-
 def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
-    """Return the momentum balances of the whole machine by theory: quasi-static and, if solved, with vibration.
+    """Return the momentum balances of the whole machine by theory: one quasi-static and, if solved, one with vibration.
 
-    The allowed difference for vibrating links is the error due to time steps, coordinates and large displacement. It is
-    at least `MIN_ALLOWED`, which is increased with the square of the number of positions, and at least a fraction of
-    the accuracy.
+    The allowed difference for vibrating links is the error due to time steps, the number of coordinates and large
+    displacement. It is at least `ALLOWED_PER_ACCURACY` times the accuracy. It is also at least `MIN_ALLOWED` or, for
+    more than `POSITIONS` positions, `MIN_ALLOWED` times (number of positions / `POSITIONS`)^2. There is no balance with
+    vibration if the allowed difference exceeds `MAX_ALLOWED`.
     """
     from elastic.elastodynamics import deflection_at
     from fem_check import balance
@@ -235,8 +218,7 @@ def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and answer.vibrating is not None:
-        wanted = ACCURACY if answer.accuracy is None else answer.accuracy
-        off = max(answer.by_motion, ALLOWED_PER_ACCURACY * wanted)
+        off = max(answer.by_motion, ALLOWED_PER_ACCURACY * answer.wanted)
         allowed = max(MIN_ALLOWED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if allowed <= MAX_ALLOWED:
             cycle = results.period if math.isfinite(results.period) else None
@@ -247,7 +229,7 @@ def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
 
 
 def check_passed(results: Results) -> bool | None:
-    """Return whether the finite element check is within its bounds, or None if no position was compared."""
+    """Return whether the finite element check and the momentum balances pass. Return None if nothing was compared."""
     comparison, verdicts = results.comparison, []
     assert comparison is not None
     if not comparison.passed or (results.scene.labels and comparison.compared):
@@ -257,7 +239,7 @@ def check_passed(results: Results) -> bool | None:
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
-    """Measure the error of beam theory in the quasi-static deflection with plane-stress bodies."""
+    """Measure the error of beam theory by comparing the quasi-static deflection with plane-stress bodies."""
     from fem_check.solid import compare_solid
 
     try:
@@ -269,39 +251,39 @@ def solid_check(results: Results) -> SolidComparison | NotMade:
     return NotMade("; ".join(f"{link}: {reason}" for link, reason in compared.left_out.items()))
 
 
-MAX_RATIO = 2.0  # allowed difference of a check / estimated error
-MIN_DIFFERENCE = 0.01  # smallest difference that a check resolves, relative to the largest deflection
+MAX_RATIO = 2.0  # allowed difference between answer and check, relative to the estimated error of the answer
+MIN_DIFFERENCE = 0.01  # smallest allowed difference between answer and check, relative to the largest deflection
 
 
-@dataclass(frozen=True)
-class NotMade:
-    """A requested check that could not be made; `problem` is the reason."""
+class NotMade(Struct, frozen=True):
+    """A check that was requested but could not be made. `problem` is the reason."""
 
     problem: str
 
 
-@dataclass(frozen=True)
-class NonlinearCheck:
-    """Comparison of the chord deflection with nonlinear finite elements of the whole mechanism.
+class NonlinearCheck(Struct, frozen=True):
+    """Comparison of the deflections from the chord with a nonlinear finite element model of the whole mechanism.
 
     Attributes
     ----------
     elements, steps, positions
-        Number of elements per beam, of time steps, and of compared positions.
+        Number of elements per beam, number of time steps, and number of compared positions.
     difference, without_vibration
-        Largest difference of the answer and of the quasi-static answer from the check, relative to the largest
-        deflection of the beam, by beam label.
+        Largest difference between the answer and the check, and between the quasi-static answer and the check. Both are
+        relative to the largest deflection of the beam, by beam label.
     peak
         Largest deflection according to the check [m], by beam label.
     estimate
-        Estimated error of the answer, without the errors that the check has too; nan if it is unknown.
+        Estimated error of the answer due to its theory (such as quasi-static), without errors of beam theory; nan if it
+        is unknown.
     mesh, step
-        Estimated relative errors of the check due to its elements and time steps.
+        Estimated relative errors of the check, due to the size of its elements and due to its time steps.
     allowance
-        Additional allowance relative to the beam's deflection, by beam label. It is needed because the convergence
-        tolerance is relative to the largest displacement, and therefore large for a link that hardly bends.
+        Error that is added to `estimate` for a beam, relative to the deflection of the beam, by beam label. It is
+        needed because the discretization error is relative to the largest displacement. Relative to the deflection of a
+        link that hardly bends, this error is large.
     measured
-        Errors of the figures that the check computes as well.
+        Measured errors in the figures that the check also computes.
     """
 
     elements: int
@@ -328,35 +310,41 @@ class NonlinearCheck:
 
     @property
     def near(self) -> bool:
-        """Whether the check is undecided because its error is unreliable or exceeds the distance to the bound."""
+        """Whether the check cannot decide: its own error is large, or exceeds the margin to the allowed difference."""
         return abs(self._beyond) < self.error or self.error > UNRELIABLE
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the estimated error exceeds the deflection itself, so that any difference would be within it."""
+        """Whether the check is meaningless, because the estimated error of the answer exceeds the deflection itself."""
         return self.estimate > 1.0
 
     @property
     def _beyond(self) -> float:
-        """The difference minus its bound, for the worst beam."""
+        """The difference minus the allowed difference, for the beam where this is largest."""
         off = ((each, self.estimate + self.allowance.get(label, 0.0)) for label, each in self.difference.items())
         return max((each - allowed_difference(own) for each, own in off), default=-allowed_difference(self.estimate))
 
     @property
     def passed(self) -> bool | None:
-        """Whether the difference is within its bound; None if there is no estimate or the check is undecided."""
+        """Whether all differences are allowed; None if the error is not estimated or the check cannot decide."""
         if math.isnan(self.estimate) or self.near or self.cannot_tell:
             return None
         return self._beyond <= 0.0
 
 
 def allowed_difference(estimate: float) -> float:
-    """Return the largest difference that is allowed in a check; nan if the error could not be estimated."""
+    """Return the allowed difference between answer and check, given the estimated error of the answer.
+
+    Return nan if this error is unknown.
+    """
     return math.nan if math.isnan(estimate) else max(MAX_RATIO * estimate, MIN_DIFFERENCE)
 
 
 def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | None:
-    """Return the nonlinear check for the report. Differences are relative to the largest deflection from the chord."""
+    """Return the nonlinear check for the report.
+
+    Differences are relative to the largest chord deflection of the beam.
+    """
     if check is None:
         return None
     if isinstance(check, NotMade):
@@ -383,7 +371,10 @@ def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | N
 
 
 def solid_report(check: SolidComparison | NotMade | None) -> FurtherCheck | None:
-    """Return the check with plane bodies for the report, relative to the largest deflection from the chord."""
+    """Return the check with plane bodies for the report.
+
+    The largest difference is relative to the largest chord deflection.
+    """
     if check is None:
         return None
     if isinstance(check, NotMade):

@@ -1,13 +1,17 @@
-"""A scene in motion, from which all figures are computed, for one run or for many designs or speeds at once."""
+"""The class `Cycle`: a scene in motion, from which all figures (results such as the largest deflection) are computed.
+
+It represents one run, or the runs of many designs, or runs at many speeds.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from msgspec.structs import astuple, replace
 
 import elastic
 from elastic import FIELDS, Deflection, Extreme, Largest, extremes, larger_magnitude, largest, sample
@@ -26,25 +30,25 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
-WELL = 1e6  # largest condition number of the positions that are included in largest values
-STATIONS = 15  # number of stations along a beam at which answers are compared
+WELL = 1e6  # ill-conditioned positions, with a larger condition number, are excluded from largest values
+STATIONS = 15  # number of locations along a beam at which the results of two theories are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
-INSTANTS = 12  # number of positions with natural frequencies, in addition to those around the minimum
-SETTLED = 1e-5  # tolerance of natural frequencies, which is fine enough for their derivatives
+INSTANTS = 12  # number of positions at which natural frequencies are computed, in addition to some around the minimum
+SETTLED = 1e-5  # relative tolerance of natural frequencies of several designs, small enough for difference quotients
 
 
 @dataclass(frozen=True)
 class AlongBeams(RowSearch):
-    """Search for the largest magnitude of a field on every beam."""
+    """Function that finds, over a cycle, the largest magnitude of a field (quantity along beams) on every beam."""
 
     key: str
 
     def rows(self, cycle: Cycle) -> Reals | None:
-        """Return the values at all positions, or None if the cycle is not sampled along the beams."""
+        """Return the extreme value along each beam at all positions, or None if `cycle.sampled` is false."""
         return cycle.once(_rows_along, self.key) if cycle.sampled else None
 
     def __call__(self, cycle: Cycle) -> Largest:
-        """Return the largest values on the beams over the included positions."""
+        """Return the largest magnitude on each beam over all included positions."""
         rows = self.rows(cycle)
         if rows is not None:
             return cycle.largest(rows)
@@ -58,31 +62,31 @@ class AlongBeams(RowSearch):
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """A scene and its motion, with columns (positions,), (designs, positions) or (speeds, positions).
+    """A scene and its motion, with arrays of shape (positions,), (designs, positions) or (speeds, positions).
 
     Attributes
     ----------
     given
-        Deflection, if it is known; otherwise it is computed when a figure needs it.
+        Deflection, if it has been computed already. Otherwise it is computed as soon as a figure needs it.
     tabled
-        Whether fields are needed at every position, instead of only their largest values.
+        Whether fields (quantities along the beams) are needed at every position. Otherwise only the largest values of
+        fields are computed.
     wanted
-        Fields that the figures need, so that they can be searched together.
+        Keys of the fields that the figures need. The largest values of these fields are searched together.
     used
-        Number of actual designs; the others only pad the arrays.
+        Number of designs that are evaluated; the remaining ones only fill the arrays.
     period
-        Duration of the cycle [s], shape (...), if fields are evaluated between the positions too.
+        Duration of the cycle [s], shape (...). If it is given, fields are also evaluated between the positions.
     sampled
-        Whether fields are evaluated only at `STATIONS` points along the beams, which is enough for the difference
-        between two answers.
+        Whether fields are evaluated only at `STATIONS` points along the beams. This is enough for the difference
+        between the results of two theories.
     between
-        Whether peaks include their gain between the positions.
+        Whether largest values include an estimate of how much they increase between the positions.
     quasi_static
         Quasi-static answer for the same motion, which provides the natural frequencies. None if this cycle is itself
-        the
-        quasi-static answer.
+        the quasi-static answer.
     samples
-        Values at the stations by field key, cached while several fields are searched.
+        Cache of the values at the stations, by field key, while several fields are searched.
     """
 
     scene: Scene
@@ -99,14 +103,14 @@ class Cycle:
     _known: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
-        """Return the cached result of a function of the cycle and other arguments."""
+        """Return the result of a function of the cycle and other arguments. It is computed only once."""
         key = function, *arguments
         if key not in self._known:
             self._known[key] = function(self, *arguments)
         return self._known[key]
 
     def of(self, figure: Figure) -> Largest:
-        """Return the largest value of every item of a figure."""
+        """Return the value of a figure over the cycle for every item."""
         return self._found(figure.find, bool(figure.fields))
 
     def _found(self, find: Callable[[Cycle], Largest], of_fields: bool) -> Largest:
@@ -117,7 +121,7 @@ class Cycle:
         return self._known[key]
 
     def search(self, figures: Iterable[Figure]) -> None:
-        """Search several figures at once, and cache the results for `of`."""
+        """Find the values of several figures at once, and cache them for the method `of`."""
         searched: dict[Any, Numbers] = {}
         for figure in figures:
             key = figure.find, self.sampled and bool(figure.fields)
@@ -141,7 +145,10 @@ class Cycle:
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
-        """The shape of the columns, including designs that have the same motion."""
+        """The shape of arrays of values at each position.
+
+        The shape also includes designs that differ only in sections or cams.
+        """
         of_cams = (cam.designs for cam in self.scene.cams.values())
         return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams)
 
@@ -157,15 +164,15 @@ class Cycle:
 
     @cached_property
     def singular(self) -> Flags:
-        """Whether a position has no figures: it is nearly singular, or friction may lock, shape (..., positions)."""
+        """Whether a position has no figures because it is singular or friction may lock, shape (..., positions)."""
         return np.broadcast_to(self.deflection.lost, self.columns)
 
     @cached_property
     def counted(self) -> Flags:
         """Whether a position is included in largest values, shape (..., positions).
 
-        Positions are included if their condition number is at most `WELL`. If there are none, all computed positions
-        are.
+        A position is included if its condition number is at most `WELL`. If there is no such position, all positions
+        that are not singular are included.
         """
         well = self.condition <= WELL
         if self.scene.mechanism.friction:
@@ -174,12 +181,12 @@ class Cycle:
 
     @cached_property
     def counted_if_any(self) -> Flags | None:
-        """Whether a position is included in largest values, like `counted`; None if all positions are included."""
+        """The same as `counted`, or None if all positions are included."""
         return None if self.counted.all() else self.counted
 
     @cached_property
     def weights(self) -> Reals:
-        """The weights of positions in time averages [s], shape (..., positions); 0 if a position is excluded."""
+        """The weight of each position in time averages [s], shape (..., positions); 0 for excluded positions."""
         run = self.scene.run
         cycle: Any = run.duration if run.turn else np.nan
         period = cycle if self.period is None else np.asarray(self.period)[..., None]
@@ -187,12 +194,12 @@ class Cycle:
 
     @cached_property
     def well_conditioned(self) -> Deflection:
-        """The deflection with nan at excluded positions."""
+        """The deflection, with nan at positions that are excluded from largest values."""
         left_out = ~self.singular & ~self.counted
-        return elastic.marked(self.deflection, left_out) if left_out.any() else self.deflection
+        return elastic.without_positions(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
-        """Return the largest magnitude of the values, shape (..., positions), over the included positions."""
+        """Return the largest magnitude of values of shape (..., positions) over the included positions."""
         if np.shape(values)[-len(self.columns) :] != self.columns:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
         found = largest(values, self.counted_if_any)
@@ -207,7 +214,7 @@ class Cycle:
         return replace(found, gain=self._gain(-known, found.position)) if self.between else found
 
     def _gain(self, size: Reals, position: Any) -> Reals:
-        """Return the amount by which peaks between the positions are larger, computed by `peak_gain`."""
+        """Return how much the peaks increase between the positions, as estimated by `peak_gain`."""
         run, time = self.scene.run, self.motion.time
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
@@ -215,7 +222,7 @@ class Cycle:
 
     @cached_property
     def coarser(self) -> Cycle:
-        """The rigid motion and quasi-static answer at every second position."""
+        """The scene at every second position, with its quasi-static deflection."""
         return Cycle(self.scene, self.scene.course.at(self.motion.time[::2]), sampled=True)
 
     def rows(self, values: Any) -> Numbers:
@@ -235,7 +242,7 @@ class Cycle:
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
-        """The value of largest magnitude along every beam by field, shape (beams, ..., positions)."""
+        """The value of largest magnitude along every beam, shape (beams, ..., positions), by field key."""
         if not self.deflection.sections:
             none = np.zeros((0, *self.columns))
             return {key: Extreme(none, none) for key in EXTREME_FIELDS}
@@ -243,33 +250,39 @@ class Cycle:
 
     @cached_property
     def euler_ratio(self) -> Reals:
-        """The compression / Euler load, shape (beams, ..., positions)."""
+        """The ratio of compressive force to Euler load, shape (beams, ..., positions)."""
         return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
 
     @property
-    def pressed(self) -> Largest:
-        """The largest load / critical load over the positions, for the link of every beam, shape (beams, ...).
+    def buckling_ratio(self) -> Largest:
+        """The largest ratio of load to critical load over the positions, shape (beams, ...).
 
-        The forces are those of this cycle, including any vibration. For several designs or speeds, the ratios are upper
-        bounds. They are nan if unknown.
+        All beams of a link have the ratio of the link. The forces are those of this cycle, and include vibration if it
+        was solved. For several designs or speeds, only upper bounds are computed. Unknown ratios are nan.
         """
-        return self.once(_pressed)[0]
+        return self.once(_buckling)[0]
 
     @property
     def buckling_gain(self) -> Reals:
-        """The possible increase of the load ratios between the positions, shape (beams, ...); 0 for upper bounds."""
-        return self.once(_pressed)[1]
+        """The possible increase of `buckling_ratio` between the positions, shape (beams, ...).
+
+        It is 0 for upper bounds.
+        """
+        return self.once(_buckling)[1]
 
     @cached_property
     def bending(self) -> Reals:
-        """The deflection from the chord / its maximum over the cycle, for the worst beam, shape (..., positions)."""
+        """The chord deflection relative to its maximum over the cycle, shape (..., positions).
+
+        This is the largest ratio of all beams.
+        """
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         return share.max(axis=0, initial=0.0)
 
     def joint(self, number: int) -> JointHistory:
-        """Return the time history of the force and motion of a joint, with weights for the included positions."""
+        """Return the time history of the force and the motion in a joint, with the weights of the positions."""
         return self.once(_joint, number)
 
     @cached_property
@@ -285,29 +298,24 @@ class Cycle:
 
     def _deviation(self, link: str, point: str) -> PathDeviation:
         part = path_deviation(self.deflection, link, point)
-        along, normal, displacement = (np.broadcast_to(each, self.columns) for each in vars(part).values())
+        along, normal, displacement = (np.broadcast_to(each, self.columns) for each in astuple(part))
         return PathDeviation(along, normal, displacement)
 
     @property
     def frequencies(self) -> Frequencies | None:
-        """The natural frequencies at some positions, nan if unknown; None if no link has beams."""
+        """The natural frequencies at some positions; nan if they are unknown, and None if no link has beams."""
         return self.quasi_static.frequencies if self.quasi_static else self.once(_frequencies)
 
     @cached_property
     @one_thread()
     def lowest_frequency(self) -> Reals:
         """The lowest natural frequency at some positions [rad/s], shape (..., positions)."""
+        if len(self.columns) == 1 and self.frequencies:
+            return self.frequencies.omega[0]
         from elastic.vibration import natural_frequencies
 
-        solved = natural_frequencies(
-            self.motion,
-            self.scene.sections,
-            1,
-            joints=self.scene.joints,
-            settled=SETTLED,
-            designs=self.used,
-            searched=len(self.columns) == 1,
-        ).omega[0]
+        given = self.motion, self.scene.sections
+        solved = natural_frequencies(*given, 1, joints=self.scene.joints, tolerance=SETTLED, designs=self.used).omega[0]
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
@@ -325,18 +333,18 @@ def _frequencies(cycle: Cycle) -> Frequencies | None:
         return unknown
     try:
         return natural_frequencies(cycle.motion, scene.sections, positions=INSTANTS, joints=scene.joints, searched=True)
-    except np.linalg.LinAlgError:  # unrealistic dimensions, for which the deflection may still be known
+    except np.linalg.LinAlgError:  # dimensions are unrealistic, but the deflection may still be known
         return unknown
 
 
 @one_thread()
-def _pressed(cycle: Cycle) -> tuple[Largest, Reals]:
+def _buckling(cycle: Cycle) -> tuple[Largest, Reals]:
     scene = cycle.scene
     owners = [at for at, _ in scene.mechanism.beams]
     if not owners:
         none = np.zeros((0, *cycle.columns[:-1]))
         return Largest(none, none.astype(int)), none
-    bent = cycle.deflection.unmarked or cycle.deflection
+    bent = cycle.deflection.complete or cycle.deflection
     alone = len(cycle.columns) == 1
     if alone and not too_many_beams(scene.mechanism):
         ratio = buckling_ratio(bent, cycle.counted)
@@ -353,7 +361,7 @@ def _joint(cycle: Cycle, number: int) -> JointHistory:
 
 
 def _rows_along(cycle: Cycle, key: str) -> Reals:
-    """Return the value of largest magnitude among the stations of every beam, shape (beams, ..., positions)."""
+    """Return the value of largest magnitude at the sampled locations on every beam, shape (beams, ..., positions)."""
     if parts := FIELDS[key].greatest_of:
         larger = reduce(larger_magnitude, (cycle.once(_rows_along, part) for part in parts))
         return larger if FIELDS[key].signed else np.abs(larger)
@@ -361,19 +369,19 @@ def _rows_along(cycle: Cycle, key: str) -> Reals:
 
 
 def greatest_along(values: Any) -> Reals:
-    """Return the values of largest magnitude along the last axis (stations), with signs."""
+    """Return the value of largest magnitude along the last axis (locations on a beam), with its sign."""
     most, least = values.max(axis=-1), values.min(axis=-1)
     return np.where(most >= -least, most, least)
 
 
-MAX_FULL_BEAMS = 64  # maximum number of beams with all coordinates (1.5 GB, 15 s)
+MAX_FULL_BEAMS = 64  # maximum number of beams that all have the full number of coordinates; needs 1.5 GB, 15 s
 MAX_COORDINATES = 18 * MAX_FULL_BEAMS
-MAX_BEAMS = 150  # maximum number of beams if they are short pieces of links, which have fewer coordinates
-INNER = 4  # initial number of polynomials along a vibrating beam
+MAX_BEAMS = 150  # maximum number of beams if some are short pieces of links, which need fewer coordinates
+INNER = 4  # initial number of polynomial shape functions along a vibrating beam
 
 
 def too_many_beams(mechanism: Mechanism) -> str:
-    """Return the reason why vibration and buckling are not computed; empty if they are computed."""
+    """Return the reason why vibration and buckling are not computed. It is empty if they are computed."""
     count = len(mechanism.beams)
     if count <= MAX_FULL_BEAMS:
         return ""

@@ -1,10 +1,10 @@
-"""Limits that cannot be judged and figures with large errors, in words: in full, or shortened for a headline."""
+"""Words on limits that cannot be judged, and on figures (results such as the largest deflection) with large errors."""
 
 from collections.abc import Callable, Iterable, Sequence
 
 from kinelast.figures.limits import UNKNOWN
 from kinelast.figures.report import JudgedLimit, UnreliableFigure
-from kinelast.scene.numbers import percent
+from kinelast.scene.numbers import few, percent
 
 LIMIT_NAMES = {
     "deflection": "deflection",
@@ -15,7 +15,10 @@ LIMIT_NAMES = {
 
 
 def unjudged_limits(limits: Iterable[JudgedLimit], member: Callable[[str], str]) -> dict[str, list[str]]:
-    """Return the limits that cannot be judged, by reason; `member` names a beam by its label."""
+    """Return the names of the limits that cannot be judged, grouped by the reason.
+
+    `member` returns the name of a beam from its label.
+    """
     by_reason: dict[str, list[str]] = {}
     for row in limits:
         if row.outcome == UNKNOWN:
@@ -25,25 +28,20 @@ def unjudged_limits(limits: Iterable[JudgedLimit], member: Callable[[str], str])
 
 
 def large_errors(unreliable: Iterable[UnreliableFigure], most: int | None = None) -> list[str]:
-    """Return the figures with large errors in words.
+    """Return a phrase for each figure with large errors. A phrase names the items and the errors.
 
     Parameters
     ----------
     unreliable
-        Figures with large errors, least certain first.
+        Figures with large errors, sorted from the largest relative error to the smallest.
     most
-        Maximum number of items that a figure names, with the largest of their errors. By default it names all items,
-        each with its error.
+        Maximum number of items that a phrase names. If it is given, a phrase states only the largest error. By default
+        a phrase names all items, each with its own error.
     """
     by_name: dict[str, list[UnreliableFigure]] = {}
     for each in unreliable:
         by_name.setdefault(each.name, []).append(each)
     return [_in_full(name, rows) if most is None else _in_brief(name, rows, most) for name, rows in by_name.items()]
-
-
-def few(names: Sequence[str], most: int) -> list[str]:
-    """Return some names, and the number of the others."""
-    return [*names] if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
 
 
 def _in_full(name: str, rows: Sequence[UnreliableFigure]) -> str:
@@ -52,9 +50,11 @@ def _in_full(name: str, rows: Sequence[UnreliableFigure]) -> str:
 
 
 def _in_brief(name: str, rows: Sequence[UnreliableFigure], most: int) -> str:
-    items, largest = few([each.on for each in rows if each.on], most), _error(rows[0])
-    up_to = "up to " if len(rows) > 1 and largest.startswith("±") else ""
-    return f"{_of(name, ', '.join(items))} ({up_to}{largest})"
+    items, errors = few([each.on for each in rows if each.on], most), dict.fromkeys(_error(each) for each in rows)
+    largest = next(iter(errors))
+    if len(errors) > 1:
+        largest = f"up to {largest}" if largest.startswith("±") else "some errors larger than the value"
+    return f"{_of(name, ', '.join(items))} ({largest})"
 
 
 def _error(each: UnreliableFigure) -> str:
@@ -63,5 +63,5 @@ def _error(each: UnreliableFigure) -> str:
 
 
 def _of(name: str, item: str | None) -> str:
-    """Return the name of a figure with its item."""
+    """Return the name of a figure, followed by the item if there is one."""
     return f"{name} of {item}" if item else name

@@ -1,4 +1,4 @@
-"""Checks of inputs for unusual numbers, and for runs and loads that do not form a cycle."""
+"""Findings on unusual numbers in the inputs, and on runs and loads that do not form a cycle."""
 
 import math
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from elastic.beams import POISSON
-from kinelast.figures.parts import fastest_drive
+from kinelast.figures.report_sections import fastest_drive
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.numbers import number, percent, quantity
@@ -16,20 +16,20 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Finding
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"
-LONG, SHORT = 90.0, 1e-5  # [m] usual range of the length of the longest link
+LONG, SHORT = 90.0, 1e-5  # [m] largest and smallest usual length of the longest link
 FAST = 1e5  # [rad/s] twice the speed of a dental drill
-USUAL = {  # by kind and key: name in words, usual range, unit, example
-    "solid": {  # from soft rubber to diamond, and from foam to osmium
+USUAL = {  # by kind of object and by key: name in words, smallest and largest usual value, unit, example
+    "solid": {  # E: from soft rubber to diamond; density: from foam to osmium
         "E": ("E", 1e6, 2e12, "Pa", "210 GPa"),
         "density": ("density", 10.0, 3e4, "kg/m^3", "7.85 g/cm^3"),
         "yield_stress": ("yield stress", 1e3, 1e11, "Pa", "250 MPa"),
     }
 }
-GRAVITY = 3e3  # [m/s^2] ten times that of the Sun, but less than that of the Earth given in mm/s^2
-RATIO_TOLERANCE = 1e-6  # relative tolerance for equal loads and integer ratios
-LOAD_INSTANTS = 9  # number of instants at which a load is evaluated
-MAX_CYCLES = 1000  # largest number of cycles that is recognized in a duration
-CYCLE_TOLERANCE = 1e-3  # relative difference of a duration from the cycle that was probably intended
+GRAVITY = 3e3  # [m/s^2] ten times the gravity of the Sun, but less than the number 9810 of the Earth in mm/s^2
+RATIO_TOLERANCE = 1e-6  # relative tolerance within which two loads count as equal, or a ratio counts as an integer
+LOAD_INSTANTS = 9  # number of instants at which a load is evaluated to find its largest value
+MAX_CYCLES = 1000  # if a run is longer than this many cycles, it is not checked whether their number is an integer
+CYCLE_TOLERANCE = 1e-3  # a duration that differs by less from a cycle was probably meant to be the cycle
 
 
 def input_findings(results: Results) -> Iterator[Finding]:
@@ -57,7 +57,7 @@ def _numbers(results: Results) -> Iterator[Finding]:
 
 
 def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
-    """Yield the objects with usual ranges, each with its kind in `USUAL` and its name in words."""
+    """Yield each object for which there are usual ranges: its kind, its name in words, and the object itself."""
     yield from (("solid", name, each) for name, each in scene.materials.items())
     for part in PARTS:
         if part.drive_row:
@@ -69,7 +69,7 @@ def _owners(scene: Scene) -> Iterator[tuple[str, str, Any]]:
 
 
 def _sizes(results: Results) -> Iterator[Finding]:
-    """Yield findings on unusual lengths of links and unusual speeds."""
+    """Yield findings on links of unusual length and on unusual drive speeds."""
     sizes = {
         link.name: max(
             abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
@@ -90,7 +90,7 @@ def _sizes(results: Results) -> Iterator[Finding]:
 
 
 def _poisson(results: Results) -> Iterator[Finding]:
-    """Yield a finding if a Poisson's ratio was assumed for shear deformation."""
+    """Yield a finding if shear deformation is computed with an assumed Poisson's ratio."""
     scene = results.scene
     sheared = {
         made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()
@@ -133,13 +133,13 @@ def cycle_findings(results: Results) -> Iterator[Finding]:
 
 
 def _whole(ratio: float) -> int:
-    """Return the integer to which a ratio is equal if it is above 1, otherwise 0."""
+    """Return a ratio as an integer if it is (nearly) an integer of at least 2, otherwise return 0."""
     number = round(ratio) if ratio < MAX_CYCLES else 0
     return number if number > 1 and abs(ratio - number) <= RATIO_TOLERANCE * number else 0
 
 
 def _jumping_loads(scene: Scene) -> Iterator[Finding]:
-    """Yield findings on loads that differ between the end and the start of a cycle."""
+    """Yield a finding on each load with different values at the start and at the end of a cycle."""
     given = (load.load if isinstance(load, Resistance) else load for load in scene.mechanism.loads)
     by_law = [(load.link, law) for load in given if isinstance(load, PointLoad | LineLoad) and (law := load.law)]
     if not by_law:

@@ -1,18 +1,21 @@
-"""Comparison of figures with their limits, for a run, for designs and for speeds, and the resulting verdict."""
+"""Comparison of figures (results such as the largest deflection) with the limits of a scene, and the verdict.
+
+Runs, designs and speeds use the same functions.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, structs
+from msgspec import UNSET, Struct, structs
+from msgspec.structs import replace
 
-from kinelast.figures.checks import nearer
+from kinelast.figures.advice import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.errors import RECIPROCAL
+from kinelast.figures.measures import Measure, bounded_items, magnitudes, measures_of
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
@@ -32,17 +35,17 @@ VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UN
 PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: increase --positions"
-WIDENED = 2.0  # factor on the error of an unreliable figure: 95 % of such errors are correct within this factor
-SPARE = 1e-4  # margin in addition to the error, relative to the limit, because the error changes with the design
+WIDENED = 2.0  # factor on the error in an unreliable figure; 95 % of these errors are right to within this factor
+SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
-"""For each figure along beams, the field whose extreme value gives the location of the figure."""
+"""For each figure along beams, the field at whose extreme value the figure is located."""
 
 
-def severity(limit: Limit, value: Any, error: Any) -> Integers:
-    """Compare figures with a limit, considering their errors; return indices into `SEVERITY`, shape (...).
+def outcome_index(limit: Limit, value: Any, error: Any) -> Integers:
+    """Compare values of a figure, which have errors, with a limit. Return indices into `SEVERITY`.
 
-    A limit is too close to decide if the difference between the figure and the bound is less than the error, or less
-    than `WIDENED` times the error if the figure is unreliable.
+    The outcome is "too close to decide" if the difference between the value and the bound is less than the error. If
+    the figure is unreliable, this applies up to `WIDENED` times the error.
     """
     below, above = (limit.kept(end) for end in ends(limit, value, error))
     known = np.where(below & above, SEVERITY.index(KEPT), np.where(below | above, SEVERITY.index(TOO_NEAR), 0))
@@ -50,10 +53,10 @@ def severity(limit: Limit, value: Any, error: Any) -> Integers:
 
 
 def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
-    """Return the smallest and largest values that figures can have within their errors.
+    """Return the smallest and the largest value that a figure may have, given its error.
 
-    The errors of unreliable figures are multiplied by `WIDENED`. A safety factor has the relative error of the
-    stress in its denominator.
+    The error in an unreliable figure is multiplied by `WIDENED`. A safety factor is strength divided by stress. Its
+    relative error equals that of the stress.
     """
     error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
     if limit.figure.partition(".")[0] not in RECIPROCAL:
@@ -62,32 +65,35 @@ def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
     return np.divide(value, 1.0 + share), value + error
 
 
-def severities(scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None) -> Iterator[Integers]:
-    """Yield the outcome of each limit of a scene, as indices into `SEVERITY`, shape (...).
+def outcome_indices(
+    scene: Scene, figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None
+) -> Iterator[Integers]:
+    """Yield, for each limit, the worst outcome of all items, as indices into `SEVERITY`, shape (...).
 
     Parameters
     ----------
     figures
-        Magnitudes of the figures in SI units by key, shape (items, ...).
-        Items (links, joints, ...) are in the order of `items_of`. A limit cannot be judged if its figure is missing or
-        its formula is used outside its range of validity, if a link yields, or if a cam does not work.
+        Magnitudes of the figures in SI units by key, shape (items, ...). The items, such as links or joints, are in the
+        order of `items_of`. A limit cannot be judged if its figure is missing, if a sizing formula is used outside its
+        range of validity, if a link yields, or if a cam does not work.
     errors
-        Errors with the same shapes. Without them, errors count as zero, and the outcomes are not verdicts.
+        Errors in the magnitudes, with the same shapes. If they are not given, they count as zero, and the outcomes must
+        not be reported as verdicts.
     """
     for limit in limits_of(scene):
         items = bounded_items(scene, limit) if limit.figure in figures else []
         values = figures[limit.figure][items] if items else np.full(1, np.nan)
         given = replace(limit, bound=of_designs(limit.bound))
-        worst = severity(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
-        for _, refused in refusals(scene, limit.figure, items, figures):
+        worst = outcome_index(given, values, errors[limit.figure][items] if errors and items else 0.0).min(axis=0)
+        for _, refused in refusals(scene, limit.figure, items, figures, errors):
             worst = np.minimum(worst, np.where(refused, SEVERITY.index(UNKNOWN), SEVERITY.index(KEPT)))
         yield worst
 
 
 def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
-    """Return the value of the item that is closest to a limit or farthest beyond it, shape (...).
+    """Return the value of the item that is closest to violating a limit, or violates it most, shape (...).
 
-    It is nan if the value of any item is unknown.
+    The result is nan if the value of any item is unknown.
     """
     items = bounded_items(scene, limit) if limit.figure in figures else []
     if not items:
@@ -97,12 +103,15 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 
 
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
-    """Return two figures that ignore errors: whether all limits are met (1 or 0), and the smallest margin."""
+    """Return two figures: whether all limits are met (1 or 0), and the smallest relative margin of all limits.
+
+    Both ignore errors.
+    """
     needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
     def kept(cycle: Cycle) -> Reals:
-        every = severities(cycle.scene, magnitudes(cycle, bounded))
+        every = outcome_indices(cycle.scene, magnitudes(cycle, bounded))
         return np.where(reduce(np.minimum, every) == SEVERITY.index(KEPT), 1.0, 0.0)
 
     def margin(cycle: Cycle) -> Reals:
@@ -121,11 +130,11 @@ def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure
     )
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """The outcome of a limit, and the value that decides it, i.e. the one with the worst outcome.
+class Judgement(Struct, frozen=True):
+    """The outcome of a limit, such as "not kept", and the value of the item (e.g. link) that decides the outcome.
 
-    If several values have the worst outcome, the one closest to the bound or farthest beyond it decides.
+    The item with the worst outcome decides. If several items have this outcome, the one with the smallest margin
+    decides.
 
     Attributes
     ----------
@@ -134,11 +143,12 @@ class Judgement:
     outcome
         One of `SEVERITY`.
     item
-        Number of the link, joint or other item to which the value belongs.
+        Number of the deciding item, such as a link or a joint.
     value, error
-        Magnitude and error of the figure in SI units; nan if unknown.
+        Magnitude of the figure for the deciding item, and its error, in SI units; nan if unknown.
     problem
-        Reason why the limit cannot be judged, or advice on how to decide it; otherwise empty.
+        Reason why the limit cannot be judged or, if it is too close to decide, advice on how to decide it. Otherwise it
+        is empty, or names the link that buckles.
     """
 
     limit: Limit
@@ -150,12 +160,12 @@ class Judgement:
 
     @property
     def worst(self) -> float:
-        """The value with the error added in the unfavourable direction."""
+        """The least favourable value within the error: at the upper end or, for a lower bound, at the lower end."""
         return float(ends(self.limit, self.value, self.error)[0 if self.limit.least else 1])
 
 
 def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | None = None) -> Judgement:
-    """Judge a limit on a figure, for the given items or for all."""
+    """Return the judgement of a limit on the figure `key`, for the given items or for all items."""
     peaks = results.figures.peaks.get(key, [])
     exact = any(each.exact for each in results.figures.figures if each.key == key)
     errors = [0.0 if exact else peak.error_size for peak in peaks]
@@ -163,7 +173,7 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     sizes = [peak.value if signed else abs(peak.value) for peak in peaks]
     known = [(item, sizes[item], errors[item]) for item in (items or range(len(peaks)))]
     how, _, item, value, error = min(
-        ((int(severity(limit, value, error)), float(limit.margin(value)), item, value, error)
+        ((int(outcome_index(limit, value, error)), float(limit.margin(value)), item, value, error)
          for item, value, error in known),
         default=(SEVERITY.index(UNKNOWN), math.nan, 0, math.nan, math.nan),
     )  # fmt: skip
@@ -184,11 +194,15 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
-    """Return the judgement, or "cannot be judged" if `refusals` gives a reason. Violated limits remain violated."""
+    """Return the judgement. Its outcome becomes "cannot be judged" if `refusals` yields a reason for that.
+
+    A violated limit remains violated.
+    """
     if judged.outcome == BROKEN:
         return judged
     values = {other: [peak.value for peak in peaks] for other, peaks in results.figures.peaks.items() if peaks}
-    why = "; ".join(words for words, refused in refusals(results.scene, key, items, values) if refused)
+    errors = {STRENGTH.figure: [peak.error_size for peak in results.figures.peaks.get(STRENGTH.figure, [])]}
+    why = "; ".join(words for words, refused in refusals(results.scene, key, items, values, errors) if refused)
     if not why:
         return judged
     before = judged.problem if judged.outcome == UNKNOWN else ""
@@ -196,7 +210,10 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
 
 
 def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Return the judgements. If the figures are unreliable, all limits except violated ones "cannot be judged"."""
+    """Return the judgements.
+
+    If all figures are unreliable, violated limits remain violated, and the others become "cannot be judged".
+    """
     doubtful = [judged.outcome in (KEPT, TOO_NEAR) for judged in judgements]
     why = "; ".join(doubts(results)) if any(doubtful) else ""
     if not why:
@@ -206,14 +223,14 @@ def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Jud
 
 
 def verdict_on(judgements: Sequence[Judgement]) -> Verdict:
-    """Return the verdict on several limits, with the problem of the first limit that has the worst outcome."""
+    """Return the worst outcome of several limits as a verdict, with the problem of the first limit that has it."""
     worst = min((each.outcome for each in judgements), key=SEVERITY.index, default="")
     problem = next((each.problem for each in judgements if each.outcome == worst), "")
     return Verdict(verdict=VERDICTS.get(worst, ""), passed=PASSED.get(worst), problem=problem)
 
 
 def limits_of_items(scene: Scene) -> list[Limit]:
-    """Return the limits of a scene for single items, with figure names such as `deflection.rod`."""
+    """Return the limits of a scene, split into one limit for each item, e.g. on the figure `deflection.rod`."""
     limits = []
     for limit in limits_of(scene):
         items = items_of(scene, limit.of)
@@ -223,7 +240,10 @@ def limits_of_items(scene: Scene) -> list[Limit]:
 
 
 def elastic_limits(scene: Scene) -> list[Limit]:
-    """Return a yield limit for each link with a known yield stress, unless the scene limits the safety factor."""
+    """Return a limit against yielding for each link with a known yield stress.
+
+    Return no limits if the scene itself limits the safety factor.
+    """
     if not can_yield(scene) or any(limit.figure == STRENGTH.figure for limit in limits_of(scene)):
         return []
     known = [np.isfinite(section.yield_stress).any() for section in scene.sections]
@@ -231,8 +251,7 @@ def elastic_limits(scene: Scene) -> list[Limit]:
     return [replace(STRENGTH, figure=f"{STRENGTH.figure}.{name}") for name in names]
 
 
-@dataclass(frozen=True)
-class FullAnswer:
+class FullAnswer(Struct, frozen=True):
     """The results of a design according to the theory chosen in the scene, with errors.
 
     Attributes
@@ -240,9 +259,9 @@ class FullAnswer:
     theory
         Name of the theory; empty if there are no results.
     judgements
-        Judgements of the limits.
+        Judgement of each limit.
     figures
-        Magnitude and error of figures by name in SI units; nan if unknown.
+        Magnitude of each requested figure and its error in SI units, by name; nan if unknown.
     """
 
     theory: str
@@ -251,7 +270,7 @@ class FullAnswer:
 
 
 def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Compute the results of a scene by its own theory, with errors, judge limits, and look up figures by name."""
+    """Compute a scene by the theory chosen in it, judge `limits`, and look up the figures `names`."""
     try:
         results = results_in_full(scene)
     except SceneError as error:
@@ -266,7 +285,7 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
 
 
 def _known(results: Results, measure: Measure) -> tuple[float, float]:
-    """Return the value and the error of a measure, also if its figure is computed only on request."""
+    """Return the value and the error of a measure. Its figure may be one that is computed only on request."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
         sign = -1.0 if entry.over == LEAST else 1.0
@@ -289,11 +308,11 @@ def _value(measure: Measure, cycle: Cycle) -> float:
 
 
 def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
-    """Judge a limit on any figure, including figures that are computed only on request."""
+    """Return the judgement of a limit. Its figure may be one that is computed only on request."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
     value, error = _known(results, measure) if measure else (math.nan, math.nan)
-    outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(severity(limit, value, error))]
+    outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(outcome_index(limit, value, error))]
     problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
@@ -301,22 +320,22 @@ def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judg
 def adjusted_bound(
     judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
 ) -> float:
-    """Return a bound for the quasi-static figure.
+    """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
 
-    A design whose quasi-static figure equals this bound should just meet the limit when its full answer and error are
-    judged.
+    If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
+    just meet the limit.
 
-    The full answer is assumed to be proportional to the quasi-static one, with the ratio found for the judged design.
-    If `before` is given, the full answer is extrapolated linearly from both designs.
+    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
+    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
 
     Parameters
     ----------
     value
         Quasi-static figure of the judged design.
     before
-        Quasi-static figure and `Judgement.worst` of another design.
+        Quasi-static figure and `Judgement.worst` of another, earlier design.
     spare
-        Margin in addition to the error, relative to the limit.
+        Margin that is added to the error, relative to the limit.
     """
     bound, worst = float(judged.limit.bound), judged.worst
     if not math.isfinite(worst) or not math.isfinite(value):
@@ -328,25 +347,27 @@ def adjusted_bound(
 
 
 def acceptance(results: Results) -> Verdict:
-    """Return the verdict on a scene, with a row for each limit."""
-    judgements = _if_reliable(results, [_of_own(results, limit) for limit in results.limits])
+    """Return the verdict on all limits of a scene, with a row for each limit."""
+    judgements = _if_reliable(results, [judged_limit(results, limit) for limit in results.limits])
     verdict = verdict_on(judgements)
     if results.buckles:
         verdict = Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=results.buckles)
-    return structs.replace(verdict, limits=[_judged_row(Reader(results), each) for each in judgements])
+    return structs.replace(verdict, limits=[judged_row(Reader(results), each) for each in judgements])
 
 
-def _of_own(results: Results, limit: Limit) -> Judgement:
-    """Judge a limit of the scene."""
+def judged_limit(results: Results, limit: Limit, items: Sequence[int] | None = None) -> Judgement:
+    """Return the judgement of a limit of the scene, for the given items or for all items to which it applies."""
     scene = results.scene
     asked = next((each for each in figures_of(results.figures.output) if each.key == limit.figure and each.asked), None)
     if asked is not None:
         return _of_measure(results, limit, measures_of(scene, [asked]).get(limit.figure))
-    items = bounded_items(scene, limit) if limit.figure in results.figures.peaks else []
+    if items is None:
+        items = bounded_items(scene, limit) if limit.figure in results.figures.peaks else []
     return judgement(results, limit, limit.figure if items else "", items)
 
 
-def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
+def judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
+    """Return a judgement as a row of the report."""
     limit, figure = judged.limit, _found(reader, judged)
     of = next((each for each in figures_of(reader.results.figures.output) if each.key == limit.figure), None)
     if figure.value is not None and (of is None or of.over == LARGEST):
@@ -358,7 +379,10 @@ def _judged_row(reader: Reader, judged: Judgement) -> JudgedLimit:
 
 
 def _found(reader: Reader, judged: Judgement) -> Reading:
-    """Return the figure that decides a limit, with its location. An unknown figure has no value."""
+    """Return, for the report, the value that decides the outcome of a limit, with its location.
+
+    An unknown figure has no value.
+    """
     limit, results, kind = judged.limit, reader.results, judged.limit.kind
     peaks = results.figures.peaks
     if np.isnan(judged.value):

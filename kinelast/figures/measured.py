@@ -1,31 +1,36 @@
-"""Errors of figures that are measured by the checks with another theory or with plane bodies."""
+"""Errors in figures (results such as the largest deflection), as measured by the two checks by other methods.
+
+One check uses nonlinear finite elements, the other models links as plane bodies.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
 
-SMALL = 0.1  # the ratio ignores beams with smaller estimated errors, relative to the largest
+SMALL = 0.1  # beams with a smaller estimated error, relative to the largest estimated error, are ignored
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Errors of figures measured by a check with another theory, in the units of the figures.
+class Measured(Struct, frozen=True):
+    """Errors in figures as measured by the nonlinear check, in the units of the figures.
 
     Attributes
     ----------
     off, own
-        Measured error of every item, and error of the check itself, by figure key; nan if unknown.
+        Measured error for every item, and error of the check itself for every item, by figure key; nan if unknown.
     """
 
     off: Mapping[str, Sequence[float]] = field(default_factory=dict)
     own: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def in_place(self, key: str, item: int, error: FigureError) -> FigureError:
-        """Return an error in which the measured part replaces the estimates for the theory of motion.
+        """Return an error. The measured error replaces its estimated parts due to the theory of motion.
 
-        A known estimate is kept if the error of the check is at least as large as the estimate and the measured error.
+        The estimated parts are kept if the check is too inaccurate. This is the case if its own error is at least as
+        large as both the estimated and the measured error.
         """
         if key not in self.off or math.isnan(self.off[key][item]):
             return error
@@ -38,17 +43,18 @@ class Measured:
 def with_bodies(
     errors: Mapping[str, Sequence[FigureError]], off: Sequence[float], whole: Sequence[float], check_error: float
 ) -> dict[str, list[FigureError]]:
-    """Return the errors of figures in which the errors of beam theory are measured by plane bodies.
+    """Return errors. Parts measured with plane bodies replace the estimated parts due to beam theory.
 
-    The error of a chord deflection is the measured difference. For other figures, the estimate is multiplied by the
-    largest ratio of measured to estimated error of any beam. A beam does not count in this ratio if the error of the
-    check is larger than its estimate. The estimate is kept if a beam that counts has no body, or if no beam counts.
+    For a chord deflection, the new part is the measured difference. For other figures, the estimated part is multiplied
+    by the largest ratio of measured error to estimated error of any beam. Beams with a small estimated error, compared
+    with that of other beams or with the error of the check, are not considered. The estimated parts are kept if a
+    considered beam has no plane body, or if no beam is considered.
 
     Parameters
     ----------
     off, whole
-        Difference of the largest chord deflection [m], and largest difference at any point and position [m], for each
-        beam; nan for beams without a body.
+        For each beam: difference in the largest chord deflection [m], and largest difference in the chord deflection at
+        any point and position [m]. They are nan for beams without a plane body.
     check_error
         Error of the check [m], which is included in `off` and `whole`.
     """

@@ -1,10 +1,10 @@
-"""Output of a machine: the point or angle that its scene names, or one derived from its structure."""
+"""Output of a machine: the point or angle that the scene names, or one that the program chooses."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from elastic import Deflection, Largest, cycle_maxima, displacement_of, largest
 from elastic.assessment import angle_error, rest_from, settling_time
@@ -18,22 +18,23 @@ from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate
 from rigid.arrays import Complexes, Flags, Numbers, Reals, of_designs
 from rigid.plane import dot
 
-INSTANTS = 72  # positions of the run that are used to choose the output
-SAME = 1e-6  # relative difference below which errors are equal
+INSTANTS = 72  # number of positions of the run that are used to choose the output
+SAME = 1e-6  # relative difference below which displacements are considered equal
 
 
 def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool = False) -> Output | None:
-    """Return the output that a scene names, or one derived from its structure, or None.
+    """Return the output that a scene names. If it names none, return one chosen from its structure, or None.
 
-    The candidates are, in this order: traced points, which belong to only one link; points that slide on the ground and
-    are not driven; angles of links that turn on the ground and are not driven. The candidate with the largest
-    displacement is chosen. The unit of a limit on the output decides between a point and an angle. The choice is
-    quasi-static, at `INSTANTS`, so that reports, designs and speeds agree.
+    There are three kinds of candidates, in order of priority: traced points, i.e. points of a single link; points that
+    slide on the ground and are not driven; angles of links that are pinned to the ground and are not driven. Of the
+    first kind that has displacements, the candidate with the largest quasi-static displacement is chosen. If the scene
+    limits the output, only candidates with the unit of this limit count. Reports, designs and speeds choose the same
+    output, because all use the same `INSTANTS` positions.
 
     Parameters
     ----------
     bent
-        Known quasi-static deflection of the scene. It is used if there is only one candidate.
+        Quasi-static deflection of the scene, if known. It is used if there is only one candidate.
     any_instants
         Whether `bent` is also used if there are several candidates.
     """
@@ -58,7 +59,7 @@ def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool =
 
 
 def _deflection(scene: Scene) -> Deflection | None:
-    """Return the deflection at the reachable instants, or None if all are unreachable."""
+    """Return the deflection at the positions that can be reached, or None if none can be reached."""
     times = scene.course.times(INSTANTS)
     try:
         moved = scene.course.at(times)
@@ -72,12 +73,12 @@ def _deflection(scene: Scene) -> Deflection | None:
 
 
 def _size(values: Any) -> float:
-    """Return the largest magnitude over the positions, or zero if it is unknown."""
+    """Return the largest magnitude of values over the positions, or zero if all are unknown."""
     return float(np.nan_to_num(largest(np.atleast_1d(np.abs(values))).value))
 
 
 def _noise(bent: Deflection) -> float:
-    """Return the round-off error of displacements."""
+    """Return the round-off error in displacements [m]."""
     along = cycle_maxima(bent, ("u", "w")).values() if bent.sections else ()
     return NOISE * max((float(np.nanmax(each.value, initial=0.0)) for each in along), default=0.0)
 
@@ -88,13 +89,13 @@ def _angle(scene: Scene, bent: Deflection, link: str) -> float:
 
 
 def _name_of_largest(sizes: Mapping[str, float]) -> str:
-    """Return the name with the largest size, or the first of several equal ones; empty if all sizes are zero."""
+    """Return the name with the largest size, or the first of several with equal sizes; "" if all sizes are zero."""
     most = max(sizes.values(), default=0.0)
     return next((name for name, size in sizes.items() if size and size >= (1 - SAME) * most), "")
 
 
 def _traced(scene: Scene) -> list[str]:
-    """Return the moving points of a single link that are not at a slider."""
+    """Return the moving points that belong to only one link and are not at a slider."""
     mechanism = scene.mechanism
     carried = [point for link in mechanism.links for point in link.points]
     at_sliders = mechanism.slider_points.values()
@@ -110,7 +111,7 @@ def slid(scene: Scene) -> list[str]:
 
 
 def _turning(scene: Scene) -> list[str]:
-    """Return the links that turn on the ground and are not driven."""
+    """Return the links that are pinned to the ground and are not driven by a rotating drive."""
     driven = {drive.name for drive in scene.mechanism.drives if drive.turns}
     ground, *links = scene.mechanism.links
     pins = ground.points.keys() - scene.mechanism.welded_points
@@ -118,7 +119,7 @@ def _turning(scene: Scene) -> list[str]:
 
 
 def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
-    """Return the positions at which an output reverses, for a machine with one drive."""
+    """Return the positions at which an output reverses. The list is empty if the machine has several drives."""
     motion = cycle.motion
     if len(motion.mechanism.drives) != 1 or len(motion.columns) != 1 or not np.isfinite(motion.origin).all():
         return []
@@ -132,13 +133,13 @@ def turns_of(cycle: Cycle, output: Output) -> list[LimitPosition]:
 
 
 def _velocity(motion: Motion, output: Output) -> Numbers:
-    """Return the velocity of an output: complex for a point [m/s], or the angular velocity of a link [rad/s]."""
+    """Return the velocity of a point as a complex number [m/s], or the angular velocity of a link [rad/s]."""
     at = motion.mechanism.index[output.link]
     return velocity_of(motion, at, output.point) if output.point else motion.angular_velocity[at]
 
 
 def path_direction(motion: Motion, output: Output) -> Complexes:
-    """Return the unit vector of the principal direction of a point's path, shape (..., 1)."""
+    """Return a unit vector in the direction in which the path of a point extends most, shape (..., 1)."""
     places = position_of(motion, motion.mechanism.index[output.link], output.point)
     apart = np.where(np.isfinite(places), places, np.nan)
     apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
@@ -146,7 +147,10 @@ def path_direction(motion: Motion, output: Output) -> Complexes:
 
 
 def stroke_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the extent of a point's path along `path_direction` [m], interpolated by parabolas between positions."""
+    """Return the stroke of a point [m]: the extent of its path along `path_direction`.
+
+    Between positions, the path is interpolated by parabolas.
+    """
     motion = cycle.motion
     way = path_direction(motion, output)
     along = dot(way, position_of(motion, motion.mechanism.index[output.link], output.point))
@@ -162,7 +166,7 @@ def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
 
 
 def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the ratio of the longer to the shorter stroke time in a cycle; nan if there is no cycle."""
+    """Return the ratio of the durations of the slow stroke and the quick stroke in a cycle, or nan without a cycle."""
     rate = _velocity(cycle.motion, output)
     if output.point:
         rate = dot(path_direction(cycle.motion, output), rate)
@@ -178,9 +182,9 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
 
 
 def advantage_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the mechanical advantage, i.e. the rate of the drive / the speed of the output, shape (..., positions).
+    """Return the mechanical advantage: drive speed divided by output speed, shape (..., positions).
 
-    It is infinite if the output is at rest, and nan if there are several drives.
+    It is infinite at positions at which the output is at rest, and nan if there are several drives.
     """
     if len(cycle.scene.mechanism.drives) != 1:
         return np.full(cycle.columns, np.nan)
@@ -189,11 +193,14 @@ def advantage_of(cycle: Cycle, output: Output) -> Reals:
     return np.broadcast_to(ratio, cycle.columns)
 
 
-SETTLED = 0.02  # default settling tolerance, relative to the greatest distance from rest
+SETTLED = 0.02  # default settling tolerance, relative to the greatest distance from the static position after the stop
 
 
 def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
-    """Return the distance of an output from its rest position, and whether the drives rest, shape (..., positions)."""
+    """Return the distance of an output from its static position, and whether the drives rest, shape (..., positions).
+
+    The static position has the same drive coordinates, but all drive speeds are zero.
+    """
     still, bent = scene_deflection(cycle.scene, with_rates(cycle.motion, 0.0)), cycle.deflection
     if output.point:
         places: Any = [(displacement_of(each, output.link, output.point),) for each in (bent, still)]
@@ -207,14 +214,17 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
 
 
 def residual_of(cycle: Cycle, output: Output) -> Largest:
-    """Return the greatest distance of an output from its rest position while the drives rest; nan if they never do."""
+    """Return the greatest distance of an output from its static position while the drives rest.
+
+    It is nan if the drives never rest.
+    """
     apart, rests = cycle.once(ringing_of, output)
     found = largest(np.where(rests, apart, 0.0))
     return replace(found, value=np.where(rests.any(axis=-1), found.value, np.nan))
 
 
 def settling_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the time [s] from the stop of the drives until the output remains within the settling tolerance."""
+    """Return the time [s] from the stop of the drives until the output stays near its static position."""
     apart, rests = cycle.once(ringing_of, output)
     most, given = np.where(rests, apart, 0.0).max(axis=-1), cycle.scene.settled
     within = np.maximum(SETTLED * most, NOISE * apart.max(axis=-1))

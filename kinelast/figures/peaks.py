@@ -1,21 +1,25 @@
-"""Figures of a run and their locations, reduced over the positions chunk by chunk, and refined between positions."""
+"""Extreme values of figures (results such as the largest deflection) over a run, with their locations.
+
+Chunks of a run are merged, and peaks are refined.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import FIELDS, FieldKind, Largest, extremes
-from elastic.assessment import stress_ends
+from elastic.assessment import safety_factor, stress_ends
 from elastic.vibration import TOLERANCE
 from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
-from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError, stiffness_error
-from kinelast.figures.registry import NAMES, figures_of, safety_factor
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError, frequency_error
+from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
 from kinelast.scene.limits import Output
@@ -27,16 +31,16 @@ from rigid.arrays import Flags, Reals
 if TYPE_CHECKING:
     from kinelast.figures.results import Results
 
-STATIONS = np.linspace(0.0, 1.0, 101)  # stations along a beam for the range of stresses
+STATIONS = np.linspace(0.0, 1.0, 101)  # locations along a beam at which the stress range is computed
 
 
-@dataclass(frozen=True)
-class Peak:
-    """The extreme value of a figure over the cycle for one item, in the unit of the figure, with its location.
+class Peak(Struct, frozen=True):
+    """The extreme value of a figure over the cycle for one item (e.g. a beam), in its unit, and where it occurs.
 
     `xi` is the location along the beam, `time` the instant [s], and `drive` the drive coordinates [rad or m]. `refined`
-    is true if the peak is between the positions. `row` is its number among several values of the item. `error` is None
-    if it was not estimated.
+    is true if the peak occurs between the positions. If the figure is the largest of several values of an item, such as
+    the angle errors at the points of a link, `row` is the number of this value. `error` is None if it was not
+    estimated.
     """
 
     value: float
@@ -49,12 +53,11 @@ class Peak:
 
     @property
     def error_size(self) -> float:
-        """The magnitude of the error; nan if it was not estimated."""
+        """The size of the error; nan if the error was not estimated."""
         return math.nan if self.error is None else self.error.size
 
 
-@dataclass(frozen=True, eq=False)
-class RunFigures:
+class RunFigures(Struct, frozen=True, eq=False, dict=True):
     """The figures of a run.
 
     Attributes
@@ -62,22 +65,23 @@ class RunFigures:
     output
         Output of the machine; None if it has none.
     figures, peaks
-        The figures, and the peaks of all items by figure key.
+        The figures, and a list with the peak of each item by figure key.
     positions, singular, locked, ill
-        Number of all positions, of positions without figures, of positions locked by friction, and of ill-conditioned
-        ones.
+        Numbers of positions: all, those without figures, those locked by friction, and ill-conditioned ones.
     well
-        Whether any position is well conditioned. If none is, the peaks include all computed positions.
+        Whether any position is well conditioned. If so, only such positions are included in the peaks. Otherwise all
+        positions with figures are included.
     span
         Times of the first and the last position [s].
     rates
         Smallest and largest rate of each drive [rad/s or m/s], shape (2, drives).
     stress
-        Smallest and largest normal stress [Pa] at `STATIONS`, computed by `elastic.assessment.stress_ends`.
+        Smallest and largest normal stress [Pa] over the run in each fibre at `STATIONS`, from
+        `elastic.assessment.stress_ends`.
     length
         Length of the longest beam [m].
     efforts
-        Units of the efforts of the drives.
+        Unit of the effort of each drive.
     """
 
     output: Output | None
@@ -95,7 +99,7 @@ class RunFigures:
     efforts: tuple[str, ...]
 
     def with_errors(self, errors: Mapping[str, Sequence[FigureError]]) -> RunFigures:
-        """Return the figures with an error for each peak."""
+        """Return these figures with the given errors, one for each peak."""
         peaks = {
             key: [replace(peak, error=error) for peak, error in zip(rows, errors[key], strict=True)]
             for key, rows in self.peaks.items()
@@ -103,13 +107,16 @@ class RunFigures:
         return replace(self, peaks=peaks)
 
     def with_averages(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, taking averages and whole-run figures from another `Cycle` of the same run."""
+        """Return these figures. Averages, and figures of the whole run, are taken from another `Cycle` of the run."""
         of_all = [each for each in self.figures if each.over == AVERAGE or each.whole]
         averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in of_all}
         return replace(self, peaks={**self.peaks, **averages})
 
     def with_motion(self, cycle: Cycle) -> RunFigures:
-        """Return the figures, taking rigid-motion figures from a `Cycle` with more closely spaced instants."""
+        """Return these figures.
+
+        Those of the rigid motion are taken from a `Cycle` with more closely spaced instants.
+        """
         better = {}
         for each in (
             each for each in self.figures if each.of_motion(cycle.scene) and not each.exact and self.peaks[each.key]
@@ -124,7 +131,7 @@ class RunFigures:
         return replace(self, peaks={**self.peaks, **better})
 
     def with_instants(self, further: RunFigures) -> RunFigures:
-        """Return the figures merged with figures at additional instants, which do not count as positions."""
+        """Return these figures merged with figures at additional instants, which do not count as positions."""
         between = {key: [replace(peak, refined=True) for peak in peaks] for key, peaks in further.peaks.items()}
         both = joined(self, replace(further, peaks=between))
         keys = "positions", "singular", "locked", "ill", "span"
@@ -141,15 +148,15 @@ class RunFigures:
 
     @cached_property
     def swings(self) -> Reals:
-        """The range of the normal stress in the left and right fibre [Pa], shape (2, beams, stations)."""
+        """The stress range over the run in the left and the right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress
         return np.where(least <= most, most - least, np.nan)
 
     @cached_property
     def frequency_error(self) -> float:
-        """Relative error of the lowest natural frequency: tolerance of its search, and error of beam theory."""
+        """Relative error in the lowest natural frequency: tolerance of its computation, plus error of beam theory."""
         bent = [(peak.value, peak.error) for peak in self.peaks.get("deflection", []) if peak.error]
-        return TOLERANCE + stiffness_error((size for size, _ in bent), (error for _, error in bent))
+        return TOLERANCE + frequency_error((size for size, _ in bent), (error for _, error in bent))
 
     @cached_property
     def scales(self) -> dict[str, float]:
@@ -176,31 +183,33 @@ class RunFigures:
 
     @cached_property
     def noise(self) -> dict[str, float]:
-        """The largest round-off error of values, by unit."""
+        """The largest round-off error in values, by unit."""
         scales = self.scales
-        # the power of a drive without effort is the round-off error of the forces times the rate of the drive
+        # the power of a drive without load is round-off: the round-off in forces times the speed of the drive
         power = max(scales["N"], scales["N m"]) * float(np.nanmax(np.abs(self.rates), initial=0.0))
         least = {"W": power, "J": power * (self.span[1] - self.span[0])}
         return {unit: NOISE * max(scale, least.get(unit, 0.0)) for unit, scale in scales.items()}
 
     def rounded(self, values: Any, unit: str) -> Any:
-        """Return a number or an array in which values below the round-off error are set to zero."""
+        """Return a number or an array, with zero in place of values below the round-off error."""
         noise = self.noise.get(unit, 0.0)
         if isinstance(values, float):
             return 0.0 if abs(values) <= noise else values
         return np.where(np.abs(values) <= noise, 0.0, values)
 
     def unreliable(self, value: float, error: float, unit: str) -> bool:
-        """Return whether an error is large relative to the value, or relative to the scale if the value is nearly zero.
+        """Return whether a value is unreliable: its error is large relative to the value.
 
-        The scale of a ratio, such as load / critical load, is 1. A value of zero is not unreliable.
+        If the value is nearly zero, the error is compared with `MIN_SHARE_OF_UNIT` times the largest value with the
+        unit (`scales`) instead. For dimensionless ratios, such as load to critical load, this largest value is taken as
+        1. A value of exactly zero is not unreliable.
         """
         scale = 1.0 if unit == "1" else self.scales.get(unit, 0.0)
         return value != 0.0 and error > UNRELIABLE * max(abs(value), MIN_SHARE_OF_UNIT * scale)
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
-    """Return the figures of a run or of a chunk of it, except for figures that are computed only on request."""
+    """Return the figures of a run, or of a chunk of a run, except for figures that are computed only on request."""
     scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
     present = tuple(figure for figure in chosen if items_of(scene, figure.of))
@@ -253,7 +262,10 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
 
 
 def _more_extreme(first: Peak, second: Peak, over: str) -> Peak:
-    """Return the more extreme of two peaks: the first if they are equal, or the known one if the other is nan."""
+    """Return the more extreme of two peaks of the same item.
+
+    If they are equal, return the first. If one is nan, return the other.
+    """
     if over in (FIXED, AVERAGE) or math.isnan(second.value):
         return first
     if math.isnan(first.value):
@@ -285,9 +297,9 @@ def _rates(motion: Motion) -> Reals:
 
 
 def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
-    """Return the number of the item with the greatest known magnitude.
+    """Return the number of the item with the greatest known magnitude, or None if all are unknown.
 
-    If `over` is `LEAST`, it is the item with the smallest value, or None if any value is unknown.
+    If `over` is `LEAST`, return the item with the smallest value, or None if any value is unknown.
     """
     known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
     if over == LEAST:
@@ -295,16 +307,16 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
     return max(known, key=lambda number: abs(peaks[number].value), default=None)
 
 
-POINTS = 9  # number of instants per bracket and round
-ROUNDS = 9  # each round shrinks the bracket to a quarter, so that smooth peaks are found to round-off
+POINTS = 9  # number of instants in each bracket (interval that contains a peak) and round
+ROUNDS = 9  # number of rounds, each of which shrinks the bracket to a quarter: enough to find smooth peaks to round-off
 
 
 def refined(results: Results, progress: Progress = SILENT) -> Results:
-    """Return results in which the peak of each field is refined between the neighbouring positions.
+    """Return results in which the peak of each field (quantity along beams) is also searched between positions.
 
-    A peak that is found between the positions is marked `refined`. A narrow peak elsewhere in the cycle is missed if no
-    position is near it, so that more positions are required. A peak is not refined if the condition number exceeds
-    `WELL` at its neighbours or at an instant between them.
+    A peak that is found between the positions is marked `refined`. A narrow peak is missed if no position is near it.
+    The run then needs more positions. A peak is not refined if the condition number exceeds `WELL` at a neighbouring
+    position or between the neighbouring positions.
     """
     run = results.figures
     names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
@@ -317,7 +329,7 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
         field, beam = names[row]
         peaks[NAMES.get(field, field)][beam] = peak
     stresses = np.array([peak.value for peak in peaks["stress"]])
-    factors = safety_factor(results.deflection.sections, stresses)
+    factors = safety_factor(results.deflection.sections, stresses[:, None])[:, 0]
     peaks["safety"] = [
         replace(peak, value=float(factor)) for peak, factor in zip(peaks["stress"], factors, strict=True)
     ]
@@ -327,7 +339,7 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
 def _searched(
     results: Results, names: list[tuple[str, int]], progress: Progress
 ) -> dict[int, tuple[float, float, float]]:
-    """Return the values between the positions that exceed the peaks, with location and time, by index in `names`."""
+    """Return the values between positions that exceed the known peaks, with location and time, by index in `names`."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
@@ -347,7 +359,10 @@ def _searched(
 
 
 def _bracket(results: Results, time: float) -> tuple[float, float]:
-    """Return the instants of the positions before and after a position, which may be in the adjacent cycle."""
+    """Return the instants of the positions before and after the position at `time`.
+
+    They may lie in the previous or in the next cycle.
+    """
     instants, run = results.motion.time, results.scene.run
     at = int(np.argmin(np.abs(instants - time)))
     step = float(instants[1] - instants[0])
@@ -357,11 +372,12 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 
 
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
-    """Return the extreme value of each field and beam, its location, and whether its instant is well conditioned.
+    """Return extreme values along beams, their locations, and whether the instants are well conditioned.
 
-    Each pair of field and beam has its own instants, a row of `grid`. The results have the shape of `grid`.
+    Each row of `grid` contains the instants for one pair of field and beam in `names`. The results have the shape of
+    `grid`.
     """
-    instants, back = np.unique(grid, return_inverse=True)  # many peaks lie between the same positions
+    instants, back = np.unique(grid, return_inverse=True)  # several peaks may lie between the same positions
     moved = results.scene.course.at(instants)
     bent = scene_deflection(results.scene, moved)
     found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
@@ -375,7 +391,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
-    """Yield the row and the `Peak` of each value that `_searched` found between the positions."""
+    """Yield the index in `names` and the `Peak` of each value that `_searched` found between the positions."""
     if not better:
         return
     run = results.scene.run

@@ -1,4 +1,4 @@
-"""Reasons why limits cannot be judged: a link yields, or a sizing formula is used outside its range."""
+"""Reasons why limits cannot be judged: a link yields, or a sizing formula is used outside its range of validity."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -14,12 +14,12 @@ from machine import Range
 from rigid.arrays import Flags
 
 CHECKS = [check for part in PARTS for check in part.checks]
-MAX_NAMED = 3  # maximum number of yielding links that are named in addition to the worst
-STRENGTH = Limit("safety", 1.0, least=True)  # beyond yield, links are no longer elastic
+MAX_NAMED = 3  # maximum number of yielding links that are named in addition to the worst link
+STRENGTH = Limit("safety", 1.0, least=True, unit="1")  # no limit can be judged if a link yields
 
 
 def needed_by_limits(scene: Scene) -> set[str]:
-    """Return the keys of the additional figures that are needed to judge the limits of a scene."""
+    """Return the keys of figures that are needed to judge the limits, in addition to the limited figures."""
     limited = {limit.figure for limit in limits_of(scene)}
     of_parts = (key for part in PARTS if part.of(scene) for key in part.needs)
     of_strength = (STRENGTH.figure,) if can_yield(scene) else ()
@@ -32,7 +32,7 @@ def can_yield(scene: Scene) -> bool:
 
 
 def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
-    """Describe the largest stress and all links that yield, in words; empty if no link yields."""
+    """Return words on the largest stress and on all links that yield; empty if no link yields."""
     known = {beam: safety for beam, safety in enumerate(safeties) if safety < STRENGTH.bound}
     if not known:
         return ""
@@ -43,20 +43,32 @@ def yield_words(scene: Scene, safeties: Sequence[float]) -> str:
     return f"stress is {number(1.0 / known[worst], 3)} times the yield strength of {scene.member_names[worst]}{more}"
 
 
-def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the reasons why a limit cannot be judged, each with flags of shape (...) that are true if it applies.
+def refusals(
+    scene: Scene, figure: str, items: Sequence[int], figures: Mapping[str, Any], errors: Mapping[str, Any] | None = None
+) -> Iterator[tuple[str, Any]]:
+    """Yield the possible reasons why a limit cannot be judged, each with flags that are true if the reason applies.
+
+    The flags have the shape (...), e.g. one for each design.
 
     Parameters
     ----------
     figure, items
-        Key of the limited figure, and numbers of the items.
+        Key of the figure that the limit applies to, and numbers of the items.
     figures
         Values of all items by key, including the figures from `needed_by_limits`.
+    errors
+        Errors in `figures`, with the same shapes. If they are not given, they count as zero.
     """
     safeties = np.asarray(figures.get(STRENGTH.figure, np.zeros(0)), float)
     if len(safeties):
         least = np.fmin.reduce(safeties, axis=0)
         yield yield_words(scene, np.fmin.reduce(safeties.reshape(len(safeties), -1), axis=1).tolist()), least < 1.0
+        error = np.asarray((errors or {}).get(STRENGTH.figure, 0.0), float)
+        may = (least >= STRENGTH.bound) & (safeties < STRENGTH.bound * (1.0 + error / safeties))
+        names = dict.fromkeys(
+            scene.member_names[beam] for beam in np.flatnonzero(may.reshape(len(may), -1).any(axis=1))
+        )
+        yield f"{' and '.join(names)} may yield: the stress with its error exceeds the yield strength", may.any(axis=0)
     for part in PARTS:
         yield from part.faults(scene, figures)
     for check in CHECKS:
@@ -66,7 +78,7 @@ def refusals(scene: Scene, figure: str, items: Sequence[int], figures: Mapping[s
 
 
 def outside_ranges(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[Range, dict[str, float]]]:
-    """Yield each range that is violated, and the quantities of the items outside it by name."""
+    """Yield each range of validity that some items violate, and the checked quantity of each of these items by name."""
     for check in CHECKS:
         names = scene.shown_items(check.of)
         values = check.quantity(scene, np.asarray(figures.get(check.by, []), float)) if names else np.zeros(0)

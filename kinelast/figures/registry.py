@@ -1,16 +1,16 @@
-"""Registry of all figures. It is used by reports, designs, speeds and limits."""
+"""Registry of all figures (results such as the largest deflection). Reports, designs, speeds and limits use it."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
-from elastic import FIELDS, Largest, Section, displacement_of, largest_row
-from elastic.assessment import angle_error
+from elastic import FIELDS, Largest, displacement_of, largest_row
+from elastic.assessment import angle_error, safety_factor
 from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle
-from kinelast.figures.entry import measures_of
+from kinelast.figures.measures import measures_of
 from kinelast.figures.output import (
     advantage_of,
     residual_of,
@@ -52,30 +52,19 @@ from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_joints, friction_power
 
-NAMES = {"w": "deflection", "mises": "stress"}  # figure keys by field key, if the two differ
-HARMONICS = 6  # number of harmonics of the fastest drive that are compared with the lowest natural frequency
-
-
-def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
-    """Return yield stress / largest von Mises stress, shape (beams, ...).
-
-    It is infinite if there is no stress, and nan if it is unknown.
-    """
-    size = np.abs(stress)
-    limits = [np.broadcast_to(np.ravel(section.yield_stress), size.shape[1:] or 1) for section in sections]
-    limit = np.array(limits, float).reshape(size.shape)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(size > 0.0, limit / size, np.where(np.isnan(size + limit), np.nan, np.inf))
+NAMES = {"w": "deflection", "mises": "stress"}  # keys of figures by key of the field, if they differ
+HARMONICS = 6  # number of multiples of the largest drive speed that are compared with the lowest natural frequency
 
 
 def _safety(cycle: Cycle) -> Largest:
     stress, sections = cycle.along("mises"), cycle.deflection.sections
-    value, least = (safety_factor(sections, size) for size in (stress.value, np.abs(stress.value) + stress.gain))
+    sizes = stress.value, np.abs(stress.value) + stress.gain
+    value, least = (safety_factor(sections, size[..., None])[..., 0] for size in sizes)
     return replace(stress, value=value, gain=np.where(stress.gain > 0.0, value - least, 0.0))
 
 
 def _angle_errors(cycle: Cycle) -> Largest:
-    """Return the largest angle error among the points of every moving link."""
+    """Return, for every moving link, the largest angle error at any of its points."""
     links = cycle.scene.mechanism.links[1:]
     best = [cycle.once(_angle_error, link.name) for link in links]
     parts = ("value", "position", "xi", "row", "gain")
@@ -96,7 +85,7 @@ def _mass(cycle: Cycle) -> Real:
 
 
 def _condition(cycle: Cycle) -> Largest:
-    """Return the largest condition number of all computed positions, including ill-conditioned ones."""
+    """Return the largest condition number of all positions with figures, including ill-conditioned ones."""
     condition = np.where(cycle.singular, -1.0, cycle.condition)
     at = condition.argmax(axis=-1)
     most = np.take_along_axis(condition, at[..., None], -1)[..., 0]
@@ -112,7 +101,7 @@ def _transmission(cycle: Cycle) -> Largest:
 
 
 def _fastest(cycle: Cycle) -> Reals:
-    """Return the largest speed of a rotating drive [rad/s], shape (..., 1); 0 if there is no such drive."""
+    """Return the largest speed of any rotating drive [rad/s], shape (..., 1); 0 if no drive rotates."""
     pairs = zip(cycle.motion.mechanism.drives, cycle.motion.drive_rate, strict=True)
     rates = [np.abs(np.broadcast_to(rate, cycle.columns)) for drive, rate in pairs if drive.turns]
     return np.max([np.nanmax(rate, axis=-1, keepdims=True) for rate in rates], axis=0) if rates else np.zeros(1)
@@ -133,12 +122,12 @@ def _feedback(cycle: Cycle) -> Reals:
 
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return a search for a figure that exists only in scenes with friction."""
+    """Return a function that finds a figure of the friction. It has no items if the scene has no friction."""
     return each(lambda cycle: [values(cycle)] if friction_joints(cycle.scene.mechanism) else [])
 
 
-IN_ROW = ("w", "chord", "mises")  # fields that appear in the row of a design
-LIMITS = {"w": "deflection", "chord": "chord"}  # keys of the limits under [limits]
+IN_ROW = ("w", "chord", "mises")  # keys of fields whose largest values are in the row of a design
+LIMITS = {"w": "deflection", "chord": "chord"}  # key of the limit under [limits], by field key
 OF_FIELDS = tuple(
     Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, AlongBeams(key), fields=(key,),
            listed=key in IN_ROW, limit=LIMITS.get(key, ""))
@@ -148,7 +137,7 @@ ALONG_BEAMS: tuple[Figure, ...] = (
     *OF_FIELDS,
     Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), listed=True,
            limit="safety"),
-    Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.pressed, limit="buckling",
+    Figure("buckling", "load over the critical load", "1", BEAM, lambda cycle: cycle.buckling_ratio, limit="buckling",
            follows=next(figure for figure in OF_FIELDS if figure.key == "N")),
 )  # fmt: skip
 DISPLACEMENT = Figure("displacement", "displacement of a point", "m", POINT,
@@ -192,7 +181,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return the figures of an output: its error and the figures of the motion."""
+    """Return the figures of an output: the error of the output, and the figures of the output's motion."""
     if output is None:
         return ()
     if output.point:
@@ -224,7 +213,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _motion_figures(output: Output) -> tuple[Figure, ...]:
-    """Return the figures of an output's motion that are the same for a point and an angle."""
+    """Return the figures of the motion of an output that exist for both kinds of output, points and angles."""
 
     def unit(scene: Scene) -> list[str]:
         turns = scene.mechanism.drives[0].turns if scene.mechanism.drives else True
@@ -248,17 +237,18 @@ def _motion_figures(output: Output) -> tuple[Figure, ...]:
 
 
 def _stopping(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Return a search for a figure that exists only if the drives come to rest."""
+    """Return a function that finds a figure of the motion after a stop. It has no items if the drives do not stop."""
     return lambda cycle: find(cycle) if cycle.scene.course.stops else each(lambda _: [])(cycle)
 
 
 def limits_of(scene: Scene) -> tuple[Limit, ...]:
-    """Return all limits of a scene, whether given by their own keys or by the names of figures.
+    """Return all limits of a scene: limits with their own key, and limits given under the name of a figure.
 
     Raises
     ------
     SceneError
-        A figure is unknown, or its bound has the wrong unit. If there are several errors, `others` contains the rest.
+        A limited figure does not exist, or a bound has the wrong unit. If there are several errors, the attribute
+        `others` contains all but the first.
     """
     return scene.once(_limits_of)
 
@@ -287,7 +277,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
     if figure is None and scene.output is None and key in OF_OUTPUTS:
         problem = f'{what}: name the output of the machine under [run], as in output = "B"'
     elif figure is not None and not items_of(scene, figure.of):
-        of = f"{figure.of} bearing" if figure.of in (ROLLING, PLAIN) else figure.of
+        of = figure.of.noun if figure.of in (ROLLING, PLAIN) else figure.of
         problem = f"{what}, as nothing in the scene is of the kind: {of}"
     else:
         problem = what + likely(bound.name, measures_of(scene, figures))
@@ -296,7 +286,7 @@ def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
 
 @lru_cache(maxsize=64)
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
-    """Return all figures of a scene with the given output."""
+    """Return all figures, including the figures of the given output."""
     of_parts = (figure for part in PARTS for figure in part.of_output(output))
     return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE, *of_parts)
 

@@ -1,6 +1,8 @@
-"""The report on a scene, with figures and their errors, verdict, findings and checks, as written to summary.json.
+"""The report on a scene, as written to summary.json.
 
-The classes in this module are the sections of the report. Sections that only the page reads are plain data.
+It contains results with their errors, the verdict, findings and checks. The classes in this module are the sections of
+the report. Sections that are used only by the HTML page are plain dictionaries and lists, without classes. This module
+is long because its classes together define one file format.
 """
 
 from __future__ import annotations
@@ -11,8 +13,6 @@ from typing import Any
 from msgspec import UNSET, Struct, UnsetType, convert, field, to_builtins
 
 from kinelast.scene.reading import Finding, Reading
-
-# This module is long because its classes together define the format of summary.json.
 
 Data = Mapping[str, Any]
 
@@ -30,7 +30,11 @@ class SceneWords(Record, frozen=True):
 
 
 class RunReport(Record, frozen=True):
-    """The numbers of positions and the time span of a run. `interrupted` [s] is None if the run is complete."""
+    """The numbers of positions and the time span of a run.
+
+    `interrupted` is the time at which the run was interrupted, or None if it is complete. `several_turns` is true if a
+    drive makes several turns, so that the drive angle alone does not define the position.
+    """
 
     positions: int
     singular: int
@@ -38,6 +42,7 @@ class RunReport(Record, frozen=True):
     locked: int
     left_out: int
     one_position: bool
+    several_turns: bool
     interrupted: Reading | None
     start: Reading
     end: Reading
@@ -53,7 +58,10 @@ class MaterialReading(Record, frozen=True):
 
 
 class DriveSpeed(Record, frozen=True):
-    """The speed of largest magnitude of a drive, with its sign, and whether the speed is constant."""
+    """The speed of a drive, and whether it is constant.
+
+    If the speed varies, `speed` is its value of largest magnitude, with sign.
+    """
 
     speed: Reading
     steady: bool
@@ -75,7 +83,7 @@ class LoadReading(Record, frozen=True):
 
 
 class Inputs(Record, frozen=True):
-    """The inputs of a scene, except for its links. `theory` is the beam theory."""
+    """The inputs of a scene, except for the links. `theory` is the beam theory."""
 
     theory: str
     materials: Mapping[str, MaterialReading]
@@ -87,9 +95,11 @@ class Inputs(Record, frozen=True):
 
 
 class BeamReading(Reading, frozen=True, kw_only=True):
-    """The greatest value of a field, with its beam and its member, i.e. a straight run of beams.
+    """The greatest value of a field (quantity along beams), and the beam and the member in which it occurs.
 
-    `along_member` is the distance from the member's start.
+    A member is a straight run of beams.
+
+    `along_member` is the distance of the location from the start of the member.
     """
 
     label: str
@@ -99,7 +109,10 @@ class BeamReading(Reading, frozen=True, kw_only=True):
 
 
 class BeamStrength(Record, frozen=True):
-    """The strength of a beam. `buckling` is load / critical load."""
+    """The stress range, safety, buckling and slenderness of a beam.
+
+    `buckling` is the ratio of load to critical load.
+    """
 
     stress_range: Reading
     yield_stress: Reading
@@ -109,7 +122,7 @@ class BeamStrength(Record, frozen=True):
 
 
 class LinkShare(Reading, frozen=True, kw_only=True):
-    """The contribution of a link's bending to the deviation of the output from the rigid mechanism."""
+    """The contribution of a flexible link or joint to the deviation of the output from the rigid mechanism."""
 
     link: str
 
@@ -117,8 +130,9 @@ class LinkShare(Reading, frozen=True, kw_only=True):
 class OutputReading(Reading, frozen=True, kw_only=True):
     """The deviation of the output from the rigid mechanism.
 
-    `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output. `lags` are the lags of
-    drives behind their cams, which the deviation does not include.
+    `kind` is "point", "slide" or "angle". `guessed` is true if the program chose the output, because the scene does not
+    name one. `lags` are the angles or distances by which drives lag behind their cams. The deviation does not include
+    them.
     """
 
     kind: str
@@ -129,21 +143,38 @@ class OutputReading(Reading, frozen=True, kw_only=True):
     lags: Sequence[Reading] = ()
 
 
-class LinkReserves(Record, frozen=True):
-    """The load factors at which a link fails or exceeds a limit, by failure mode.
+class Reserve(Record, frozen=True):
+    """The reserve of an item, such as a link, against a limit or a failure: the factor by which the load may grow.
 
-    `link` is the name of the link, or "output" and the name of the output. `governs` is the failure mode with the
-    smallest factor; `reserve` is that factor.
+    Attributes
+    ----------
+    kind, item
+        Kind of the item, such as "link" or "motor", and its name, which is empty for the whole machine.
+    mode
+        "yield", "endurance" or "buckling" for a failure. Otherwise "limit" or "limit speed".
+    figure, name
+        Key of the limited figure, and the limit in words.
+    least, limit, found
+        Whether `limit` is a lower bound, the limit, and the value of the figure.
+    reserve
+        `found` / `limit` for a lower bound, otherwise `limit` / `found`. A life or a cam pressure is not proportional
+        to the load. For such figures, the ratio is converted to the factor by which the load may grow. The reserve has
+        no value if the limit is never reached.
     """
 
-    link: str
-    governs: str
+    kind: str
+    item: str
+    mode: str
+    figure: str
+    name: str
+    least: bool
+    limit: Reading
+    found: Reading
     reserve: Reading
-    reserves: Mapping[str, Reading]
 
 
 class RubbingJoint(Record, frozen=True):
-    """The friction effort (moment or force) in a joint on the link `on`."""
+    """The friction moment or friction force that a joint exerts on the link `on`."""
 
     joint: str
     on: str
@@ -151,7 +182,11 @@ class RubbingJoint(Record, frozen=True):
 
 
 class FrictionReport(Record, frozen=True):
-    """Efforts, power and loop gain of joint friction, and the numbers of locked positions and of positions at rest."""
+    """The efforts, power and loop gain of joint friction.
+
+    `locked` is the number of positions at which friction may lock the mechanism, and `resting` is the number of
+    positions at which no joint slides.
+    """
 
     joints: Sequence[RubbingJoint]
     power: Reading
@@ -161,7 +196,7 @@ class FrictionReport(Record, frozen=True):
 
 
 class MomentumReport(Record, frozen=True):
-    """The momentum balance of the answer of one theory, with the fields of `fem_check.MomentumBalance`."""
+    """The momentum balance of an answer. The fields are those of `fem_check.MomentumBalance`."""
 
     opening: float | None
     velocity: float | None
@@ -174,7 +209,10 @@ class MomentumReport(Record, frozen=True):
 
 
 class CheckReport(Record, frozen=True):
-    """The finite element check. Differences are relative to the greatest magnitude of the field; null if unknown."""
+    """The finite element check.
+
+    A difference is relative to the greatest magnitude of the field, such as the stress, and null if unknown.
+    """
 
     passed: bool | None
     tolerance: float
@@ -189,7 +227,7 @@ class CheckReport(Record, frozen=True):
 class FurtherCheck(Record, frozen=True):
     """The result of the nonlinear check or of the check with plane bodies.
 
-    `problem` is the reason why a check was not possible.
+    If the check could not be made, `problem` is the reason.
     """
 
     largest: float | None = None
@@ -208,23 +246,27 @@ class FurtherCheck(Record, frozen=True):
 
 
 class TheoryReport(Record, frozen=True):
-    """The theory of the answer, and the largest relative error of the main figures.
+    """The theory of the results, and the largest relative error in the main figures, such as the deflection of links.
 
     Attributes
     ----------
     problem
-        Reason why the error is unknown.
+        Reason why the error is unknown; empty if it is known.
     figure, on, errors
-        Main figure with the largest relative error, its item (such as a link), and the parts of this error.
+        Main figure with the largest relative error, its item (such as a link), and the parts of this error,
+        which add up to it. A part is negative if it offsets others.
+    near_zero
+        Names of headline figures near zero whose relative errors exceed `error`.
     without_vibration
-        Relative error of the quasi-static answer.
+        Largest relative change in a main displacement, stress or force due to vibration and large displacement.
     accuracy, expected, reached
         Requested accuracy, default accuracy, and whether the requested accuracy is reached. `accuracy` and `reached`
-        are null if none is requested.
+        are null if no accuracy was requested.
     courses
-        Relative errors of time histories, by name of the field.
+        Relative errors in time histories, by name of the field.
     damping, growth, stable
-        Damping coefficients beta of the beams [s], growth of vibration per cycle, and whether a steady state exists.
+        Damping coefficient beta of each beam [s], factor by which vibration grows in a cycle, and whether a steady
+        state exists.
     """
 
     name: str
@@ -233,6 +275,7 @@ class TheoryReport(Record, frozen=True):
     figure: str | None = None
     on: str | None = None
     errors: Mapping[str, float | None] = {}
+    near_zero: Sequence[str] = ()
     without_vibration: float | None = None
     accuracy: float | None = None
     expected: float | UnsetType = UNSET
@@ -244,7 +287,7 @@ class TheoryReport(Record, frozen=True):
 
 
 class UnreliableFigure(Record, frozen=True):
-    """A figure with a large error. `share` is error / value; null if the error is infinite."""
+    """A figure with a large error. `share` is the ratio of error to value, or null if it is unknown."""
 
     name: str
     on: str | None
@@ -252,18 +295,25 @@ class UnreliableFigure(Record, frozen=True):
 
 
 class Reliability(Record, frozen=True):
-    """The worst level of the findings, the headings of the findings, and the figures with large errors."""
+    """The worst severity of the findings, the headings of the findings with this severity, and unreliable figures.
+
+    The severity does not include yielding and the findings on limits and on unreliable figures, which are reported
+    separately. `near_zero` is the number of figures that are not listed although their relative error is large. This
+    error is large only because the value is near zero.
+    """
 
     level: str
     reasons: Sequence[str]
     unreliable: Sequence[UnreliableFigure]
+    near_zero: int
 
 
 class JudgedLimit(Record, frozen=True):
-    """A limit and the value that decides it.
+    """A limit, and the value that decides whether the limit is met.
 
     `kind` is the key of the limit, `name` is the name of the limited figure, and `on` is the item. `least` is true for
-    a lower bound. `used` is the utilisation of the limit. `kept` is true if the value, ignoring its error, meets it.
+    a lower bound. `used` is the utilisation of the limit. `kept` is true if the value without its error meets the
+    limit.
     """
 
     kind: str
@@ -280,7 +330,10 @@ class JudgedLimit(Record, frozen=True):
 
 
 class Verdict(Record, frozen=True):
-    """The worst outcome of the limits in words; empty if there are no limits. `passed` is None if it is unknown."""
+    """The worst outcome of all limits in words; empty if there are no limits.
+
+    `passed` is null if limits cannot be decided.
+    """
 
     verdict: str
     passed: bool | None
@@ -289,7 +342,10 @@ class Verdict(Record, frozen=True):
 
 
 class OptimumReport(Record, frozen=True):
-    """The best design and its verdict, in SI units. Values `in_full` are computed by the theory of the scene."""
+    """The best design and its verdict, in SI units.
+
+    Values `in_full` are computed by the theory chosen in the scene. The others are quasi-static.
+    """
 
     goal: str
     figure: str
@@ -315,7 +371,10 @@ class OptimumReport(Record, frozen=True):
 
 
 class OptimumVariable(Record, frozen=True):
-    """A variable of the best design, its bounds, and the multiplier of the active bound, "low" or "high"."""
+    """A variable of the best design of an optimization.
+
+    If it is at a bound, `at_bound` is "low" or "high", and `multiplier` is the Lagrange multiplier of this bound.
+    """
 
     path: str
     unit: str
@@ -328,7 +387,7 @@ class OptimumVariable(Record, frozen=True):
 
 
 class OptimumLimit(Record, frozen=True):
-    """A limit on the best design.
+    """A limit on the best design of an optimization.
 
     `kind` is "least" for a lower bound and "most" for an upper one. `held_to` is the bound that the optimizer applied
     to the quasi-static figure.
@@ -350,10 +409,10 @@ class OptimumLimit(Record, frozen=True):
 
 
 class Origin(Record, frozen=True):
-    """The origin of a report.
+    """The inputs from which a report was made.
 
-    It consists of the checksum of the scene's file, the options, the checksums of further files that the scene refers
-    to (`beside`), and the time at which the run was interrupted [s].
+    They are the checksum of the scene file, the options, the checksums of other files that the scene refers to
+    (`beside`) and, if the run was interrupted, the time of the interruption [s].
     """
 
     sha256: str
@@ -370,7 +429,7 @@ class Report(Record, frozen=True):
     shown_in
         Display units of the report.
     trust, reliability
-        Findings (doubts about the figures), worst first, and their summary.
+        Findings on how far the figures can be trusted, the most severe first, and a summary of the findings.
     more
         Other sections by key, such as tables of machine parts and studies.
     """
@@ -392,7 +451,7 @@ class Report(Record, frozen=True):
     angle_errors: Mapping[str, Reading]
     output: OutputReading | None
     joints: Sequence[Data]
-    breaks_first: Sequence[LinkReserves]
+    breaks_first: Sequence[Reserve]
     buckles: str | None
     yields: str | None
     drives: Mapping[str, Data]
@@ -423,6 +482,6 @@ def data_of(report: Report) -> dict[str, Any]:
 
 
 def report_from(data: Mapping[str, Any]) -> Report:
-    """Return the report from the plain data that `data_of` returned."""
+    """Return the report from the plain data that `data_of` returned for it."""
     known = {key: value for key, value in data.items() if key in Report.__struct_fields__}
     return convert({**known, "more": {key: value for key, value in data.items() if key not in known}}, Report)

@@ -1,21 +1,24 @@
-"""The results of a scene: its deflection, figures and checks."""
+"""The results of a scene: deflection, figures (numbers such as the largest stress) and checks by other methods."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
-from elastic import Deflection, Extreme, marked
-from elastic.assessment import LIMITS, Exceedance, exceedances, period_of, slenderness
+from elastic import Deflection, Extreme, without_positions
+from elastic.assessment import VALIDITY_RANGES, Exceedance, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies
 from kinelast.figures.checks import NonlinearCheck, NotMade
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import FigureError, GradedFigure, worst_of
+from kinelast.figures.errors import FigureError
+from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
@@ -34,28 +37,29 @@ if TYPE_CHECKING:
 
 
 ASKED_FOR = "the quasi-static theory was chosen"
-WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figure of each kind of caution
-MIN_MULTIPLE = 2.0  # growth per cycle from which it is printed as a multiple, not in percent
+WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}
+"""For each kind of exceeded limit of the theory, the figure with the exceeding value."""
+MAX_HALVINGS = 12  # maximum number of halvings of the time steps around a nearly critical load
+ONE_TURN = 2 * math.pi * (1 + 1e-9)  # [rad] a drive that rotates by more passes the same angle again
+MIN_MULTIPLE = 2.0  # a growth of vibration per cycle above this factor is printed as a factor, not in percent
 
 
-@dataclass(frozen=True, eq=False)
-class Results:
-    """A scene with its deflection, its theory and its checks.
+class Results(Struct, frozen=True, eq=False, dict=True, weakref=True):
+    """The results of a scene: quasi-static deflection, answer of the theory of motion, checks by other methods.
 
     Attributes
     ----------
     left_out
         Number of unreachable positions that were omitted on request.
     run
-        Figures of the run, if the run has more positions than the deflection.
+        Figures of the run, if the run has more positions or instants than `deflection`. Otherwise None.
     answer
         Answer of the theory of motion, with its errors. None if the quasi-static theory was chosen and its error was
-        not
-        estimated.
+        not estimated.
     balances
         Momentum balances of the whole machine by theory, if requested.
     nonlinear, solid
-        Results of the other checks, if requested.
+        Results of the nonlinear check and of the check with plane bodies, if requested.
     """
 
     scene: Scene
@@ -75,30 +79,35 @@ class Results:
 
     @cached_property
     def buckles(self) -> str:
-        """The link that buckles without vibration, the drive position and the load, in words; empty if no link buckles.
+        """Words on the link that buckles, the drive position, and load relative to critical load; "" if none buckles.
 
-        Displacements are undefined beyond the critical load. A load that exceeds the critical load only temporarily,
-        due to vibration, does not necessarily buckle the link; it is judged by limits and findings.
+        Displacements are undefined beyond the critical load. If the answer includes vibration, this property is always
+        empty, because a load that exceeds the critical load for a short time need not buckle the link. Such a load is
+        judged by limits and findings.
         """
         if self.vibrates or not self.scene.labels:
             return ""
-        known = self.run.peaks["buckling"] if self.run else list(self.cycle.pressed.value)
+        known = self.run.peaks["buckling"] if self.run else list(self.cycle.buckling_ratio.value)
         sizes = [each.value if isinstance(each, Peak) else float(each) for each in known]
         beam = int(np.argmax(np.nan_to_num(sizes)))
         if not sizes[beam] >= 1.0:
             return ""
         if self.run:
             drive: Sequence[float] = self.run.peaks["buckling"][beam].drive
+            time = self.run.peaks["buckling"][beam].time
         else:
-            drive = self.motion.drive[:, self.cycle.pressed.position[beam]].tolist()
+            position = self.cycle.buckling_ratio.position[beam]
+            drive, time = self.motion.drive[:, position].tolist(), float(self.motion.time[position])
         where = [f"{name} at {coordinate(value, unit, self.scene.shown_in)}"
                  for (name, _, unit, _), value in zip(self.drive_words, drive, strict=True)]  # fmt: skip
+        if self.several_turns:
+            where = [f"t = {quantity(time, 's')}"]
         link = self.mechanism.links[self.mechanism.beams[beam][0]].name
         return f"{', '.join([f'{link} buckles', *where])}: the load is {sizes[beam]:.3g} times critical"
 
     @cached_property
     def yields(self) -> str:
-        """The largest stress as a multiple of the yield strength, in words; empty if no link yields."""
+        """Words on the largest stress as a multiple of the yield strength; empty if no link yields."""
         return yield_words(self.scene, [peak.value for peak in self.figures.peaks["safety"]])
 
     @property
@@ -109,7 +118,7 @@ class Results:
     @cached_property
     @one_thread()
     def instability(self) -> str:
-        """The growth of vibration and the speed below which it is stable, in words; empty if it is stable."""
+        """Words on the growth of vibration and the speed below which vibration is stable; empty if it is stable."""
         vibrating = self.answer.vibrating if self.answer else None
         if vibrating is None or vibrating.stable:
             return ""
@@ -133,15 +142,21 @@ class Results:
 
     @cached_property
     def one_position(self) -> bool:
-        """Whether only one position of a moving mechanism is computed."""
+        """Whether only one position is computed although the drives move."""
         if len(self.motion.time) != 1 or self.left_out:
             return False
         drives = self.scene.course.at(np.linspace(0.0, float(self.scene.run.duration), 4)[:-1]).drive
         return bool(np.any([np.ptp(part) for part in drives]))
 
+    @cached_property
+    def several_turns(self) -> bool:
+        """Whether a drive rotates by more than one turn, so that its angle does not identify a position."""
+        turning = [drive.turns for drive in self.mechanism.drives]
+        return bool(np.any(np.ptp(self.motion.drive[turning], axis=-1) > ONE_TURN)) if any(turning) else False
+
     @property
     def error_unknown(self) -> str:
-        """The reason why the errors of the figures are unknown; empty if they are known or no link bends."""
+        """The reason why the errors in the figures are unknown; empty if they are known or all links are rigid."""
         if not self.scene.labels:
             return ""
         if self.buckles:
@@ -150,7 +165,7 @@ class Results:
 
     @cached_property
     def errors(self) -> Mapping[str, Sequence[FigureError]]:
-        """The errors of the figures by key, for all items. Errors measured by checks replace the estimates."""
+        """The errors in the figures by key, one for each item. Errors measured by checks replace the estimates."""
         if self.answer is None:
             return {}
         errors = self.answer.errors
@@ -164,26 +179,26 @@ class Results:
         return errors
 
     @cached_property
-    def graded(self) -> list[GradedFigure]:
-        """The main figures with their errors."""
-        figures = self.answer.graded if self.answer else ()
+    def main_figures(self) -> list[MainFigure]:
+        """The main figures, with errors measured by checks in place of estimates."""
+        figures = self.answer.main_figures if self.answer else ()
         return [replace(each, error=self.errors[each.key][each.item]) for each in figures]
 
     @cached_property
-    def worst(self) -> GradedFigure | None:
-        """The main figure with the largest relative error; None if no error is known."""
-        return worst_of(self.graded)
+    def worst(self) -> MainFigure | None:
+        """The main figure with the largest relative error, see `worst_of`; None if there are no main figures."""
+        return worst_of(self.main_figures)
 
     @property
     def error(self) -> float:
-        """The largest relative error of the main figures; nan if one is unknown."""
+        """The largest relative error in any main figure; nan if an error is unknown."""
         if self.answer is None:
             return math.nan
         return self.worst.share if self.worst else math.nan if self.error_unknown else 0.0
 
     @property
     def accurate(self) -> bool | None:
-        """Whether the requested accuracy is reached; None if no accuracy is requested."""
+        """Whether the requested accuracy is reached; None if none was requested."""
         return self.answer.reaches(self.error) if self.answer else None
 
     @property
@@ -193,16 +208,16 @@ class Results:
 
     @cached_property
     def cycle(self) -> Cycle:
-        """The cycle of the computed positions."""
+        """The `Cycle` of the deflection, from which the figures are computed."""
         known = self.answer.cycle if self.answer else None
         if known is not None and known.given is self.deflection:
-            return replace(known, sampled=False)  # reuse the figures found so far
+            return dataclasses.replace(known, sampled=False)  # the copy keeps the figures computed so far
         quasi_static = (known.quasi_static or known) if known is not None and known.motion is self.motion else None
         return Cycle(self.scene, self.motion, self.deflection, tabled=True, quasi_static=quasi_static)
 
     @cached_property
     def figures(self) -> RunFigures:
-        """The figures of the run, with their errors if these are known."""
+        """The figures of the run, with errors if errors were estimated."""
         figures = self.run or run_figures(self.cycle, output_of(self.scene, self.quasi_static))
         if self.answer is None:
             return figures
@@ -211,7 +226,7 @@ class Results:
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """The numbers of all positions, of singular positions, and of positions excluded from the largest values."""
+        """The numbers of all positions, of singular positions, and of ill-conditioned positions that are excluded."""
         run = self.figures
         return run.positions, run.singular - run.locked, run.ill if run.well else 0
 
@@ -227,17 +242,17 @@ class Results:
 
     @cached_property
     def drive_words(self) -> list[tuple[str, str, str, str]]:
-        """Names, coordinates, units and efforts of the drives, from `kinelast.scene.figure.drive_words`."""
+        """The name, coordinate, unit and effort unit of each drive, see `kinelast.scene.figure.drive_words`."""
         return drive_words(self.mechanism)
 
     @cached_property
     def joint_words(self) -> list[tuple[str, str]]:
-        """Names of the joints and their links, from `kinelast.scene.figure.joint_words`."""
+        """The name of each joint and the link on which its force acts, see `scene.figure.joint_words`."""
         return joint_words(self.mechanism)
 
     @cached_property
     def slenderness(self) -> list[float]:
-        """The length / radius of gyration of each beam; nan for rigid beams."""
+        """The slenderness of each beam: length divided by radius of gyration; nan for rigid beams."""
         return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
 
     @cached_property
@@ -247,7 +262,7 @@ class Results:
 
     @property
     def frequencies(self) -> Frequencies | None:
-        """The natural frequencies at some positions, from `Cycle.frequencies`."""
+        """The natural frequencies at some positions, see `Cycle.frequencies`."""
         return self.cycle.frequencies
 
     @cached_property
@@ -260,7 +275,7 @@ class Results:
 
     @cached_property
     def exceedances(self) -> list[tuple[Exceedance, Peak | None]]:
-        """The figures that are outside the range of the theory, with their peaks."""
+        """The exceeded limits of beam theory. Each contains the peak at which it is exceeded most, if there is one."""
         if not self.mechanism.beams:
             return []
         peaks = self.figures.peaks
@@ -270,26 +285,26 @@ class Results:
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
         if not any(math.isnan(peak.value) for peak in peaks["buckling"]):
             return placed
-        words, bound = "buckling: the load at which the mechanism buckles cannot be found", LIMITS["axial force"].watch
+        words, bound = (
+            "buckling: the load at which the mechanism buckles cannot be found",
+            VALIDITY_RANGES["axial force"].watch,
+        )
         return [*placed, (Exceedance("axial force", None, None, math.nan, bound, False, words), None)]
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
-    """Return the results according to a theory of motion, starting from the quasi-static results.
+    """Return the results of a scene by a theory of motion, given its quasi-static results.
 
-    If the quasi-static theory is chosen and `judged`, its error is estimated.
+    The error of the quasi-static theory, if this is chosen, is estimated only if `judged` is true.
 
     Raises
     ------
     SceneError
         The theory cannot solve the scene, as described in `kinelast.figures.theory.answer`.
     """
-    scene, whole = plain.scene, at_breaks(plain)
+    scene, whole = plain.scene, at_critical_load(at_breaks(plain), plain.scene.course.at)
     if whole.buckles:
-        here, whole = (
-            replace(each, deflection=marked(each.deflection, np.ones(each.motion.columns, bool)))
-            for each in (plain, whole)
-        )
+        here, whole = (replace(each, deflection=without_positions(each.deflection)) for each in (plain, whole))
         run = run_figures(here.cycle, output_of(scene, plain.deflection))
         return replace(here, run=run.with_instants(run_figures(whole.cycle, run.output)))
     if theory.plain and not judged:
@@ -301,12 +316,12 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):
-        whole = _with_instants(whole, best.missed_peaks)
+        whole = _with_instants(whole, best.missed_peaks, scene.course.at)
         if best.vibrating:
             best = answer_at(best, whole.cycle, theory)
         else:
             best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
-    best = replace(best, stages={})  # the stages take more memory than everything else
+    best = replace(best, stages={})  # the stages need more memory than all other results
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))
@@ -314,24 +329,53 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
 
 def at_breaks(plain: Results) -> Results:
-    """Return quasi-static results at the positions and on both sides of all breaks of the laws.
+    """Return quasi-static results at the positions and just before and after all breaks of the drive laws and loads.
 
-    If there are no breaks, the results are returned unchanged.
+    If there are no breaks, `plain` is returned.
     """
     course, times = plain.scene.course, plain.motion.time
     if plain.left_out or len(times) < 2 or len(course.with_breaks(times)) == len(times):
         return plain
-    return _with_instants(plain, course.breaks.sides)
+    return _with_instants(plain, course.breaks.sides, course.at)
 
 
-def _with_instants(plain: Results, instants: Reals) -> Results:
-    """Return quasi-static results at the positions and at additional instants [s]."""
+def _with_instants(plain: Results, instants: Reals, motion_at: Callable[[Reals], Motion]) -> Results:
+    """Return quasi-static results at the positions of `plain` and at additional instants [s]."""
     times = plain.scene.course.with_breaks(np.union1d(plain.motion.time, instants))
-    return replace(plain, deflection=scene_deflection(plain.scene, plain.scene.course.at(times)))
+    return replace(plain, deflection=scene_deflection(plain.scene, motion_at(times)))
+
+
+def at_critical_load(plain: Results, motion_at: Callable[[Reals], Motion]) -> Results:
+    """Return quasi-static results. Instants are added if a link buckles only between the positions.
+
+    The time steps before and after the largest load of a link are halved until the load in between is certainly below
+    the critical load, or is found to exceed it (see `Cycle.buckling_gain`). If no link buckles between the positions,
+    `plain` is returned.
+
+    Parameters
+    ----------
+    motion_at
+        Function that returns the motion of the mechanism at given times [s].
+    """
+    run, finer = plain.scene.run, plain
+    if plain.left_out or len(plain.motion.time) < 2:
+        return plain
+    for _ in range(MAX_HALVINGS):
+        cycle, times = finer.cycle, finer.motion.time
+        load, at = cycle.buckling_ratio.value, cycle.buckling_ratio.position
+        near = at[(load < 1.0) & (load + cycle.buckling_gain >= 1.0)]
+        if finer.buckles or not len(near):
+            break
+        ends = np.concatenate([times[-1:] - run.duration, times, times[:1] + run.duration]) if run.turn else times
+        middles = (ends[1:] + ends[:-1]) / 2
+        around = middles[np.clip(np.add.outer(near, (0, 1) if run.turn else (-1, 0)), 0, len(middles) - 1)].ravel()
+        around = around % run.duration if run.turn else around
+        finer = _with_instants(finer, around[plain.scene.course.breaks.far(around)], motion_at)
+    return finer if finer.buckles else plain
 
 
 def with_breaks(results: Results, run: RunFigures) -> RunFigures:
-    """Return the figures of a run, including instants on both sides of law breaks and at the peaks of the answer."""
+    """Return the figures `run`, merged with those just before and after breaks and at added instants of the answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
         instants = np.union1d(instants, np.setdiff1d(answer.cycle.motion.time, results.motion.time))
@@ -344,7 +388,7 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
 
 
 def results_in_full(scene: Scene) -> Results:
-    """Return the results of a scene as in its report, including the errors of the figures.
+    """Return the results of a scene by the theory chosen in it, including the errors in the figures.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Contributions of the links and joints to the error of the output."""
+"""Contributions of links and joints to the error of the output."""
 
-from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
+from msgspec.structs import replace
 
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
@@ -16,21 +16,22 @@ from kinelast.scene.reading import Reading, known
 from rigid import posture
 from rigid.arrays import Numbers, Reals
 
-ROUND_OFF = 1e-9  # remainder / error below which the remainder is neglected
+ROUND_OFF = 1e-9  # a smaller rest that no link or joint contributes, relative to the error, is round-off
 
 
 def output_shares(results: Results, output: Output, error: Reading) -> list[LinkShare]:
-    """Return the contributions of links and soft joints to the error of the output at the moment of the largest error.
+    """Return the contributions of flexible links and joints to the error of the output, when this error is largest.
 
     In a statically determinate mechanism, displacements are linear in the compliances. Doubling the stiffness of a link
-    removes half of its contribution, so the contribution is exactly twice the difference. For a point it is the
-    component along the total displacement. The remainder is called "others": prescribed strains, gaps of joints,
-    rotated links, statically indeterminate forces.
+    removes half of its contribution, so the contribution is exactly twice the change in the error. If the output is a
+    point, only the component in the direction of its total displacement is used. The difference between the error and
+    the sum of the contributions is listed as "others". It is due to prescribed strains, gaps of joints, rotations of
+    links and statically indeterminate forces.
 
     Parameters
     ----------
     error
-        The largest error of the output, with its time.
+        Largest error of the output, with the time at which it occurs.
     """
     if not error.value or not error.time or not results.mechanism.beams:
         return []
@@ -52,11 +53,14 @@ def output_shares(results: Results, output: Output, error: Reading) -> list[Link
 
 
 def _stiffened(results: Results, links: list[int], joints: list[str], time: float) -> Deflection:
-    """Return the deflection at an instant: the first design is unchanged, each other has one part twice as stiff."""
+    """Return the deflection at an instant for several designs.
+
+    The first design is the scene itself. In each other design, one link or joint is twice as stiff.
+    """
     scene, designs = results.scene, 1 + len(links) + len(joints)
 
     def compliance(part: int) -> Reals:
-        """Return the compliance of a link or joint in all designs, relative to the first."""
+        """Return the compliance of one link or joint in all designs, relative to its compliance in the first design."""
         return np.where(np.arange(designs) == 1 + part, 0.5, 1.0)[:, None]
 
     sections = []
@@ -65,10 +69,10 @@ def _stiffened(results: Results, links: list[int], joints: list[str], time: floa
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
     stiffened = {**scene.joints}
     for number, name in enumerate(joints, len(links)):
-        own, softness = scene.joints[name], cast(Any, compliance(number))  # these equations also hold for arrays
+        own, softness = scene.joints[name], cast(Any, compliance(number))  # the solver also accepts arrays
         stiffened[name] = replace(own, translation=own.translation * softness, rotation=own.rotation * softness)
     at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
-    at_hand = results.motion.time[at] == time  # this position was computed, so its branch is known
+    at_hand = results.motion.time[at] == time  # true if this instant is a position of the run, whose branch is known
     moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
     plain = scene_deflection(scene, moved)
     more = (results.answer.at(plain) if results.answer else plain).added
@@ -76,7 +80,7 @@ def _stiffened(results: Results, links: list[int], joints: list[str], time: floa
 
 
 def _for_designs(loads: AddedLoads, designs: int) -> AddedLoads:
-    """Return the loads at one instant for all designs."""
+    """Return the loads at one instant, repeated for all designs."""
 
     def repeated(part: Any) -> Numbers:
         wide = np.broadcast_to(part, (*np.shape(part)[:-1], 1))
@@ -86,7 +90,7 @@ def _for_designs(loads: AddedLoads, designs: int) -> AddedLoads:
 
 
 def _error(output: Output, bent: Deflection, error: Reading) -> tuple[float, Reals]:
-    """Return the error of the first design, and the errors with each link stiffened."""
+    """Return the error of the output in the first design, and its errors in the other designs."""
     if not output.point:
         turned = angle_error(bent, output.link, str(error.point))[:, 0]
         return float(turned[0]), turned[1:]

@@ -1,64 +1,66 @@
-"""Results as a function of drive speed: largest values, peaks, unstable ranges and the limit speed."""
+"""Results as a function of drive speed: largest values over the cycle, peaks, unstable ranges, limit speed."""
 
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial, reduce
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from elastic import Deflection
+from elastic import Deflection, Largest
 from elastic.assessment import beyond_beam_theory, buckling_bound
-from elastic.elastodynamics import Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds, prominences
-from kinelast.figures.bounds import BOUND_OVER_ERROR, damping_of, resolved
+from elastic.elastodynamics import Resonance, SpeedMap, SpeedSearch, SpeedSolutions, critical_speeds, prominences
+from kinelast.figures.bounds import BOUND_OVER_ERROR, accepted_bound, damping_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Measure, magnitudes, measures_of
 from kinelast.figures.errors import (
-    HEADLINE,
     HIGHER_ORDERS,
     LARGE,
     MIN_SHARE_OF_UNIT,
     TIME,
     Estimate,
     figure_errors,
+    frequency_error,
     motion_errors,
-    stiffness_error,
 )
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS
+from kinelast.figures.measures import Measure, magnitudes, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.ranges import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.results import Results
+from kinelast.figures.results import Results, at_critical_load
 from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
-from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
+from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, OUTPUT_ERROR, Figure, items_of
+from kinelast.scene.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
-FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # figures by field, for each beam
+FIGURE_OF_FIELD = {"w": "deflection", "chord": "chord", "mises": "stress"}  # key of the figure by field (along beams)
+GRADED = FIGURE_OF_FIELD["w"], FIGURE_OF_FIELD["mises"], OUTPUT_ERROR  # `Speeds.error` refers to these
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
-LONG = 60.0  # [s] remaining time above which the user is informed
+LONG = 60.0  # [s] the user is informed if the remaining time is longer
 
 
-@dataclass(frozen=True)
-class SpeedPeak:
-    """A local maximum, over the speed, of the largest value of a field in the cycle.
+class SpeedPeak(Struct, frozen=True):
+    """A speed at which the largest value of a field over the cycle exceeds that at all nearby speeds.
 
     Attributes
     ----------
     speed
         Speed of the drive [rad/s or m/s].
     field, beam
-        Key in `FIELDS` and number of the beam with the most prominent peak.
+        Field (quantity along beams) with the most prominent peak at this speed, as a key of `FIGURE_OF_FIELD`, and
+        number of the beam.
     value
-        Value at the peak.
+        Value of the field at the peak.
     resonance
-        Mode with the strongest vibration; None if vibration has little effect.
+        Mode with the strongest vibration at this speed; None if vibration has little effect.
     """
 
     speed: float
@@ -68,41 +70,42 @@ class SpeedPeak:
     resonance: Resonance | None
 
 
-@dataclass(frozen=True, eq=False)
-class Speeds:
+class Speeds(Struct, frozen=True, eq=False):
     """The largest values over the cycle at several speeds.
 
     Attributes
     ----------
     speed, asked
-        Speeds of the drive [rad/s or m/s], and whether each was requested, shape (speeds,). The other speeds are those
-        of peaks, of limits of unstable ranges, and the limit speed.
+        Speeds of the drive [rad/s or m/s], and whether each speed was requested, shape (speeds,). The speeds that were
+        not requested are those of peaks, the ends of unstable ranges, and the limit speed.
     map
-        Speed map: values of `FIELDS` [m, m, Pa] per beam with and without vibration, and growth.
+        Speed map: the figures in `FIGURE_OF_FIELD` [m, m, Pa] of each beam, with and without vibration, and the growth
+        of vibration in a cycle.
     figures
-        Measures of the registered figures, with their values and errors, shape (speeds,).
+        Measures of the registered figures by name, each with its values and their errors, shape (speeds,).
     verdicts
         Verdict at each speed; empty if there are no limits.
     highest
-        Highest speed at which all limits are met and no link yields, including the errors, to within 0.2 %. It is 0.0
-        if
-        a limit fails at the first speed, and None if there are no limits.
+        Highest speed up to which all limits are met and no link yields, taking errors into account, to within 0.2 %. It
+        is 0.0 if a limit fails at the first speed, and None if there are no limits.
     limit
-        First limit that fails above `highest`; None if all limits are met at all speeds, or if there are no limits.
+        Limit that fails first above `highest`. None if all limits are met at all speeds, if there are no limits, or if
+        a link buckles first.
     yielding
-        Lowest speed at which a link yields, and the number of its beam; None if no link yields.
+        Lowest speed at which a link yields, and the number of the yielding beam; None if no link yields.
     between
-        Result of a fine scan in reduced coordinates, corrected by the map: speeds [rad/s or m/s], shape (n,), and
-        values of `FIELDS`, shape (3, beams, n).
+        Curves for plots: speeds [rad/s or m/s], shape (n,), and the figures in `FIGURE_OF_FIELD` at these speeds, shape
+        (3, beams, n). They come from a fine scan in reduced coordinates, corrected by the results in `map`.
     peaks
         Prominent peaks, in order of increasing speed.
     unstable
-        Speed ranges without a steady state.
+        Ranges of the drive speed in which there is no steady state.
     critical
-        For each multiple of the drive speed, the smallest and largest speed over the cycle at which it equals the
-        lowest natural frequency.
+        Range of critical speeds for each integer n. At a critical speed, n times the drive speed equals the lowest
+        natural frequency. It is a range because this frequency varies over the cycle.
     buckles
-        Link that buckles at each speed, in words; empty if no link buckles. If a link buckles, its bending is unknown.
+        For each speed, words on the link that buckles, or "" if no link buckles. If a link buckles, all figures are
+        unknown.
     """
 
     speed: Reals
@@ -123,10 +126,11 @@ class Speeds:
     def error(self) -> Reals:
         """The largest relative error of deflection, stress and output, shape (speeds,).
 
-        The reference value is at least `MIN_SHARE_OF_UNIT` times the largest field with the same unit.
+        The reference value of a relative error is at least `MIN_SHARE_OF_UNIT` times the largest field with the same
+        unit.
         """
-        read = [self.figures[key] for key in (*HEADLINE, OUTPUT_ERROR) if key in self.figures]
-        read = [each for each in read if not np.isnan(each[1]).all()]  # no stress if the section depth is unknown
+        read = [self.figures[key] for key in GRADED if key in self.figures]
+        read = [each for each in read if not np.isnan(each[1]).all()]  # the stress is unknown without section depths
         if not read:
             return np.full(self.speed.shape, np.nan)
         bases = [np.maximum(value, MIN_SHARE_OF_UNIT * self._largest(measure.unit)) for measure, value, _ in read]
@@ -137,25 +141,26 @@ class Speeds:
         return reduce(np.maximum, shares)
 
     def _largest(self, unit: str) -> Reals:
-        """Return the largest value at each speed of all fields with the given unit."""
+        """Return, for each speed, the largest value of all fields with the given unit."""
         sizes = [value for measure, value, _ in self.figures.values() if measure.figure.fields and measure.unit == unit]
         return reduce(np.fmax, sizes)
 
 
 @one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = SILENT) -> Speeds:
-    """Return the results at the requested speeds, and at peaks, stability limits and the limit speed between them.
+    """Return the results at the requested speeds, and at the peaks, stability limits and limit speed in their range.
 
     Raises
     ------
     SceneError
-        A drive has no constant speed, a load depends on time, or vibration cannot be solved.
+        A drive has no constant speed, no drive moves, the run has no cycle, a load depends on time, or vibration cannot
+        be solved.
     """
     nominal = nominal_speed(scene)
     limits = limits_of(scene)
-    needed = {*FIELDS.values(), *(limit.figure for limit in limits), *needed_by_limits(scene)}
+    needed = {*FIGURE_OF_FIELD.values(), *(limit.figure for limit in limits), *needed_by_limits(scene)}
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked or figure.key in needed]
-    still = [figure for figure in figures if figure.key in needed]
+    still = [*(figure for figure in figures if figure.key in needed), LOAD_BOUND]
     ratios = (np.linspace(*asked) / nominal).tolist()
 
     answered = [0, asked[2]]
@@ -169,33 +174,37 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         return scene.course.at(times)
 
     try:
-        answers = SpeedAnswers(
+        answers = SpeedSolutions(
             moved,
             float(scene.run.cycle),
             scene.sections,
             partial(_largest, scene, figures),
             scene.joints,
             damping_of(scene),
-            still=partial(_quasi_static_rows, scene, still),
+            quasi_static_measure=partial(_largest, scene, still),
             errors=partial(_errors, scene, figures, cache(partial(_motion_shares, scene, figures))),
             on_speed=answering,
-            resolved=resolved(scene.theory.accuracy or ACCURACY, judged=True),
+            resolved=accepted_bound(scene.theory.wanted, judged=True),
         )
         answers.find(ratios)
         reporting = _SearchProgress(scene.name, progress)
         search = SpeedSearch(answers, lambda found: _curves(by_figure(scene, figures, found.values)), reporting)
         search.find_peaks()
-        unstable = search.find_borders()
+        unstable = search.find_stability_limits()
         limit = limit_speed(scene, figures, still, search, nominal) if limits else None
         yielding = yield_speed(scene, figures, search, nominal)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
-    pressed = steady.quasi_static[:, -1] >= 1.0
-    buckles = [_buckles(scene, ratio) if may else "" for ratio, may in zip(steady.ratio, pressed, strict=True)]
+    plain = by_figure(scene, still, steady.quasi_static)
+    may_buckle = plain[LOAD_BOUND.key][0] >= 1.0
+    buckles = [_buckles(scene, ratio) if may else "" for ratio, may in zip(steady.ratio, may_buckle, strict=True)]
     buckled = np.array([bool(words) for words in buckles])
-    steady = replace(steady, **{name: _without(getattr(steady, name), buckled) for name in ("values", "errors")})
-    values, plain = by_figure(scene, figures, steady.values), by_figure(scene, still, steady.quasi_static)
+    unknown = buckled[:, None]
+    steady = replace(
+        steady, values=np.where(unknown, np.nan, steady.values), errors=np.where(unknown, np.nan, steady.errors)
+    )
+    values = by_figure(scene, figures, steady.values)
     mapped = replace(
         steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0)
     )
@@ -209,12 +218,12 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     if buckled.any():
         before = verdicts or [""] * len(buckled)
         verdicts = [VERDICTS[BROKEN] if bad else verdict for bad, verdict in zip(buckled, before, strict=True)]
-    per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive / speed of the cycle
+    per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # ratio of drive speed to angular frequency of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not limits else limit.speed if limit else asked[1]
     if highest is not None and (buckled & (steady.ratio * nominal <= highest)).any():
         limit, highest = None, float(max(steady.ratio[: int(buckled.argmax())], default=0.0)) * nominal
-    drawn, curves = search.between()
+    drawn, curves = search.plot_curves()
     speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
     speed[wanted] = np.linspace(*asked)
     return Speeds(
@@ -235,23 +244,26 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
 
 
 def _buckles(scene: Scene, ratio: float) -> str:
-    """Return the link that buckles without vibration at a speed, in words; empty if no link buckles."""
-    course = scene_motion(scene)
-    return Results(scene, scene_deflection(scene, with_rates(course, ratio * course.drive_rate))).buckles
+    """Return words on the link that buckles quasi-statically at a speed, or "" if no link buckles.
 
+    `ratio` is the speed divided by the speed in the scene.
+    """
 
-def _without(values: Any, buckled: Flags) -> Any:
-    """Return the values with nan at some speeds (first axis)."""
-    return np.where(buckled.reshape(-1, *(1,) * (np.ndim(values) - 1)), np.nan, values)
+    def moved(times: Reals) -> Motion:
+        nominal = scene.course.at(times)
+        return with_rates(nominal, ratio * nominal.drive_rate)
+
+    plain = Results(scene, scene_deflection(scene, moved(scene.course.with_breaks(scene.course.times()))))
+    return at_critical_load(plain, moved).buckles
 
 
 @dataclass
 class _SearchProgress:
-    """Reports the progress of the search between speeds, and informs the user once if it takes long."""
+    """Report the progress of the search between the speeds, and inform the user once if the search takes long."""
 
     name: str
     progress: Progress
-    begin: float = math.nan  # start of the search [s]; infinite after the remaining time was checked
+    begin: float = math.nan  # start of the search [s], or infinity after the remaining time was checked
 
     def __call__(self, done: int, of: int) -> None:
         self.progress(f"{self.name}: searching between the speeds", done, of)
@@ -266,25 +278,35 @@ class _SearchProgress:
 
 
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
-    """Return the magnitudes of all items of figures, shape (rows, speeds), including field peaks between positions.
+    """Return the magnitudes of figures (results), shape (rows, speeds). Each item of a figure has a row.
 
-    Buckling is computed for each speed separately, because only a bound is known for several speeds at once.
+    Fields are also evaluated between the positions.
+
+    The figure "buckling" is computed for each speed separately with `alone`, because only a bound on it can be computed
+    for several speeds at once.
     """
     fields = frozenset(field for figure in figures for field in figure.fields)
     cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
     values = magnitudes(cycle, [figure for figure in figures if figure.key != "buckling"])
     if any(figure.key == "buckling" for figure in figures):
         each = map(alone, range(len(bent.motion.time)))
-        values["buckling"] = np.stack([Cycle(scene, one.motion, one).pressed.value for one in each], axis=-1)
+        values["buckling"] = np.stack([Cycle(scene, one.motion, one).buckling_ratio.value for one in each], axis=-1)
     return np.concatenate([values[figure.key] for figure in figures])
 
 
-def _quasi_static_rows(
-    scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]
-) -> Reals:
-    """Return the rows of `_largest` without vibration, and a row with the largest bound on load / critical load."""
-    bound = np.nanmax(buckling_bound(bent), axis=(0, -1), initial=0.0)
-    return np.concatenate([_largest(scene, figures, bent, alone), bound[None]])
+def _load_bound(cycle: Cycle) -> Largest:
+    """Return an upper bound on the ratio of load to critical load, the largest of all links.
+
+    The possible gain between the positions is taken as the drop to the lower of the two neighbouring positions.
+    """
+    bound = np.nan_to_num(buckling_bound(cycle.deflection), posinf=np.inf).max(axis=0, initial=0.0)
+    at = bound.argmax(axis=-1)[..., None]
+    value, *beside = (np.take_along_axis(bound, (at + step) % bound.shape[-1], -1)[..., 0] for step in (0, -1, 1))
+    drop = np.subtract(value, np.minimum(*beside), out=np.zeros_like(value), where=np.isfinite(value))
+    return sole(Largest(value, at[..., 0], gain=drop))
+
+
+LOAD_BOUND = Figure("load_bound", "upper bound on load over the critical load", "1", SCENE, _load_bound)
 
 
 def _errors(
@@ -298,9 +320,9 @@ def _errors(
     forces: float,
     left: float,
 ) -> Reals:
-    """Return the errors of all items of figures, computed as in a report, shape (rows,).
+    """Return the errors in all items of figures, computed as in a report, shape (rows,).
 
-    `of_motion` returns the relative errors of the figures of rigid motion for a given number of positions.
+    `of_motion` returns the relative errors in the figures of rigid motion for a given number of positions.
     """
     answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
     corrected = {TIME: finer, LARGE: displaced}
@@ -310,7 +332,7 @@ def _errors(
         shares[TIME] = settled / BOUND_OVER_ERROR
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
-    stiff = stiffness_error(sizes["deflection"], by_key["deflection"])
+    stiff = frequency_error(sizes["deflection"], by_key["deflection"])
     rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in figures if figure.asked and not figure.rigid}
     shares_of_motion = of_motion(len(bent.motion.time) - 1)
     rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
@@ -318,9 +340,10 @@ def _errors(
 
 
 def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
-    """Return the relative errors of the figures of rigid motion at `count` equally spaced positions.
+    """Return the relative errors in the figures of rigid motion if there are `count` equally spaced positions.
 
-    The errors are given by key, shape (items,). They are the same at all speeds, because the motion is the same.
+    The errors are returned by figure key, shape (items,). They do not depend on the speed, because all speeds have the
+    same sequence of positions.
     """
     moving = [figure for figure in figures if figure.of_motion(scene) and items_of(scene, figure.of)]
     times = float(scene.run.cycle) * np.arange(count) / count
@@ -338,7 +361,7 @@ def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[
 
 
 def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
-    """Reduce the values and errors of all items, shape (items, speeds), to those of a measure, shape (speeds,)."""
+    """Return the values and errors of a measure, shape (speeds,), from those of all items, shape (items, speeds)."""
     rows = [*range(len(values))] if measure.items is None else [*measure.items]
     least = measure.figure.over == LEAST
     known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
@@ -347,15 +370,18 @@ def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Rea
 
 
 def _curves(values: Mapping[str, Any]) -> Reals:
-    """Return the values of the figures in `FIELDS`, shape (3, beams, speeds)."""
-    return np.array([values[key] for key in FIELDS.values()])
+    """Return the figures in `FIGURE_OF_FIELD` as one array, shape (3, beams, speeds)."""
+    return np.array([values[key] for key in FIGURE_OF_FIELD.values()])
 
 
 def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
-    """Yield the prominent peaks of `FIELDS`. Of neighbouring peaks, only the most prominent one is yielded."""
+    """Yield the prominent peaks of the figures in `FIGURE_OF_FIELD`.
+
+    Only the most prominent one of several neighbouring peaks is yielded.
+    """
     rows = [
         (share, at, field, beam)
-        for field in range(len(FIELDS))
+        for field in range(len(FIGURE_OF_FIELD))
         for beam in range(mapped.values.shape[2])
         for at, share in prominences(mapped.values[:, field, beam])
         if share > PROMINENT
@@ -368,4 +394,4 @@ def _peaks(mapped: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[Sp
     for _, at, field, beam in sorted(chosen, key=lambda row: row[1]):
         value, still = mapped.values[at, field, beam], mapped.quasi_static[at, field, beam]
         met = amplified(search, float(mapped.ratio[at]), value, still)
-        yield SpeedPeak(float(mapped.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
+        yield SpeedPeak(float(mapped.ratio[at] * nominal), [*FIGURE_OF_FIELD][field], beam, float(value), met)

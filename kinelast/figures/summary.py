@@ -1,36 +1,37 @@
-"""The report on the results of a scene, and the plain data of the report for summary.json."""
+"""Make the report on the results of a scene, and convert it to plain data for summary.json."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from msgspec import structs
 
 from elastic import FIELDS, PRIMARY
-from elastic.assessment import LIMITS
+from elastic.assessment import VALIDITY_RANGES
 from elastic.links import members_of
 from kinelast import __version__
 from kinelast.figures import report
+from kinelast.figures.accuracy import small_figures, worst_figure
 from kinelast.figures.checks import check_passed, nonlinear_report, solid_report
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.doubted import large_errors, unjudged_limits
 from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid, turns_of
-from kinelast.figures.parts import breaks_first, drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
 from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.registry import output_figures
 from kinelast.figures.report import Report, data_of
+from kinelast.figures.report_sections import drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
+from kinelast.figures.reserves import breaks_first
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
-from kinelast.figures.trust import findings, left_out, reliability, worst_figure
+from kinelast.figures.trust import exceedance_level, findings, left_out, reliability
 from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
 from kinelast.scene.figure import OUTPUT_ERROR, POINT, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import UNRELIABLE, percent, quantity
+from kinelast.scene.numbers import UNRELIABLE, capitalized, percent, quantity
 from kinelast.scene.parts import PARTS
 from kinelast.scene.reading import CAUTION, ORDER, Finding, Reader, Reading, known, reading
 
@@ -50,7 +51,8 @@ def summary(results: Results) -> dict[str, Any]:
 def report_of(results: Results) -> Report:
     """Return the report on the results of a scene."""
     scene, run, reader = results.scene, results.figures, Reader(results)
-    trust, judged, unreliable = findings(results), acceptance(results), unreliable_figures(reader)
+    trust, judged = findings(results), acceptance(results)
+    unreliable, near_zero = figures_with_large_errors(reader)
     interrupted = scene.course.interrupted
     return Report(
         kinelast=__version__,
@@ -61,6 +63,7 @@ def report_of(results: Results) -> Report:
             run.locked,
             results.left_out,
             results.one_position,
+            results.several_turns,
             None if interrupted is None else reading(interrupted, "s"),
             reading(run.span[0], "s"),
             reading(run.span[1], "s"),
@@ -94,12 +97,12 @@ def report_of(results: Results) -> Report:
         solid_check=solid_report(results.solid),
         theory=theory_report(results),
         cautions=exceedance_rows(reader),
-        limits={kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
+        limits={kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in VALIDITY_RANGES.items()},
         trust=sorted(
             [*trust, *_limit_and_error_findings(scene, judged.limits or (), unreliable)],
             key=lambda finding: ORDER.index(finding.level),
         ),
-        reliability=report.Reliability(*reliability(trust), unreliable),
+        reliability=report.Reliability(*reliability(trust), unreliable, near_zero),
         stressed=any(math.isfinite(peak.value) for peak in run.peaks["stress"]),
         not_computed=left_out(results),
         acceptance=judged,
@@ -107,33 +110,43 @@ def report_of(results: Results) -> Report:
     )
 
 
-def unreliable_figures(reader: Reader) -> list[report.UnreliableFigure]:
-    """Return the figures and items that the report marks as unreliable, starting with the least certain."""
-    run, marked = reader.results.figures, []
+def figures_with_large_errors(reader: Reader) -> tuple[list[report.UnreliableFigure], int]:
+    """Return the unreliable figures (results with large errors), and the number of those with a value near zero.
+
+    The figures are sorted, the one with the largest relative error first. A value near zero has a large relative error
+    too, but is not listed, because its error is small relative to other values.
+    """
+    run, marked, near_zero = reader.results.figures, [], 0
     for figure in run.figures:
         rows = zip(run.peaks[figure.key], reader.scene.shown_items(figure.of), figure.units(reader.scene), strict=True)
         for peak, name, unit in rows:
             row = reader.largest(peak, unit)
-            if row.unreliable and row.value:
-                share = abs(row.error / row.value) if row.error else None
+            if row.unreliable:
+                share = abs(row.error / row.value) if row.error and row.value else None
                 marked.append(report.UnreliableFigure(figure.name, name or None, share))
-    return sorted(marked, key=lambda each: -math.inf if each.share is None else -each.share)
+            elif row.value and row.error and row.error > UNRELIABLE * abs(row.value):  # zero has no mark
+                near_zero += 1
+    return sorted(marked, key=lambda each: -math.inf if each.share is None else -each.share), near_zero
 
 
 def _limit_and_error_findings(
     scene: Scene, limits: Sequence[report.JudgedLimit], unreliable: Sequence[report.UnreliableFigure]
 ) -> Iterator[Finding]:
-    """Yield a finding on the limits that cannot be judged, and one on the unreliable figures."""
+    """Yield a finding for each reason why limits cannot be judged, and one on the figures with large errors."""
     members = dict(zip(scene.labels, scene.member_names, strict=True))
     for problem, names in unjudged_limits(limits, lambda label: members.get(label, label)).items():
-        yield Finding(CAUTION, "Limits", f"Cannot be judged: {', '.join(names)}. {problem[:1].upper()}{problem[1:]}.")
+        yield Finding(CAUTION, "Limits", f"Cannot be judged: {', '.join(names)}. {capitalized(problem)}.")
     if unreliable:
         words = "; ".join(large_errors(unreliable))
         yield Finding(CAUTION, "Unreliable figures", f"Errors above {percent(UNRELIABLE)} of the value: {words}.")
 
 
 def registered_figures(reader: Reader) -> dict[str, Reading]:
-    """Return the registered figures by key for the item with the extreme value, or for every item if units differ."""
+    """Return all registered figures (results) by key.
+
+    Each entry contains the most extreme value of all items. If the items have different units, there is an entry for
+    every item, with a key such as `drive_effort.crank`.
+    """
     scene, run, by_key = reader.scene, reader.results.figures, {}
     for figure in run.figures:
         peaks, names = run.peaks[figure.key], items_of(scene, figure.of)
@@ -149,7 +162,7 @@ def registered_figures(reader: Reader) -> dict[str, Reading]:
 
 
 def theory_report(results: Results) -> report.TheoryReport:
-    """Return the section on the theory of the answer and the largest relative error of the main figures."""
+    """Return the section on the theory of the results and on the largest relative error in the main figures."""
     answer = results.answer
     if answer is None:
         return report.TheoryReport(name=QUASI_STATIC, problem=results.error_unknown)
@@ -162,6 +175,7 @@ def theory_report(results: Results) -> report.TheoryReport:
         name=answer.theory,
         error=known(results.error),
         **worst_figure(results),
+        near_zero=small_figures(results),
         without_vibration=known(answer.missed),
         accuracy=answer.accuracy,
         expected=ACCURACY,
@@ -201,7 +215,7 @@ def _links(results: Results) -> list[dict[str, Any]]:
 
 
 def _making(results: Results, number: int) -> dict[str, str | None]:
-    """Return the section, dimensions and material of a beam in words."""
+    """Return words on the section of a beam with its dimensions, and the name of its material."""
     if number >= len(results.scene.made_of):
         return {"section": None, "material": None}
     made, shown_in = results.scene.made_of[number], results.scene.shown_in
@@ -224,7 +238,7 @@ def _peaks(reader: Reader) -> dict[str, dict[str, Reading]]:
 
 
 def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
-    """Return the greatest magnitude of a field on all beams, or None if it is unknown or there are no beams."""
+    """Return the greatest magnitude of a field on any beam. Return None if it is unknown, or if there are no beams."""
     results = reader.results
     peaks = results.figures.of_field(field)
     beam = greatest(peaks)
@@ -242,7 +256,7 @@ def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
 
 
 def point_figures(reader: Reader) -> dict[str, dict[str, Reading]]:
-    """Return the largest displacement of each moving point, with its components along and normal to the path."""
+    """Return the largest displacement of each moving point, and its largest components along and normal to the path."""
     keys = "displacement", "along_path", "off_path"
     rows = zip(*(reader.results.figures.peaks[key] for key in keys), strict=True)
     return {
@@ -252,13 +266,13 @@ def point_figures(reader: Reader) -> dict[str, dict[str, Reading]]:
 
 
 def angle_figures(reader: Reader) -> dict[str, Reading]:
-    """Return the largest angle error of each moving link, together with the point at which it occurs."""
+    """Return the largest angle error of each moving link, with the point of the link at which it occurs."""
     pairs = zip(reader.results.mechanism.links[1:], reader.results.figures.peaks["angle_error"], strict=True)
     return {link.name: reader.largest(peak, "rad", **_point(reader, link.name, peak)) for link, peak in pairs}
 
 
 def _point(reader: Reader, link: str, peak: Peak) -> dict[str, str]:
-    """Return the point at which an angle error occurs, if known."""
+    """Return the point of a link at which an angle error occurs, if known."""
     mechanism = reader.results.mechanism
     return {} if math.isnan(peak.value) else {"point": [*mechanism.links[mechanism.index[link]].points][peak.row]}
 
@@ -266,8 +280,8 @@ def _point(reader: Reader, link: str, peak: Peak) -> dict[str, str]:
 def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
     """Return the stroke or swing, time ratio, smallest mechanical advantage and turning points of the output.
 
-    `advantage` is the rate of the only drive / the speed of the output. `turns` are the positions at which the output
-    is at rest. They would be dead points if the output were driven.
+    `advantage` is drive speed divided by output speed. It exists only if there is a single drive. `turns` are the
+    positions at which the output reverses. These positions would be dead points if the output were driven.
     """
     cycle, rows = reader.cycle, {}
     for each in output_figures(output):
@@ -283,7 +297,10 @@ def output_motion(reader: Reader, output: Output) -> dict[str, Any]:
 
 
 def output_reading(reader: Reader) -> report.OutputReading | None:
-    """Return the error of the output, its location and the contributions of the links; None if there is no output."""
+    """Return the section on the output, with its error and the contributions of links.
+
+    Return None without an output.
+    """
     output = reader.results.figures.output
     if output is None:
         return None
@@ -303,14 +320,14 @@ def output_reading(reader: Reader) -> report.OutputReading | None:
 
 
 def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
-    """Return the exceeded values and their limits as plain data."""
+    """Return the exceeded limits of beam theory as plain data, each with the actual value and the severity."""
     return [
         {
             "kind": each.kind,
             "label": None if each.beam is None else reader.scene.labels[each.beam],
             "figure": known(each.figure),
             "limit": each.limit,
-            "severe": each.severe,
+            "level": exceedance_level(reader.results, each),
             **({} if peak is None else reader.at_peak(peak)),
         }
         for each, peak in reader.results.exceedances
@@ -318,7 +335,7 @@ def exceedance_rows(reader: Reader) -> list[dict[str, Any]]:
 
 
 def check_report(results: Results) -> report.CheckReport | None:
-    """Return the finite element check, or None if it was not requested."""
+    """Return the section on the finite element check, or None if the check was not requested."""
     comparison = results.comparison
     if comparison is None:
         return None
@@ -333,7 +350,7 @@ def check_report(results: Results) -> report.CheckReport | None:
         largest=known(worst.relative) if worst else None,
         momentum={
             theory: report.MomentumReport(
-                **asdict(balance), largest=balance.largest, passed=balance.passed if balance.compared else None
+                **structs.asdict(balance), largest=balance.largest, passed=balance.passed if balance.compared else None
             )
             for theory, balance in results.balances.items()
         },

@@ -1,32 +1,36 @@
-"""The choice of the theory of motion for a scene, and the error of its answer.
+"""Choice of the theory of motion for a scene. The answer is the deflection by this theory, with its errors.
 
-One class computes the answers of all theories, because they share vibrations, finer discretizations and figures.
+One class computes the answers of all theories, because the answers share solutions with vibration, finer
+discretizations and figures.
 """
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import (
     Elastodynamic,
     Vibration,
-    discretized_finer,
     elastodynamic,
+    finer_solution,
     finer_vibration,
     geometrically_exact,
     has_dry_friction,
+    including,
     large_displacement_error,
     moved_to,
-    stepped_on,
     transient,
     with_large_displacement,
+    with_one_more_step,
     worth_halving,
 )
 from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
@@ -38,23 +42,15 @@ from kinelast.figures.bounds import (
     FORCES_PER_ROTATION,
     PER_ROTATION,
     RESOLVED,
+    accepted_bound,
     bound_of_vibration,
     damping_of,
     largest_rotation,
-    resolved,
 )
 from kinelast.figures.cycle import Cycle, too_many_beams
-from kinelast.figures.entry import magnitudes
-from kinelast.figures.errors import (
-    HEADLINE,
-    HIGHER_ORDERS,
-    LARGE,
-    TIME,
-    VIBRATION,
-    Estimate,
-    GradedFigure,
-    graded_figures,
-)
+from kinelast.figures.errors import HIGHER_ORDERS, LARGE, TIME, VIBRATION, Estimate
+from kinelast.figures.main_figures import HEADLINE, MainFigure, main_figures_of
+from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
@@ -67,26 +63,28 @@ from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
-TOLERANCE = 1e-4  # tolerance of a theory requested by name, relative to the largest displacement
-FINE = 0.05  # tolerance of the solver, relative to the requested accuracy or that needed to judge limits
-FINE_BY_DEFAULT = 0.1  # the same if there are no limits and no accuracy was requested
-FINE_WITH_FRICTION = 0.02  # the same with friction: only a finer tolerance reveals that vibration has not settled
-FINEST = 1e-6  # smallest tolerance of the solver, below which time elements take minutes or do not converge
-EXACT = 0.02  # tolerance of an exact answer that is not requested by name, relative to the requested accuracy
-FAR = 3.0  # change of the largest deflection by vibration / accuracy above which quasi-static is not tried
-FORCES_LATER = 3.0  # bound on the error of forces / error of deflections after the first steps to the exact answer
-SHARED = 0.5  # largest error of a finer exact answer, relative to that of the answer whose error it measures
-MAX_FINER_ERROR = 10.0  # error of a finer answer / error of the answer, above which the finer one is not used
-ERROR_OVER_CHANGE = 2.0  # error of large displacement / last change of a geometrically exact answer
-MAX_LAST_CHANGE = 0.25  # change of deflections by the last step to the exact answer / accuracy, to stop there
-MAX_ROTATION = 4.0  # [rad] rotation of a section above which vibration is not computed
-SAME = 1e-9  # largest relative change of moments of a machine at rest, due to round-off
+TOLERANCE = 1e-4  # largest solver tolerance if a theory is requested by name, relative to the largest displacement
+FINE = 0.05  # solver tolerance relative to the accuracy, if the user requests one or a theory, or sets limits
+FINE_BY_DEFAULT = 0.1  # solver tolerance relative to the accuracy in all other scenes without friction
+FINE_WITH_FRICTION = 0.02  # the same with friction; small enough to show whether vibration has settled
+FINEST = 1e-6  # smallest solver tolerance if no theory is requested; smaller ones take minutes or do not converge
+EXACT = 0.02  # solver tolerance of an exact answer, relative to the accuracy, if this theory is not requested
+FAR = 3.0  # if vibration changes the largest deflection by more, relative to the accuracy, it is not neglected
+FORCES_LATER = 3.0  # bound on the ratio of force error to deflection error after the first steps to the exact answer
+SHARED = 0.5  # a finer exact answer counts as converged if its error is below this share of that of the answer
+STALLED = 3.0  # the iteration of an exact answer stalled if its last change / tolerance is larger
+MAX_FINER_ERROR = 10.0  # a finer exact answer is not used if it converges worse than the answer by this factor
+ERROR_OVER_CHANGE = 2.0  # ratio of the error due to large displacement to the last change in the iteration
+MAX_LAST_CHANGE = 0.25  # largest last change of the first steps, relative to the accuracy, if their result is an answer
+MAX_ROTATION = 4.0  # [rad] vibration is not computed if a section rotates by more
+SAME = 1e-9  # largest relative change in bending moments over time of a machine at rest, due to round-off
 MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
-MAX_CHANGE_PER_TRAVEL = 10.0  # largest relative change of moments per travel of a machine at rest
-LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, stresses and forces
-STAGES = 5  # number of stages that the progress report shows
-EXACT_OVER_FIRST_STEPS = 40.0  # largest time of an exact answer with its error / time of its first steps
-LONG = 10.0  # [s] expected duration above which the user is informed
+MAX_CHANGE_PER_TRAVEL = 10.0  # [1/rad or 1/m] largest relative change in bending moments per travel of a drive at rest
+LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
+STAGES = 5  # number of stages shown as progress
+EXACT_OVER_FIRST_STEPS = 40.0  # estimated ratio of the computing time of an exact answer to that of the first steps
+LONG = 10.0  # [s] the user is informed if the expected computing time is longer
+STICKING = "the iteration for sticking friction does not converge"
 UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
 
@@ -94,18 +92,21 @@ UNSTABLE = "there is no steady state, because the vibration of the links grows"
 def answer(
     quasi_static: Cycle, theory: Theory, period: float, quasi_static_only: bool = False, progress: Progress = SILENT
 ) -> Answer:
-    """Return the answer of the requested theory, or of the cheapest theory that is accurate enough.
+    """Return the deflection by the requested theory of motion, with errors.
+
+    If no theory is requested, use the cheapest one that is accurate enough.
 
     Parameters
     ----------
     quasi_static
-        Quasi-static answer at the positions of the run.
+        `Cycle` with the quasi-static deflection at the positions of the run.
     period
-        Duration of the cycle [s]; nan if there is no cycle. Vibration then starts from the quasi-static deflection.
+        Duration of the cycle [s], or nan if there is no cycle. Without a cycle, vibration is not periodic but begins at
+        the start of the run.
     quasi_static_only
-        Whether to use the quasi-static answer regardless of its error.
+        Whether to return the quasi-static answer even if its error is large.
     progress
-        Receives the stages of the computation.
+        Function that is called at each stage of the computation.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def answer(
         The requested theory cannot solve the scene, e.g. because of a singular position, a block beyond the end of its
         beam, or a wheel on a rack.
     """
-    wanted = ACCURACY if theory.accuracy is None else theory.accuracy
+    wanted = theory.wanted
     scene, plain = quasi_static.scene, quasi_static.deflection
     answers, named = _Answers(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
     if not scene.labels:
@@ -123,7 +124,7 @@ def answer(
         return early
     fine = FINE_BY_DEFAULT if theory.accuracy is None and not named and not limits_of(scene) else FINE
     fine = FINE_WITH_FRICTION if scene.mechanism.friction else fine
-    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, NEGLIGIBLE_GAIN * answers.error_of_statics)
+    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, NEGLIGIBLE_GAIN * answers.error_without_motion)
     tolerance = min(TOLERANCE, fine * aim) if named else max(fine * aim, FINEST)
     if scene.mechanism.friction:
         tolerance = max(tolerance, fine * wanted)
@@ -136,12 +137,8 @@ def answer(
 
         linear = _vibrating(scene, plain, announced, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
-            reason = (
-                "friction sticks too hard to be settled"
-                if has_dry_friction(scene.mechanism)
-                else "it is too fine to be resolved"
-            )
-            raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {reason}")
+            reason = STICKING if has_dry_friction(scene.mechanism) else "it needs too many time elements or coordinates"
+            raise SceneError(scene.path, "run", "theory", f"vibration cannot be solved: {reason}")
     except SceneError as error:
         if named:
             raise
@@ -162,13 +159,12 @@ def answer(
 
 @one_thread()
 def answer_at(known: Answer, quasi_static: Cycle, theory: Theory) -> Answer:
-    """Return a known answer at other positions of the run, which are those of `quasi_static`."""
-    return _Answers(quasi_static, theory).again(known)
+    """Return a known answer at other positions of the run, namely the positions of `quasi_static`."""
+    return _Answers(quasi_static, theory).at_positions(known)
 
 
-@dataclass(frozen=True, eq=False)
-class _Answers:
-    """The answers of all theories for a scene, with errors."""
+class _Answers(Struct, frozen=True, eq=False, dict=True):
+    """The answers of all theories of motion for a scene. An answer is a deflection with its errors."""
 
     quasi_static: Cycle
     theory: Theory
@@ -185,38 +181,42 @@ class _Answers:
         return self.quasi_static.deflection
 
     @cached_property
-    def error_of_statics(self) -> float:
-        """The largest part of the relative errors of graded figures that is the same in all theories of motion."""
+    def error_without_motion(self) -> float:
+        """The largest relative error in the main figures due to causes other than the theory of motion.
+
+        An example of such a cause is beam theory.
+        """
         cycle = self._cycle(self.plain)
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
-        return max((each.share for each in graded_figures(self.scene, cycle, self.figures, off)), default=0.0)
+        return max((each.share for each in main_figures_of(self.scene, cycle, self.figures, off)), default=0.0)
 
     def _report(self, number: int, stage: str) -> None:
         self.progress(f"{self.scene.name}: {stage}", number, STAGES)
 
     def _announce(self, first_steps: float) -> None:
-        """Inform the user if the exact answer is expected to take long, given the duration of the first steps [s]."""
+        """Inform the user if the geometrically exact answer will probably take long.
+
+        `first_steps` is the computing time of the first steps to this answer [s].
+        """
         expected = EXACT_OVER_FIRST_STEPS * first_steps
         if expected > LONG:
-            advice = '"--theory elastodynamic" or a larger --accuracy answers sooner'
+            advice = '"--theory elastodynamic" or a larger --accuracy is faster'
             self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
     @cached_property
     def figures(self) -> list[Figure]:
-        """The figures of a run, except for those that are computed only on request."""
+        """The figures of a run, except for figures that are computed only on request."""
         return [figure for figure in figures_of(output_of(self.scene, self.plain)) if not figure.asked]
 
     def candidates(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
-        """Yield the answers, from the cheapest theory to the most accurate.
+        """Yield the answers of all theories, from the cheapest theory to the most accurate.
 
-        An error is measured only if its bound exceeds a small fraction of the requested accuracy. The discretization
-        error
-        is measured by a finer discretization, and the effect of large displacement by the first steps to the exact
-        answer.
-        The result of these steps is accepted as an answer if the last step changes deflections by at most
-        `MAX_LAST_CHANGE` times the accuracy. If a theory is requested by name and vibration is stable, answers of
-        cheaper
-        theories are skipped.
+        The errors in an answer are measured only if a bound on them exceeds a fraction of the accuracy (see
+        `kinelast.figures.bounds`). A finer discretization measures the discretization error. The first steps of the
+        iteration for the geometrically exact answer measure the effect of large displacement. If no theory is requested
+        by name, the result of these first steps is also yielded as an answer, provided that the last of them changes
+        deflections by at most `MAX_LAST_CHANGE` times the accuracy. If a theory is requested by name and vibration is
+        stable, answers of cheaper theories are skipped.
 
         Raises
         ------
@@ -235,7 +235,7 @@ class _Answers:
         if self._worth_measuring(linear, wanted):
             self._report(1, "error in time and coordinates")
             shared = finer_vibration(linear)
-            stages, shares = {TIME: discretized_finer(linear, shared, tolerance)[0]}, {}
+            stages, shares = {TIME: finer_solution(linear, shared, tolerance)[0]}, {}
         began = time.perf_counter()
         finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
         first_steps = time.perf_counter() - began
@@ -256,7 +256,7 @@ class _Answers:
             measured, left = self._errors_of_exact(stepped, tolerance, wanted, shared, finest)
             if LARGE in left:
                 left = {**left, LARGE: FORCES_LATER * left[LARGE]}
-                if not measured and left[LARGE] > self.resolved(wanted):
+                if not measured and left[LARGE] > self.accepted_bound(wanted):
                     measured, left = self._one_more_step(stepped, left)
             yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
         self._report(3, "geometrically exact")
@@ -269,7 +269,7 @@ class _Answers:
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
             if asked == GEOMETRICALLY_EXACT:
-                problem = f"large displacement cannot be answered: {error}"
+                problem = f"large displacement cannot be solved: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
@@ -278,15 +278,16 @@ class _Answers:
     def best(self, tried: Sequence[Answer]) -> Answer:
         """Return the answer with the smallest error due to the theory of motion.
 
-        With dry friction, the error is unknown if the answer has not settled, i.e. still depends on the tolerance.
+        With dry friction, the quasi-static answer with an unknown error is returned if the error of the best answer is
+        large.
         """
         best = min(reversed(tried), key=lambda candidate: candidate.off_by_motion)
         if best.off_by_motion > UNRELIABLE and has_dry_friction(self.scene.mechanism):
-            return self.unknown("large displacement cannot be settled: friction sticks too hard")
+            return self.unknown(f"large displacement cannot be solved: {STICKING}")
         return best
 
     def _far(self, linear: Elastodynamic, wanted: float) -> bool:
-        """Return whether vibration changes the deflection so much that the quasi-static answer need not be tried."""
+        """Return whether vibration changes the largest deflection too much for the quasi-static answer."""
         plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
@@ -296,29 +297,29 @@ class _Answers:
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
         """Return the quasi-static answer if vibration need not or cannot be solved, otherwise None.
 
-        It need not be solved if the bounds on vibration and large displacement are small; they are then the errors of
-        the
-        answer. It cannot be solved if sections rotate by more than `MAX_ROTATION`.
+        Vibration is not solved if the bounds on the effects of vibration and large displacement are small. These bounds
+        are then used as errors of the answer. Vibration is not solved either if a section rotates by more than
+        `MAX_ROTATION`. The error is then unknown.
         """
         if largest_rotation(self._cycle(self.plain)) > MAX_ROTATION:
             return self.unknown("vibration is not computed for such large rotations of the links")
         large = self._bound_of_large(self.plain)
-        if large > self.resolved(wanted, BOUNDED):
+        if large > self.accepted_bound(wanted, BOUNDED):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
-        if vibration + large > self.resolved(wanted, BOUNDED):
+        if vibration + large > self.accepted_bound(wanted, BOUNDED):
             return None
         return self._answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
-    def resolved(self, wanted: float, share: float = RESOLVED) -> float:
-        """Return the largest bound that is accepted in place of a measured error, see `kinelast.figures.bounds`."""
-        bound = resolved(wanted, bool(limits_of(self.scene)), share)
+    def accepted_bound(self, wanted: float, share: float = RESOLVED) -> float:
+        """Return the largest error bound that is accepted in place of an error, see `kinelast.figures.bounds`."""
+        bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, ASKED)
 
     def _bound_of_large(self, bent: Deflection) -> float:
         """Return a bound on the effect of large displacement.
 
-        If an accuracy is requested, the bound includes the effect on the forces of each member.
+        If an accuracy is requested, the bound also covers the forces, relative to the largest force in the same member.
         """
         per_rotation = PER_ROTATION if self.theory.accuracy is None else FORCES_PER_ROTATION
         return per_rotation * largest_rotation(self._cycle(bent))
@@ -328,33 +329,34 @@ class _Answers:
         return self._answer(QUASI_STATIC, None, {}, {})
 
     def unknown(self, why: str) -> Answer:
-        """Return the quasi-static answer, stating why its error is unknown."""
+        """Return the quasi-static answer with an unknown error; `why` is the reason."""
         return self._answer(QUASI_STATIC, None, {}, {}, why)
 
     def at_rest(self) -> Answer:
-        """Return the quasi-static answer for a machine at rest if large displacement cannot be solved.
+        """Return the quasi-static answer for a machine at rest if the geometrically exact theory cannot solve it.
 
-        The error is estimated as the square of the largest rotation plus load / Euler load.
+        The relative error is estimated as (largest rotation)^2 + compressive force / Euler load.
         """
         rotation = largest_rotation(self._cycle(self.plain))
-        pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
-        large = {LARGE: float(rotation**2 + pressed)}
+        ratio = np.nanmax(euler_ratio(self.plain), initial=0.0)
+        large = {LARGE: float(rotation**2 + ratio)}
         return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return whether the error has to be measured by a finer discretization."""
-        return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.resolved(wanted))
+        """Return whether the discretization error has to be measured by a finer discretization."""
+        return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.accepted_bound(wanted))
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
     ) -> tuple[Elastodynamic, dict[str, Elastodynamic], dict[str, float]]:
-        """Return the first steps to the exact answer, the corrected answer by cause, and relative errors by cause.
+        """Measure the effect of large displacement by the first steps of the iteration to the exact answer.
 
-        If the effect of large displacement is small or cannot be solved, it is estimated as a relative error. The finer
-        discretization is used if there is one, because that of the linear answer may be too coarse.
+        Return the answer after these steps, the corrected answer by cause, and relative errors by cause. If the effect
+        is small or the steps do not converge, there is no corrected answer, and a relative error is estimated. The
+        steps use the discretization `finer` if there is one, because that of the linear answer may be too coarse.
         """
         large = self._bound_of_large(linear.deflection)
-        if self.theory.name is None and large <= self.resolved(wanted, BOUNDED):
+        if self.theory.name is None and large <= self.accepted_bound(wanted, BOUNDED):
             return linear, {}, {LARGE: large}
         self._report(2, "large displacement")
         try:
@@ -366,14 +368,13 @@ class _Answers:
     def _one_more_step(
         self, stepped: Elastodynamic, left: dict[str, float]
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Measure the error of the first steps to the exact answer by one more step.
+        """Measure the error after the first steps of the iteration to the exact answer by one more step.
 
-        Return the corrected answer, and the other relative errors by cause. The effect of all further steps is
-        estimated
-        as the last change times the ratio of the last two changes. If the changes do not decrease, the errors given in
-        `left` are returned.
+        Return two mappings by cause of the error: a corrected answer, and relative errors. The effect of all further
+        steps is estimated as (last change)^2 / previous change. If the changes do not decrease, no corrected answer is
+        returned, and the errors are those in `left`.
         """
-        after = stepped_on(stepped)
+        after = with_one_more_step(stepped)
         before, change = (large_displacement_error(each) for each in (stepped, after))
         if not change < before:
             return {}, left
@@ -388,10 +389,11 @@ class _Answers:
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Return the exact answer in a finer discretization, and the errors that are known as relative values.
+        """Return two mappings by cause of the error: a finer exact answer as a correction, and relative errors.
 
-        There is no finer answer if the error bounds of displacements and forces are small, if it would take too long,
-        or if it does not converge nearly as well as the answer itself.
+        A finer answer is not computed if the bounds on the discretization errors in displacements and forces are small,
+        or if it would take too long. It is not used if it converges much worse than the answer itself. If the iteration
+        of the answer stalled, the last change in the iteration of the finer answer is an additional error.
         """
         discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
         shares = {TIME: discretized, LARGE: ERROR_OVER_CHANGE * large_displacement_error(exact)}
@@ -400,13 +402,13 @@ class _Answers:
         self._report(4, "error in time and coordinates")
         begun = begun if finer else None
         finer = finer or finer_vibration(exact)
-        after, left = discretized_finer(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
+        after, left = finer_solution(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
         worst = exact.exact.worst
         if left > MAX_FINER_ERROR * max(tolerance, worst):
             return {}, shares
         if left > max(tolerance, SHARED * worst):
             return {TIME: after}, {LARGE: ERROR_OVER_CHANGE * max(worst, left)}
-        return {TIME: after}, {}
+        return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > STALLED * tolerance else {}
 
     def _answer(
         self,
@@ -426,16 +428,35 @@ class _Answers:
             closer is not None and VIBRATION in stages and vibrating is not None and self._between.may_peak(vibrating)
         )
         moving = self._between.of(cycle, vibrating) if rings else None
-        off = Estimate(corrected, bodies, shares, unknown, settled, forces, closer, moving)
-        graded = graded_figures(self.scene, cycle, self.figures, off)
+        inertia = None if name == QUASI_STATIC else self._inertia_beyond_beam_theory(vibrating)
+        off = Estimate(corrected, bodies, shares, unknown, settled, forces, closer, moving, inertia)
+        main_figures = main_figures_of(self.scene, cycle, self.figures, off)
         missed = shares.get(VIBRATION, math.nan if vibrating is None else math.inf)
         if not unknown and VIBRATION not in shares:
-            missed = self._missed([cycle, *corrected.values()][-1] if name == QUASI_STATIC else cycle, graded)
+            missed = self._change_by_vibration(
+                [cycle, *corrected.values()][-1] if name == QUASI_STATIC else cycle, main_figures
+            )
         finer, accuracy = LARGE in stages or VIBRATION in shares, self.theory.accuracy
-        return Answer(name, cycle, self.plain, vibrating, stages, self.figures, off, graded, accuracy, missed, finer)
+        return Answer(
+            name, cycle, self.plain, vibrating, stages, self.figures, off, main_figures, accuracy, missed, finer
+        )
 
-    def again(self, known: Answer) -> Answer:
-        """Return a known answer at the positions of `quasi_static`, without solving vibration again."""
+    def _inertia_beyond_beam_theory(self, vibrating: Elastodynamic | None) -> tuple[Cycle, Cycle] | None:
+        """Return two linear answers (deflections) with an estimate of the deflections that beam theory neglects.
+
+        The first neglects the inertia of these deflections, and the second includes it. Return None if there is no
+        stable vibration, or if beam theory neglects nothing.
+        """
+        if vibrating is None or vibrating.vibration is None or not vibrating.stable:
+            return None
+        linear = vibrating if vibrating.exact is None else moved_to(replace(vibrating, exact=None), self.plain)
+        before = beyond_beam_theory(linear.deflection)
+        if before is linear.deflection:
+            return None
+        return self._cycle(before), self._cycle(including(beyond_beam_theory, vibrating).deflection)
+
+    def at_positions(self, known: Answer) -> Answer:
+        """Return a known answer at the positions of `quasi_static`. Vibration is not solved again."""
         vibrating = known.vibrating and moved_to(known.vibrating, self.plain)
         stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
         shares = dict(known.off.shares)
@@ -443,21 +464,22 @@ class _Answers:
             shares[LARGE] = max(shares[LARGE], self._bound_of_large(vibrating.deflection))
         return self._answer(known.theory, vibrating, stages, shares, known.unknown)
 
-    def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
-        """Return the relative change that vibration causes in the most affected displacement, stress or force.
+    def _change_by_vibration(self, moving: Cycle, main_figures: Sequence[MainFigure]) -> float:
+        """Return the largest relative change that vibration causes in a main figure.
 
-        Only graded figures count. Safety factors, lives and load ratios do not: they change by other shares than the
-        loads. After a stop, only vibration remains, so the residual amplitude does not count either.
+        Only displacements, stresses and forces are considered. Safety factors, lives and load ratios are left out,
+        because they are not proportional to the loads. The residual amplitude after a stop is left out too, because it
+        consists of vibration only.
         """
-        keys = {each.key for each in graded}
+        keys = {each.key for each in main_figures}
         chosen = {figure.key: figure for figure in self.figures if figure.key in keys and self._of_loads(figure)}
         here, there = (magnitudes(cycle, list(chosen.values())) for cycle in (self._cycle(self.plain), moving))
-        moved = [each for each in graded if each.key in chosen]
+        moved = [each for each in main_figures if each.key in chosen]
         shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in moved]
         return max(map(float, shares), default=0.0)
 
     def _of_loads(self, figure: Figure) -> bool:
-        """Return True for a displacement, a stress or a force that grows in proportion to the loads."""
+        """Return whether a figure (result) is a displacement, a stress or a force that is proportional to the loads."""
         in_proportion = figure.power == 1.0 and not figure.remains_of
         return in_proportion and {*figure.units(self.scene)} <= LOAD_UNITS
 
@@ -470,11 +492,11 @@ class _Answers:
         return {}
 
     def _cycle(self, bent: Deflection) -> Cycle:
-        """Return the cycle of a deflection. It is cached so that figures are computed only once."""
+        """Return the `Cycle` of a deflection. It is cached, so that its figures are computed only once."""
         plain = self.quasi_static
         if id(bent) not in self._cycles:
             known = {"sampled": True} if bent is plain.given else {"quasi_static": plain, "sampled": True, "_known": {}}
-            self._cycles[id(bent)] = replace(plain, motion=bent.motion, given=bent, **known)
+            self._cycles[id(bent)] = dataclasses.replace(plain, motion=bent.motion, given=bent, **known)
         return self._cycles[id(bent)]
 
 
@@ -488,7 +510,7 @@ def _rests(plain: Deflection) -> bool:
 
 
 def _motion_at_rest(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:
-    """Return a motion that stays at the first position at all instants, and its duration."""
+    """Return a function of time for a motion that rests at the first position, and the duration of this motion."""
 
     def held(times: Any) -> Motion:
         return replace(scene.course.at(np.repeat(motion.time[:1], len(times))), time=np.asarray(times))
@@ -505,4 +527,4 @@ def _vibrating(scene: Scene, plain: Deflection, motion_at: MotionAt, period: flo
             return transient(plain.motion, motion_at, *given, breaks=scene.course.breaks.edges)
         return elastodynamic(plain.motion, motion_at, period, *given, breaks=scene.course.breaks.edges, static=plain)
     except (MechanismError, ValueError) as error:
-        raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {error}") from None
+        raise SceneError(scene.path, "run", "theory", f"vibration cannot be solved: {error}") from None

@@ -1,54 +1,48 @@
-"""The reliability of a scene's figures, judged by the size of the effects that the theory neglects.
+"""Findings on how far the results of a scene can be trusted, e.g. on the size of neglected effects.
 
-docs/report.md and docs/strength.md list the limits and their sources.
+docs/report.md and docs/strength.md list the limits of the theory and their sources.
 """
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from elastic.assessment import LIMITS, shear_share
-from kinelast.figures.checks import check_passed, nearer
+from elastic.assessment import VALIDITY_RANGES, Exceedance, shear_share
+from kinelast.figures.accuracy import accuracy_findings
+from kinelast.figures.advice import exceedance_advice
+from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import WELL
-from kinelast.figures.errors import GradedFigure
 from kinelast.figures.inputs import cycle_findings, input_findings
-from kinelast.figures.parts import friction_of
+from kinelast.figures.jumps import jump_findings
 from kinelast.figures.ranges import outside_ranges
+from kinelast.figures.report_sections import friction_of
 from kinelast.figures.results import Results
-from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
+from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.figure import NOISE
-from kinelast.scene.numbers import error_percent, number, percent, quantity
+from kinelast.scene.numbers import capitalized, number, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader, known
+from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader
 from rigid import Friction, counted
 
-THEORY = "Accuracy"
-CHANGED = "the main deflections, stresses and forces"  # figures of `Answer.missed`
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
     "axial force": "Buckling",
     "yield": "Strength",
 }
-MIN_SHARE = 0.01  # smallest part of an error that is listed, relative to the error
 WITHIN = {
     "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link from its chord",
     "deflection": "no link deflects by more than {:.0f} % of its length",
     "axial force": "no link exceeds {:.0f} % of its critical load",
     "yield": "no link exceeds {:.0f} % of its yield stress",
 }
-IN_THE_ERROR = {  # effects that the answer or its error includes; they raise no caution
-    "slenderness": "the stated errors of deflections include this, and stresses are those of beam theory",
+IN_THE_ERROR = {  # words on effects that the results include, or that the stated errors cover
+    "slenderness": "the stated errors of deflections include its effect at the largest deflection,"
+    " which may be smaller; stresses are those of beam theory",
     "deflection": "the answer or its error includes this",
     "axial force": "the answer or its error includes its effect on bending",
-}
-ADVICE = {
-    "slenderness": "Run with --check solid to measure the error of beam theory",
-    "axial force": "Make it thicker or shorter",
-    "yield": "Make it thicker, or of a stronger material",
 }
 SHEAR_OFF = 'beams = "euler-bernoulli" neglects shear'
 SHEAR_UNKNOWN = "its section has neither shear_area nor kGA, so shear is neglected"
@@ -59,9 +53,10 @@ _FOUND: WeakKeyDictionary[Results, list[Finding]] = WeakKeyDictionary()
 
 
 def findings(results: Results) -> list[Finding]:
-    """Return all findings on a scene's figures, the worst first. They are computed only once.
+    """Return all findings on the results of a scene, the most severe first.
 
-    If a link buckles, only buckling and the rigid motion are judged.
+    They are computed only once. If a link buckles, findings on formulas, checks and effects within their limits are
+    left out. Of the limits of the theory, only the one on axial force is then considered.
     """
     if results not in _FOUND:
         _FOUND[results] = _findings(results)
@@ -71,12 +66,13 @@ def findings(results: Results) -> list[Finding]:
 def _findings(results: Results) -> list[Finding]:
     unsorted = [
         *input_findings(results),
-        *_theory(results),
+        *accuracy_findings(results),
         _positions(results),
         *cycle_findings(results),
         *(finding for part in PARTS for finding in part.findings(Reader(results))),
         *_ranges(results),
         *_friction(results),
+        *jump_findings(results),
         *_exceedances(results),
     ]
     if not results.buckles:
@@ -85,9 +81,9 @@ def _findings(results: Results) -> list[Finding]:
 
 
 def doubts(results: Results) -> list[str]:
-    """Findings that make all figures unreliable, so that no limit can be declared met.
+    """Return words on the findings that make all results unreliable, so that no limit can be declared met.
 
-    A known error is not such a finding, because each limit is judged with the error of its own figure. Nor is a
+    A known error is not such a finding, because a limit is judged with the error in the limited figure. Nor is a
     yielding link, see `kinelast.figures.ranges.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
@@ -95,9 +91,10 @@ def doubts(results: Results) -> list[str]:
 
 
 def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
-    """Return the worst level of findings, and their headings with the advice in parentheses.
+    """Return the most severe level of all findings, and a heading for each finding with this level.
 
-    Yielding is left out: the report states it separately.
+    A heading is followed by the advice of the finding in parentheses. The finding that a link yields is left out,
+    because the report states it separately. Findings of the level "open" are left out too.
     """
     stated = HEADINGS["yield"], POOR
     about = [each for each in trust if each.level != OPEN and (each.heading, each.level) != stated]
@@ -108,7 +105,7 @@ def reliability(trust: Sequence[Finding]) -> tuple[str, list[str]]:
 
 
 def digits_left(condition: float) -> int:
-    """Return the number of reliable digits at a condition number."""
+    """Return the number of decimal digits that are reliable at a position with this condition number."""
     return max(0, int(15 - math.log10(max(condition, 1.0))))
 
 
@@ -143,16 +140,16 @@ def _positions(results: Results) -> Finding:
 
 
 def _ranges(results: Results) -> Iterator[Finding]:
-    """Yield a finding on each sizing formula outside its range."""
+    """Yield a finding on each sizing formula that is used outside its range of validity."""
     values = {key: [abs(peak.value) for peak in peaks] for key, peaks in results.figures.peaks.items()}
     for each, items in outside_ranges(results.scene, values):
         found = ", ".join(f"{value:.3g} of {name}" for name, value in items.items())
-        text = f"{_sentence(each.words)}, and it is {found}: {each.outside}."
+        text = f"{capitalized(each.words)}, and it is {found}: {each.outside}."
         yield Finding(CAUTION, "Sizing", text, f"{each.formula} of {', '.join(items)}")
 
 
 def _friction(results: Results) -> Iterator[Finding]:
-    """Yield a finding on the power of friction and the risk of locking."""
+    """Yield a finding on the power of friction and the risk that friction locks the mechanism."""
     friction = friction_of(Reader(results))
     if friction is None:
         return
@@ -172,7 +169,7 @@ def _friction(results: Results) -> Iterator[Finding]:
 
 
 def _formulas(results: Results) -> Iterator[Finding]:
-    """Yield a finding on inputs and formulas that the stated errors do not cover."""
+    """Yield a finding on inputs and formulas with an uncertainty that the stated errors do not include."""
     names = [part.formulas for part in reversed(PARTS) if part.formulas and part.of(results.scene)]
     if results.mechanism.friction:
         names.append("friction coefficients")
@@ -182,7 +179,7 @@ def _formulas(results: Results) -> Iterator[Finding]:
 
 
 def _unguided(results: Results, name: str, own: Friction) -> bool:
-    """Return whether a slider transmits a moment that causes no friction because the slider's length is not given."""
+    """Return whether friction due to the moment on a slider is neglected because the slider's length is not given."""
     if not own.coefficient or np.isfinite(own.length):
         return False
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
@@ -190,77 +187,6 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
         return False
     scale = results.figures.scales["N m"]
     return bool(np.any(np.abs(forces.moment[number]) > NOISE * scale))
-
-
-def _theory(results: Results) -> Iterator[Finding]:
-    """Yield a finding on the theory of the answer and its accuracy."""
-    answer = results.answer
-    if answer is None:
-        return
-    vibrating = answer.vibrating
-    if vibrating and not vibrating.stable:
-        text = (
-            f"{_sentence(results.instability)}. This is parametric resonance: no steady state exists, and the figures"
-        )
-        text += " do not include vibration. Reduce the speed, or make the links stiffer or more damped."
-        yield Finding(POOR, THEORY, text)
-        return
-    damping = _damping(results)
-    how = f"Quasi-static: vibration would change {CHANGED} by up to {percent(answer.missed)}{damping}."
-    if math.isnan(answer.missed):
-        how = f"Quasi-static: {answer.unknown}."
-    if results.vibrates:
-        motion = "Axial forces of the motion act on bending."
-        if answer.theory == GEOMETRICALLY_EXACT:
-            motion = "Large displacements are included. N, V, M and stresses include damping."
-        how = f"{answer.theory.capitalize()}: the links vibrate{damping}. {motion} Vibration and large displacement"
-        how += f" change {CHANGED} by up to {percent(answer.missed)}."
-    worst, wanted, brief = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy, ""
-    if not results.scene.labels:
-        how = "No link bends; the figures are those of the rigid motion."
-    if results.error_unknown:
-        text = f"{how} The error of the figures is not known."
-    elif worst is None:
-        text = f"{how} Nothing bends." if results.scene.labels else how
-    else:
-        name, item = _named(results, worst)
-        parts = {part: abs(size) / worst.base for part, size in worst.error.parts.items()}
-        of = f" of {item}" if item else ""
-        shares = ", ".join(
-            f"{part} {error_percent(share)}" for part, share in parts.items() if share > MIN_SHARE * worst.share
-        )
-        text = f"{how} Largest error among the main figures: {error_percent(worst.share)}, {name}{of}"
-        text += f" ({shares})."
-        if worst.share > wanted:
-            advice = nearer(results, worst.error, wanted)
-            text += f" The {'aim' if answer.accuracy is None else 'requested accuracy'} is {percent(wanted)}"
-            text += f": {advice}." if advice else "."
-            remedy = advice.partition(": ")[2]
-            brief = f"{name}{of} ± {error_percent(worst.share)}" + (f": {remedy}" if remedy else "")
-    yield Finding(GOOD if results.error <= wanted else CAUTION, THEORY, text, brief)
-
-
-def _named(results: Results, worst: GradedFigure) -> tuple[str, str]:
-    """Return the name of a main figure and the name of its item."""
-    figure = results.figures.by_key[worst.key]
-    return figure.name, results.scene.shown_items(figure.of)[worst.item]
-
-
-def worst_figure(results: Results) -> dict[str, Any]:
-    """Return the main figure with the largest relative error, its item, and the parts of its error, for the report."""
-    worst = results.worst
-    if worst is None:
-        return {}
-    name, item = _named(results, worst)
-    errors = {part: known(abs(size) / worst.base) for part, size in worst.error.parts.items()}
-    return {"figure": name, "on": item or None, "errors": errors}
-
-
-def _damping(results: Results) -> str:
-    """Describe the damping that is assumed for materials without damping data; empty if all damping is given."""
-    theory = results.scene.theory
-    assumed = not theory.damping or any(math.isnan(beta) for beta in theory.damping)
-    return f" at {percent(theory.damping_ratio)} of critical damping" if assumed else ""
 
 
 def _check(results: Results) -> list[Finding]:
@@ -294,7 +220,10 @@ def _check(results: Results) -> list[Finding]:
 
 
 def _exceedances(results: Results) -> Iterator[Finding]:
-    """Yield a finding for each kind of caution. It describes the worst link and names the others."""
+    """Yield a finding for each limit of beam theory that a link exceeds.
+
+    The finding describes the worst link, and names the other links that exceed the limit.
+    """
     for kind, heading in HEADINGS.items():
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
         if results.buckles and kind != "axial force":
@@ -305,10 +234,9 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         name = "" if worst.beam is None else members[worst.beam]
         names = dict.fromkeys(members[each.beam] for each in alike if each.beam is not None)
         names.pop(name, None)
-        words = f"{name} {worst.message}" if name else _sentence(worst.message)
-        level = POOR if worst.severe else CAUTION
-        if kind in IN_THE_ERROR and results.answer is not None and not results.error_unknown:
-            level = _own_level(kind, worst.figure)
+        words = f"{name} {worst.message}" if name else capitalized(worst.message)
+        level = exceedance_level(results, worst)
+        if _in_the_error(results, kind):
             words += f"; {IN_THE_ERROR[kind]}"
             if kind == "axial force" and level != GOOD and worst.figure < 1.0:
                 words += f", but an initial curvature of the link grows {1 / (1 - worst.figure):.2g} times"
@@ -317,24 +245,37 @@ def _exceedances(results: Results) -> Iterator[Finding]:
             words += f"; {'it buckles' if worst.figure >= 1.0 else grows}"
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
         words += sheared + (f"; less so {', '.join(names)}" if names else "")
-        advice = f" {ADVICE[kind]}." if level != GOOD and kind in ADVICE and not sheared else ""
-        brief = ": ".join(filter(None, (name, advice and _clause(ADVICE[kind]))))
-        yield Finding(level, heading, f"{words}.{advice}", brief if level != GOOD else "")
+        advice = "" if level == GOOD or sheared else exceedance_advice(results, kind, worst.beam or 0)
+        brief = ": ".join(filter(None, (name, advice and _clause(advice))))
+        text = f"{words}. {advice}." if advice else f"{words}."
+        yield Finding(level, heading, text, brief if level != GOOD else "")
 
 
-def _own_level(kind: str, figure: float) -> str:
-    """Return the level of an effect that the answer or its error includes.
+def exceedance_level(results: Results, exceedance: Exceedance) -> str:
+    """Return the severity of the finding on an exceeded limit of beam theory.
 
-    Only buckling raises a caution, because it also depends on the initial straightness of the link.
+    It is "open" if the size of the effect is unknown. Effects that are computed, or covered by the error estimate,
+    raise no caution. A large axial force is the exception, because its effect also depends on how straight the link is
+    initially, which is unknown.
     """
-    if kind != "axial force" or not LIMITS[kind].far_passed(figure):
+    kind, figure = exceedance.kind, exceedance.figure
+    if math.isnan(figure):
+        return OPEN
+    if not _in_the_error(results, kind):
+        return POOR if exceedance.severe else CAUTION
+    if kind != "axial force" or not VALIDITY_RANGES[kind].far_passed(figure):
         return GOOD
     return POOR if figure >= 1.0 else CAUTION
 
 
+def _in_the_error(results: Results, kind: str) -> bool:
+    """Return whether the results include an effect, or the stated errors cover it."""
+    return kind in IN_THE_ERROR and results.answer is not None and not results.error_unknown
+
+
 def _without_shear(results: Results, beam: int) -> str:
-    """Return the reason why a short beam is computed without shear; empty if shear is included or not significant."""
-    if not LIMITS["slenderness"].passed(float(shear_share(results.deflection)[beam])):
+    """Return why significant shear is neglected in a short beam. Return "" if shear is included or not significant."""
+    if not VALIDITY_RANGES["slenderness"].passed(float(shear_share(results.deflection)[beam])):
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
     return f"; {SHEAR_OFF if known else SHEAR_UNKNOWN}"
@@ -344,30 +285,26 @@ def _clause(words: str) -> str:
     return words[0].lower() + words[1:]
 
 
-def _sentence(words: str) -> str:
-    return words[0].upper() + words[1:]
-
-
 def _within(results: Results) -> Iterator[Finding]:
-    """Yield a finding on the effects that are within their limits, and one on the effects that cannot be judged."""
+    """Yield a finding on the limits of beam theory that all links meet, and one on effects that cannot be judged."""
     if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
     passed = {caution.kind for caution, _ in results.exceedances}
-    limits = {kind: LIMITS[kind].watch * 100 for kind in WITHIN}
+    limits = {kind: VALIDITY_RANGES[kind].watch * 100 for kind in WITHIN}
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
-        yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
+        yield Finding(GOOD, "Within the limits", capitalized("; ".join(fine)) + ".")
     found = {"vibration"} if results.answer else set()
     unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | found]
     unknown = [words.format(_lacking(results)) for words in unknown]
     unknown += [one.message for one, _ in results.exceedances if math.isnan(one.figure)]
     if unknown:
-        yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
+        yield Finding(OPEN, "Not judged", capitalized("; ".join(unknown)) + ".")
 
 
 def _lacking(results: Results) -> str:
-    """Return the inputs that are missing for the safety factor, followed by "is" or "are"."""
+    """Return the names of the missing inputs for the safety factor, followed by "is" or "are"."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])
@@ -379,7 +316,7 @@ def _lacking(results: Results) -> str:
 
 
 def _judged(results: Results) -> set[str]:
-    """Return the kinds of caution with known figures."""
+    """Return the kinds of caution for which the size of the effect is known."""
     sections = results.deflection.sections
     kinds = {
         "slenderness": any(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections),
@@ -391,7 +328,7 @@ def _judged(results: Results) -> set[str]:
 
 
 def left_out(results: Results) -> list[str]:
-    """Return the effects that are neglected, in words."""
+    """Return the names of the effects that the results neglect."""
     cleared = any(parts.clearance for parts in results.scene.bearings.values())
     effects = {
         "vibration of the links": not results.vibrates,

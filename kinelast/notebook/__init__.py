@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from elastic import FIELDS, Deflection, sample
 from kinelast.runs import computed
@@ -71,8 +72,7 @@ def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
     return replace(given, course=replace(given.course, mechanism=mechanism), text="")
 
 
-@dataclass(frozen=True)
-class PointMotion:
+class PointMotion(Struct, frozen=True):
     """Position [m], velocity [m/s] and acceleration [m/s^2] of a point, complex, shape (positions,)."""
 
     position: Complexes
@@ -83,8 +83,7 @@ class PointMotion:
         return f"PointMotion({len(self.position)} positions: position [m], velocity [m/s], acceleration [m/s^2])"
 
 
-@dataclass(frozen=True)
-class LinkMotion:
+class LinkMotion(Struct, frozen=True):
     """Continuous angle [rad], angular velocity [rad/s] and acceleration [rad/s^2] of a link, shape (positions,)."""
 
     angle: Reals
@@ -151,8 +150,7 @@ class PartsByName:
         return [*self]
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneMotion(PartsByName, Motion):
+class SceneMotion(PartsByName, Motion, frozen=True, kw_only=True):
     """Motion with points and links by name, such as `motion["B"].position`.
 
     If a point and a link have the same name, it refers to the point.
@@ -187,8 +185,7 @@ class SceneMotion(PartsByName, Motion):
         return names_html(self.scene, f"motion, {_extent(self)}", names)
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SceneDeflection(PartsByName, Deflection):
+class SceneDeflection(PartsByName, Deflection, frozen=True, kw_only=True):
     """Deflection with beams by name, such as `deflection["coupler"].w`."""
 
     scene: Scene
@@ -239,12 +236,11 @@ def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDe
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
     """Return a deflection with the beam names of its scene."""
-    parts = {each.name: getattr(bent, each.name) for each in fields(bent)}
-    return SceneDeflection(**{**parts, "motion": _motion(scene, bent.motion)}, scene=scene)
+    return SceneDeflection(**{**asdict(bent), "motion": _motion(scene, bent.motion)}, scene=scene)
 
 
 def _motion(scene: Scene, course: Motion) -> SceneMotion:
-    return SceneMotion(**{each.name: getattr(course, each.name) for each in fields(course)}, scene=scene)
+    return SceneMotion(**asdict(course), scene=scene)
 
 
 def _extent(course: Motion) -> str:

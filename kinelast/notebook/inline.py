@@ -1,33 +1,81 @@
 """Answers, reports and the live editor for notebooks."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from msgspec.structs import replace
+from msgspec import Struct, convert
+from msgspec.structs import asdict, replace
 
 from kinelast import notebook
 from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
 from kinelast.figures.summary import report_of
-from kinelast.notebook.values import Figures, figures_of
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
-from kinelast.outputs.words import headline
+from kinelast.outputs.words import error_words, headline
 from kinelast.runs import computed
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.document import Document
+from kinelast.scene.error import likely
+from kinelast.scene.numbers import DisplayUnits, quantity
+from kinelast.scene.reading import Reading
 from kinelast.tasks.request import Request
 from rigid.arrays import Complexes, Reals
 
 T = TypeVar("T")
 
 FRAME = "width:100%;height:48em;border:1px solid #ccd"
+
+
+class Value(dict[str, Any]):
+    """A number with its unit and error in SI units, as in summary.json. It is printed in the units of the scene.
+
+    >>> Value({"value": 0.0016, "unit": "m", "error": 2e-6, "on": "crank"}, {})
+    1.6 mm ± 0.12 %
+    """
+
+    def __init__(self, entries: Mapping[str, Any], shown_in: DisplayUnits) -> None:
+        super().__init__(entries)
+        self._display_units = shown_in
+
+    def __repr__(self) -> str:
+        return quantity(float(self), self["unit"], shown_in=self._display_units) + error_words(
+            convert(self, Reading), self._display_units
+        )
+
+    def __float__(self) -> float:
+        """Return the number in its SI unit, or nan if it is unknown."""
+        return math.nan if self["value"] is None else float(self["value"])
+
+
+class Figures(dict[str, Any]):
+    """Entries of summary.json. `figures["mass"]` also finds a figure in `figures["figures"]`."""
+
+    def __missing__(self, name: str) -> Any:
+        figures = super().get("figures", {})
+        if name in figures:
+            return figures[name]
+        raise KeyError(f'there is no figure "{name}"{likely(name, [*figures, *self])}')
+
+
+def figures_of(summary: Mapping[str, Any], shown_in: DisplayUnits) -> Figures:
+    """Return a summary in which every number with a unit is a `Value`."""
+    return Figures({key: _valued(entry, shown_in) for key, entry in summary.items()})
+
+
+def _valued(entry: Any, shown_in: DisplayUnits) -> Any:
+    if isinstance(entry, list):
+        return [_valued(each, shown_in) for each in entry]
+    if not isinstance(entry, Mapping):
+        return entry
+    whole = {key: _valued(each, shown_in) for key, each in entry.items()}
+    return Value(whole, shown_in) if {"value", "unit"} <= whole.keys() else whole
 
 
 class ByName(dict[str, T]):
@@ -51,8 +99,7 @@ class ByName(dict[str, T]):
         return f"ByName({', '.join(self)})"
 
 
-@dataclass(frozen=True, repr=False)
-class AnsweredPoint(notebook.PointMotion):
+class AnsweredPoint(notebook.PointMotion, frozen=True):
     """Rigid motion of a point, and its displacement from the rigid position [m], complex, shape (positions,)."""
 
     displacement: Complexes
@@ -62,8 +109,7 @@ class AnsweredPoint(notebook.PointMotion):
         return f"AnsweredPoint({len(self.position)} positions: {fields})"
 
 
-@dataclass(frozen=True, repr=False)
-class AnsweredJoint:
+class AnsweredJoint(Struct, frozen=True):
     """Forces and moments of a joint on its links, as in motion.csv, shape (positions,).
 
     Attributes
@@ -81,8 +127,7 @@ class AnsweredJoint:
         return f"AnsweredJoint(force [N] and moment [N m] on {', '.join(self.force)})"
 
 
-@dataclass(frozen=True, repr=False)
-class AnsweredDrive:
+class AnsweredDrive(Struct, frozen=True):
     """Coordinate [rad or m], rate, acceleration, effort [N m or N] and power [W] of a drive, shape (positions,)."""
 
     coordinate: Reals
@@ -99,8 +144,7 @@ class AnsweredDrive:
         return f"AnsweredDrive({len(self.coordinate)} positions: coordinate, rate, acceleration, effort, power [W])"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SceneAnswer:
+class SceneAnswer(Struct, frozen=True, eq=False, dict=True):
     """The answer for a scene: its parts by name, and its figures with their errors.
 
     Attributes
@@ -138,7 +182,7 @@ class SceneAnswer:
 
     @property
     def error(self) -> float:
-        """Largest relative error of the graded figures, nan if unknown."""
+        """Largest relative error of the main figures, nan if unknown."""
         return self.results.error
 
     @cached_property
@@ -164,7 +208,7 @@ class SceneAnswer:
 
         return ByName(
             {
-                name: AnsweredPoint(**vars(self.motion[name]), displacement=displaced.get(name, still))
+                name: AnsweredPoint(**asdict(self.motion[name]), displacement=displaced.get(name, still))
                 for name in notebook.point_names(self.scene.mechanism)
             }
         )
@@ -246,8 +290,7 @@ def _answer(scene: Scene | Document, **asked: Any) -> SceneAnswer:
     return SceneAnswer(computed(given, request), request)
 
 
-@dataclass(frozen=True)
-class ReportPage:
+class ReportPage(Struct, frozen=True):
     """The report of `deflection-report` on a scene: headline, figures and page."""
 
     name: str
@@ -299,8 +342,7 @@ def live(scene: Scene | Document | str | Path | None = None) -> Any:
 
     The kernel serves the same page as `deflection-report --live` to browsers on this computer. `.text` and `.scene` are
     the saved scene. `.widget` is an editor for a kernel on another computer. In a script, `.wait()` serves the page
-    until
-    it is interrupted.
+    until it is interrupted.
 
     Parameters
     ----------

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from elastic.elastodynamics import NaturalModes, natural_modes
 from kinelast.figures.bounds import damping_of
@@ -19,8 +19,7 @@ from rigid.arrays import Complexes, Reals
 MODES, POSITIONS = 3, 24
 
 
-@dataclass(frozen=True, eq=False)
-class ModeShapes:
+class ModeShapes(Struct, frozen=True, eq=False):
     """Mode shapes of a beam at 101 stations, evenly spaced from end to end.
 
     Attributes
@@ -40,8 +39,7 @@ class ModeShapes:
         return f"ModeShapes({modes} modes, {positions} positions: line [m], displacement [1])"
 
 
-@dataclass(frozen=True, eq=False)
-class NaturalFrequencies(PartsByName):
+class NaturalFrequencies(PartsByName, Struct, frozen=True, eq=False):
     """Natural frequencies of a scene with locked drives. `result["coupler"]` gives the mode shapes of a beam.
 
     Attributes

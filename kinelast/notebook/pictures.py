@@ -1,11 +1,12 @@
 """Pictures and films of a deflection, which a notebook shows inline."""
 
 from base64 import b64encode
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+from msgspec import Struct
 
 from kinelast.notebook import SceneDeflection
 from kinelast.scene.parts import symbols_of
@@ -13,8 +14,7 @@ from kinelast.scene.parts import symbols_of
 SIZE = (960, 540)  # [pixels] size of a picture or a film
 
 
-@dataclass(frozen=True)
-class Still:
+class Still(Struct, frozen=True):
     """A picture: subject, and PNG file as bytes."""
 
     shows: str
@@ -27,8 +27,7 @@ class Still:
         return self.png
 
 
-@dataclass(frozen=True)
-class Film:
+class Film(Struct, frozen=True):
     """A film: subject, and MP4 file as bytes."""
 
     shows: str

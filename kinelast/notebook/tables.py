@@ -1,9 +1,9 @@
 """Motion and deflection of a scene as pandas tables and xarray data sets."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results
@@ -48,7 +48,7 @@ def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -
     each
 
     position. For a deflection, they are each main field by beam, position and station, and the columns of motion.csv by
-    position: efforts and powers of drives, and forces in joints and on the ground.
+    position: drive efforts, drive power, joint forces and ground forces.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Output files of a scene: tables, pages and pictures, written to a folder that is complete or unchanged."""
+"""Output files of a scene: tables, pages and pictures. A failed run leaves the result folder unchanged."""

@@ -29,7 +29,7 @@ def _safety(report: Report) -> Reading | None:
 
 
 def _unreliable(report: Report) -> str:
-    """Return the names of the figures in a row that are unreliable."""
+    """Return the names of those figures in the row of a scene that are unreliable."""
     shown = {
         "largest_deflection": report.largest_deflection,
         "largest_chord": report.largest_chord,
@@ -46,14 +46,17 @@ def _check(report: Report) -> str:
 
 
 def _decides(report: Report) -> tuple[str, float | None]:
-    """Return the limit that decides the verdict, in words, and its utilisation. If a link buckles, describe that."""
+    """Return words on the limit that decides the verdict, and the utilisation of this limit.
+
+    If a link buckles, return words on the buckling instead.
+    """
     if report.buckles or not report.acceptance.verdict:
         return report.buckles or "", None
     worst = OUTCOMES[report.acceptance.verdict]
     return next((words, used) for words, used, outcome in limit_rows(report) if outcome == worst)
 
 
-COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit, and function that returns the value
+COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit and function of the value
     ("verdict", "", lambda report: report.acceptance.verdict),
     ("decides", "", lambda report: _decides(report)[0]),
     ("used", "1", lambda report: _decides(report)[1]),
@@ -86,19 +89,22 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 def write_batch(
     out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], others: Sequence[str] = ()
 ) -> None:
-    """Write the tables of a batch. Rows of other scenes stay in the tables if their folders exist.
+    """Write the tables of a batch.
+
+    Rows of scenes from earlier batches are kept if the folders of these scenes still exist.
 
     Parameters
     ----------
     rows, seconds
-        Rows (see `summary_row`) and computing times [s], by the folder of the scene in `out`.
+        Row (see `summary_row`) and computing time [s] of each scene, by the name of its folder in `out`.
     others
-        Additional formats. Parquet is written if requested, or if there is a file from an earlier run.
+        Formats besides CSV and HTML. Parquet is written if requested, or if there is a Parquet file from an earlier
+        run.
 
     Raises
     ------
     RequestError
-        A file with the name of a table was not written by this program.
+        A file that would be replaced by a table was not written by this program.
     OSError
         A file cannot be written.
     """
@@ -125,7 +131,7 @@ def _table(rows: Sequence[Sequence[Any]]) -> Table:
 
 
 def _read(row: Sequence[str]) -> list[Any]:
-    """Return the values of a row of summary.csv from its cells."""
+    """Return the values of a row of summary.csv, given the texts of its cells."""
     return [
         (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
         for (name, unit), cell in zip(HEAD, row, strict=True)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import FIELDS, Field, FieldKind, sample
 from kinelast.figures.results import Results
@@ -30,16 +31,15 @@ ACROSS, BETWEEN = 180, 14  # [px] width of a map, and gap between maps
 ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # would otherwise apply to the whole page
-    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture may have the same identifiers
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # the style would otherwise apply to the whole page
+    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture on the page may use the same identifier
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
     (r"\s*\n\s*", " "),
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Axis:
+class Axis(Struct, frozen=True, eq=False):
     """Abscissa of the charts over the cycle: values, shape (positions,), label and ticks."""
 
     values: Reals
@@ -47,9 +47,8 @@ class Axis:
     marks: list[float]
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A curve over the cycle: values of shape (positions,), and indices of its colour and dashes."""
+class Curve(Struct, frozen=True, eq=False):
+    """A curve over the cycle: values of shape (positions,), and indices into the lists of colours and dashes."""
 
     name: str
     values: Reals
@@ -57,9 +56,8 @@ class Curve:
     dash: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class Chart:
-    """Curves with a common unit."""
+class Chart(Struct, frozen=True, eq=False):
+    """A chart with several curves, which have the same unit."""
 
     heading: str
     unit: str
@@ -81,7 +79,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Return the charts as SVG. The largest ordinate determines the SI prefix of the unit."""
+    """Return each chart as SVG. The largest ordinate of a chart determines the SI prefix of its unit."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -105,7 +103,7 @@ def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
 
 
 def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
-    """Draw the curves of a chart with a dot at each maximum; return the unit of the ordinates."""
+    """Draw the curves of a chart, with a dot at the largest magnitude of each. Return the unit of the ordinates."""
     heights = np.array([np.broadcast_to(curve.values, axis.values.shape) for curve in chart.curves], float)
     finite = heights[np.isfinite(heights)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
@@ -128,15 +126,17 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
 def field_maps(
     axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
 ) -> str:
-    """Return maps of fields along the beams (vertical) over the cycle (horizontal) as one SVG, a column per field.
+    """Return one SVG with maps of fields: a row for each beam and a column for each field.
+
+    In a map, the vertical axis is the location along the beam, and the horizontal axis is the position in the cycle.
 
     Parameters
     ----------
     labels
-        Labels of the beams, one per row.
+        Labels of the beams, one for each row.
     fields
-        Values of shape (beams, positions, stations), and the range of each beam in words, by heading of the column. The
-        colours of a map range from minus to plus its largest magnitude. nan is grey.
+        For each heading of a column: values of shape (beams, positions, stations), and words on the range of values on
+        each beam. The colour scale of a map extends from minus to plus the largest magnitude in the map. nan is grey.
     columns
         Minimum number of columns, so that pictures have equal widths.
     """
@@ -169,7 +169,7 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """Return some ticks of the axis: positions along the width of a map, and labels."""
+    """Return a few ticks of the axis, each with its position along the width of a map [in] and its label."""
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
@@ -181,8 +181,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
     Returns
     -------
     RGBA bytes, shape (rows, columns, 4): positive values are blue, negative values red, nan is grey, and the gaps
-    between
-    the maps are transparent.
+    between the maps are transparent.
     """
     from matplotlib import colormaps
 
@@ -224,7 +223,10 @@ def axis(results: Results) -> Axis:
 
 
 def _numbers(results: Results) -> Integers:
-    """Return the index in the run of each position that is not left out, shape (positions,)."""
+    """Return the index in the run of each computed position, shape (positions,).
+
+    Positions that are left out have indices too.
+    """
     time = results.motion.time
     if not results.left_out or len(time) < 2:
         return np.arange(len(time))
@@ -232,13 +234,13 @@ def _numbers(results: Results) -> Integers:
 
 
 def _spread(results: Results, values: Any) -> Reals:
-    """Interpolate the values of an axis to all positions of the run, including positions that are left out."""
+    """Interpolate the values of an axis from the computed positions to all positions of the run."""
     numbers = _numbers(results)
     return np.asarray(np.interp(np.arange(numbers[-1] + 1), numbers, values))
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Return values, shape (..., positions), with nan at positions that are left out or excluded."""
+    """Return values of shape (..., positions), with nan at positions that are left out or are ill-conditioned."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -281,7 +283,7 @@ def _broken(results: Results, chart: Chart) -> Chart:
 
 
 def _largest(chart: Chart) -> Chart:
-    """Return a chart with only the largest curves."""
+    """Return a chart with at most `MOST_CURVES` curves: those with the largest magnitudes."""
     if len(chart.curves) <= MOST_CURVES:
         return chart
     sizes = [float(np.nanmax(np.abs(curve.values), initial=0.0)) for curve in chart.curves]
@@ -295,7 +297,7 @@ def _curves(named: dict[str, Any]) -> list[Curve]:
 
 
 def _places(results: Results) -> list[tuple[int, int]]:
-    """Return the colour and dashes of each beam. The beams of a link differ in their dashes."""
+    """Return the indices of the colour and dashes of each beam. Beams of the same link differ in the dashes."""
     places, seen = [], dict.fromkeys(range(len(results.mechanism.links)), 0)
     for link, _ in results.mechanism.beams:
         places.append(((link - 1) % len(COLOURS), seen[link] + (link - 1) // len(COLOURS)))
@@ -303,16 +305,8 @@ def _places(results: Results) -> list[tuple[int, int]]:
     return places
 
 
-def legend(chart: Chart) -> list[tuple[str, str, str]]:
-    """Return the names, colours and dashes of the curves for a legend."""
-    return [
-        (curve.name, COLOURS[curve.colour % len(COLOURS)], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
-        for curve in chart.curves
-    ]
-
-
 def cycle_maps(results: Results, over: Axis) -> list[str]:
-    """Return maps of the main fields over the cycle: loads and forces, displacements, and stresses if known."""
+    """Return pictures with maps of the main fields: loads and forces, displacements, and stresses if known."""
     shown = [[field for field in FIELDS.values() if field.main and field.kind in kinds] for kinds in MAPPED]
     found = [{words: values for field in row for words, values in [_map(results, field)]} for row in shown]
     known = [row for row in found if any(np.isfinite(values).any() for values, _ in row.values())]
@@ -321,7 +315,7 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Return the heading, values (beams, positions, stations) and ranges in words for the maps of a field."""
+    """Return, for the maps of a field: heading, values (beams, positions, stations), and words on the ranges."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)

@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
-MIN_STROKE = 1e-6  # largest sum of the strokes of an oscillation, relative to the largest stroke
-POSITIONS = 360  # number of positions from which the travel of pins in slots is found
+MIN_STROKE = 1e-6  # a law oscillates if |sum of strokes| / largest stroke is smaller
+POSITIONS = 360  # number of positions at which the travel of pins in slots is evaluated
 
 
 def exchanged(scene: Scene) -> ForeignMechanism:
-    """Return the mechanism of a scene at its start in the form for other programs, in mm or inches.
+    """Return the mechanism of a scene in its initial position, in mm or inches, for export to other programs.
 
-    Welded links become one link with their combined mass. A block with a pin becomes a slot, with the mass of the block
-    at the pin. Sections, springs and varying loads are omitted.
+    Links that are welded together become one link with the sum of the masses. A slider whose block has only one pin
+    becomes a slot, and the mass of the block is placed at the pin. Sections, springs and varying loads are omitted.
     """
     from exchange import ForeignLink, ForeignMechanism
 
@@ -73,7 +73,10 @@ def exchanged(scene: Scene) -> ForeignMechanism:
 
 
 def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[str, tuple[float, complex, float]]:
-    """Return mass [kg], centre (in units of the drawing) and moment of inertia [kg m^2] of the links at the start."""
+    """Return the mass [kg], the centre and the moment of inertia [kg m^2] of each link in the initial position.
+
+    The coordinates of the centre are in the length unit of the export.
+    """
     parts: dict[str, list[tuple[float, complex, float]]] = {}
     for number, link in enumerate(motion.mechanism.links):
         mass, first, second = (complex(np.ravel(each)[0]) for each in mass_moments(link))
@@ -91,7 +94,7 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
 
 
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
-    """Return constant forces at points of moving links, in the axes of the drawing."""
+    """Return the constant forces at points of moving links, in the axes of the ground."""
     from exchange import ForeignLoad
 
     loads = []
@@ -109,7 +112,7 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
-    """Return the slots of pins, and the links that slide without rotation, both by the name of the slider."""
+    """Return the sliders that become slots, and those with links that slide without rotation, by slider name."""
     from exchange import ForeignSlider, Slot
 
     slots, slides = {}, {}
@@ -137,7 +140,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive with its constant speed or its oscillation. A drive with another motion has neither."""
+    """Return a drive with its constant speed or oscillation. Other motions of a drive are omitted."""
     from exchange import Drive, to_and_fro
 
     if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
@@ -154,7 +157,7 @@ def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], u
 
 
 def _swing(law: SegmentedLaw) -> list[float]:
-    """Return the strokes of a law that oscillates once between two limits without a dwell; otherwise empty."""
+    """Return the strokes of a law that oscillates once between two limits without a dwell; empty for other laws."""
     strokes: list[float] = []
     for segment in law.segments:
         rise = float(segment.rise)

@@ -1,7 +1,7 @@
 """Atomic writing of result folders and files. Locks exclude concurrent runs.
 
-A folder is written under a hidden name and then exchanged with the existing one. The lock file contains the hidden
-name, so that the next run can clean up if a run was killed.
+A folder is written under a hidden name, and then takes the place of the existing folder. The lock file contains the
+hidden name. If a run is killed, the next run can therefore remove the hidden files.
 """
 
 import hashlib
@@ -21,27 +21,28 @@ from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
-EARLIER = "earlier"  # folder for files of earlier runs that the current run does not replace
+EARLIER = "earlier"  # subfolder for files of earlier runs that the current run did not write again
 HIDDEN = ".kinelast-"  # prefix of locks and unfinished folders
 UNFINISHED = ".part"  # suffix of unfinished files
 OWNER = ".owner"  # suffix of the file that replaces a lock on file systems without locks
 PATIENCE = 60.0  # [s] maximum waiting time for another run
 PAUSE = 0.05  # [s] between two attempts
-LINE = 300  # maximum length of a path in a message
+LINE = 300  # maximum number of characters of a path in a message
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[Path]:
     """Yield a folder that replaces `folder` on success and is removed on failure.
 
-    Files of earlier runs that are not written again move to the subfolder `EARLIER`. Files of other origin stay, see
-    `foreign`. A file that the user has edited is renamed to `NAME.edited.EXT`.
+    Files of earlier runs that are not written again move to the subfolder `EARLIER`. Files that this program did not
+    write stay in the folder (see `foreign`). A file of this program that the user has edited is renamed to
+    `NAME.edited.EXT`.
 
     Raises
     ------
     RequestError
-        A file of other origin has the name of a new file, another run has locked the folder, or the folder cannot be
-        created.
+        A file that this program did not write has the name of a new file, another run has locked the folder, or the
+        folder cannot be created.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -61,12 +62,12 @@ def complete(folder: Path) -> Iterator[Path]:
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
-    """Write a file of this program again, while other runs wait.
+    """Write or replace a file while it is locked against other runs.
 
     Raises
     ------
     RequestError
-        The existing file is of other origin, or another run has locked it.
+        The existing file was not written by this program (`ours` is false), or another run has locked it.
     """
     with locked(path) as hidden:
         if path.exists() and not ours():
@@ -77,7 +78,8 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
     """Write a file atomically. It consists of `content`, followed by the contents of the files `more`.
 
-    The content is on the disk before the file gets its name. After a power failure, the name may be missing.
+    The content is on the disk before the file gets its name. After a power failure, the file may be missing or an old
+    one, but it is never incomplete.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -113,7 +115,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
     Raises
     ------
     RequestError
-        For the same reasons as in `complete`.
+        The folder cannot be written, for the same reasons as in `complete`.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -128,7 +130,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Add text files to a folder by way of a hidden folder. The summary is moved last."""
+    """Write text files and the summary to the hidden folder `part`, and move them to a folder, the summary last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -138,7 +140,7 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
-    """Return the names of the files of other origin in a folder, i.e. files that this program did not write."""
+    """Return the names of those files in a folder that this program did not write."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         return sorted(names - {EARLIER} - (own_names(summary) if summary else _ours(folder))) if names else []
@@ -146,7 +148,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Remove the hidden files of a killed process, and restore the previous folder."""
+    """Remove the hidden files that a killed run left behind, and restore the previous folder."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with locked(folder):
@@ -154,7 +156,7 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise an error if a folder is actually a file or a link."""
+    """Raise an error if the path of a folder is that of a file or a link."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
@@ -214,7 +216,7 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
 
 
 def _mark(lock: int, folder: Path, hidden: str) -> None:
-    """Write the hidden name to a lock file, after the hidden files of a killed run have been removed."""
+    """Remove the hidden files of a killed run, if any, and write the hidden name of this run to the lock file."""
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
         _clean(folder, before)
@@ -224,21 +226,22 @@ def _mark(lock: int, folder: Path, hidden: str) -> None:
 
 
 def _release(path: Path, lock: int, folder: Path, hidden: str) -> None:
-    """Release a lock. Remove its file, unless hidden files remain."""
+    """Release a lock. The lock file is removed too, unless hidden files remain."""
     with suppress(OSError):
         folder.with_name(f"{hidden}.part").unlink()  # an unfinished file
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # removed before the release, because a waiting run checks that the file exists
+            path.unlink()  # must precede the release: a waiting run checks that the file exists
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """Return an open, locked file, or None if another run has locked it, and an addition to the error message.
+    """Return the open, locked file and an empty text.
 
-    The operating system releases the lock when the process ends.
+    If another run has locked the file, return None and words to append to the error message. The operating system
+    releases the lock when the process ends.
     """
     lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
@@ -248,7 +251,7 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # without locks, two runs only have different hidden names
+    except ImportError:  # no locks on this system; the runs still have different hidden names
         return lock, ""
     except OSError:  # a file system without locks, such as a network drive
         os.close(lock)
@@ -263,9 +266,10 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Create a file that replaces a lock. Return True if successful.
+    """Create the file that replaces a lock.
 
-    A file of a process that has ended on this computer is removed. Otherwise the caller has to wait.
+    Return False if the file exists, so that the caller has to wait. If the process that created it ran on this computer
+    and has ended, the file is also removed, so that the next attempt succeeds.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -282,7 +286,7 @@ def _owned(path: Path) -> bool:
 
 
 def _runs(number: int) -> bool:
-    """Return True if a process is running on this computer."""
+    """Return True if the process with this number is running on this computer."""
     try:
         os.kill(number, 0)
     except ProcessLookupError:
@@ -293,7 +297,11 @@ def _runs(number: int) -> bool:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a folder, and restore files that have not been replaced."""
+    """Remove the hidden files of a folder.
+
+    If the new folder is not in place, the old folder is restored. Otherwise, files that exist only in the old folder
+    are moved into the new one, see `complete`.
+    """
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
@@ -314,7 +322,7 @@ def _clean(folder: Path, hidden: str) -> None:
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder. If its name exists there, a number is added."""
+    """Move a file or folder into a folder. A number is appended to the name if the name exists there."""
     folder.mkdir(exist_ok=True)
     place, number = folder / entry.name, 1
     while place.exists() or place.is_symlink():
@@ -324,9 +332,9 @@ def _move(entry: Path, folder: Path) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Return the names of the files in a folder that this program has written, as listed in the summary.
+    """Return the names of those files in a folder that this program has written, as listed in the summary.
 
-    If the summary cannot be read, return the files with names that this program uses.
+    If the summary cannot be read, return the names of those files that have a name which this program uses.
     """
     known = summary_in(folder)
     if known is None:
@@ -336,7 +344,7 @@ def _ours(folder: Path) -> set[str]:
 
 
 def _move_aside(folder: Path) -> None:
-    """Rename files that the user has edited."""
+    """Rename files of this program that the user has edited."""
     for name in changed(folder):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
@@ -345,14 +353,14 @@ def _move_aside(folder: Path) -> None:
 
 
 def _written() -> set[str]:
-    """Return all file names that this program uses, with tables in all formats."""
+    """Return all file names that this program uses. Tables are included in all file formats."""
     names = written()
     tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
     return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise an error if files of other origin have the names of new files."""
+    """Raise an error if files that this program did not write have the names of new files."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)

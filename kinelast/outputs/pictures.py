@@ -1,4 +1,4 @@
-"""Pictures of a scene: deflected mechanism, stills and films, and drawings for other programs."""
+"""Pictures of a scene: deflected mechanism, charts, films, and drawings for other programs."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
+from symbols import ROLLER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,11 +37,11 @@ if TYPE_CHECKING:
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12  # number of positions that are drawn faintly
-FOOT = 0.3  # [in] space below the mechanism for the scales
+GHOSTS = 12  # approximate number of positions at which the links are drawn faintly
+FOOT = 0.3  # [in] space for the length scale below the mechanism
 EDGE = 0.06  # [in] margin around parts that extend beyond the frame
-SHARE = 0.08  # drawn size of the largest displacement, relative to the mechanism
-MIN_NAMED = 6  # smallest span of a link that gets a name / unit of the symbols
+SHARE = 0.08  # drawn size of the largest displacement / size of the mechanism
+MIN_NAMED = 6  # a link gets a name if its length / size of the symbols is larger
 STATIONS = np.linspace(0.0, 1.0, 25)
 
 
@@ -49,7 +50,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
     Returns
     -------
-    An `<svg>` element, and the scale of the displacements.
+    An `<svg>` element, and the factor by which displacements are drawn larger.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -75,7 +76,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
-    """Draw the mechanism at its largest deflection on axes of a given size [in]."""
+    """Draw the mechanism on axes of a given size [in], at the position with the largest deflection."""
     low, high = extent(results)
     factor, position = exaggeration(results, abs(high - low)), position_of_largest(results)
     sheet = _sheet(results, position, factor, (low, high))
@@ -89,7 +90,7 @@ def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
 
 
 def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: float, corner: complex) -> None:
-    """Draw paths, links and joints, and the scales at a corner [m]."""
+    """Draw paths, links, joints and names, and the length scale at the point `corner` [m]."""
     _draw_course(results, sheet.axes, position)
     _draw_bent(results, sheet.axes, sheet, position, factor)
     sheet.draw_symbols()
@@ -124,7 +125,7 @@ def _extend_limits(axes: Axes, scale: float) -> None:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Return a round scale at which the largest displacement is clearly visible; 0 if it is unknown."""
+    """Return a round factor that makes the largest displacement clearly visible; 0 if displacements are unknown."""
     if results.buckles:
         return 0.0
     cycle = results.cycle
@@ -134,12 +135,12 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Return scaled displacements, or zeros if the factor is 0."""
+    """Return displacements times a factor, or zeros if the factor is 0, even if displacements are nan."""
     return factor * values if factor else np.zeros_like(values)
 
 
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
-    """Return the drawing of the mechanism at a position with scaled displacements."""
+    """Return the drawing of the mechanism at a position, with displacements enlarged by a factor."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     marks, motion = results.cycle.once(display_list), results.motion
     thin = list(_links(results, position)) if factor else []
@@ -147,7 +148,7 @@ def _sheet(results: Results, position: int, factor: float, extent: tuple[complex
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
-    """Return the axes of the links at a position, including the scaled displacements."""
+    """Return the positions and angles of the links at a position, including the enlarged displacements."""
     motion, bent = results.motion, results.deflection
     turned: Any = np.exp(1j * _enlarged(bent.angle[:, position], factor))
     carried = motion.origin[:, position] + _enlarged(bent.shift[:, position], factor)
@@ -155,7 +156,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the drawn positions of the moving points."""
+    """Return the positions of the moving points, including the enlarged displacements, by link and point."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -166,7 +167,7 @@ def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str
 
 
 def _draw_course(results: Results, axes: Axes, position: int) -> None:
-    """Draw the paths of the points, the links at some positions, and the rigid links at this position."""
+    """Draw the paths of points, and the undeformed links at several positions and at `position`."""
     from matplotlib.collections import LineCollection
 
     count = results.motion.columns[0]
@@ -176,14 +177,14 @@ def _draw_course(results: Results, axes: Axes, position: int) -> None:
     for lines, style in (
         (ghosts, {"colors": "#e3e8ed", "linewidths": 0.9}),
         ([path[::few] for path in paths if np.ptp(path)], {"colors": "#b9c6d3", "linewidths": 0.6, "linestyles": ":"}),
-        (_links(results, position), {"colors": "#7c8894", "linewidths": 0.9}),
+        ([*_links(results, position), *_rollers(results, position)], {"colors": "#7c8894", "linewidths": 0.9}),
     ):
         spots = [np.stack([line.real, line.imag], axis=-1) for line in lines if np.isfinite(line).all()]
         axes.add_collection(LineCollection(spots, **style, zorder=1), autolim=False)
 
 
 def _links(results: Results, position: int) -> Iterator[Any]:
-    """Yield the lines of the rigid links at a position: beams, or the outline of a link without beams."""
+    """Yield the lines of the undeformed links at a position: beams, or the outline of a link without beams."""
     for at, link in enumerate(results.mechanism.links[1:], 1):
         spots = {point: position_of(results.motion, at, point)[position] for point in link.points}
         yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
@@ -191,8 +192,16 @@ def _links(results: Results, position: int) -> Iterator[Any]:
             yield np.array([*spots.values(), next(iter(spots.values()))])
 
 
+def _rollers(results: Results, position: int) -> Iterator[Any]:
+    """Yield the circles of cam rollers at a position, without displacements."""
+    for mark in results.cycle.once(display_list):
+        if mark.kind == ROLLER:
+            circle = mark.placed(position_of(results.motion, mark.at.link, mark.at.point)[position], 1.0, 0.0)
+            yield np.append(circle, circle[0])
+
+
 def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
-    """Draw the displaced links with their names. Beams are drawn with their deflection."""
+    """Draw the displaced links and their names. Beams are drawn with their deflected shape."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     drawn: dict[str, list[Any]] = {}
@@ -225,7 +234,7 @@ def _span(line: Any) -> float:
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw the length scale and, as text, the scale of the displacements."""
+    """Draw the length scale and, as text, the factor by which displacements are drawn larger."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -254,7 +263,7 @@ MIN_FREE = 1_000_000  # [bytes] encoders write in blocks, and fail if less space
 
 
 def write_dxf(path: Path, results: Results) -> None:
-    """Write the links at the first position with outlines and holes, and the paths of all points, as DXF and SVG.
+    """Write a drawing of the links in the first position, with outlines, holes and paths of points, as DXF and SVG.
 
     The drawings have true size, in inches if the report uses inches, otherwise in millimetres.
     """
@@ -277,7 +286,7 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # blocks have no names of their own
+        if " " not in link.name  # a name with a space is that of the block of a slot, which is not drawn
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
@@ -313,7 +322,7 @@ def require_rendering() -> None:
     """Raise `RequestError` if this computer cannot render."""
     from animations import RenderingUnavailable, probe
 
-    for name in ("pyvista", "vtkmodules"):  # otherwise the probe would report a missing package as a missing driver
+    for name in ("pyvista", "vtkmodules"):  # the probe would report a missing package as a missing driver
         if not find_spec(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
@@ -325,12 +334,12 @@ def require_rendering() -> None:
 def draw_film(
     part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
 ) -> None:
-    """Draw a film of a diagram, or numbered stills.
+    """Write a film of a diagram, or a series of numbered pictures.
 
     Raises
     ------
-    ValueError
-        There are more frames than positions, or a field is unknown.
+    RequestError
+        More frames than positions are requested, or the diagram shows an unknown field.
     OSError
         The file cannot be written.
     """
@@ -346,7 +355,7 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """Return a write error with the message of the operating system instead of the encoder's command line."""
+    """Return an error with a message of the operating system, because that of the encoder is a command line."""
     if error.errno not in (None, errno.EPIPE):
         return error
     if shutil.disk_usage(target.parent).free < MIN_FREE:

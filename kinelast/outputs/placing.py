@@ -1,34 +1,38 @@
-"""Placement of names on matplotlib axes. Names do not cover links or other names, and rarely cross thin lines."""
+"""Placement of names on matplotlib axes, so that names cover no links or other names and few thin lines."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Text
 
-LINK_ZORDER = 3  # zorder of the lines of links; all other lines and patches count as thin
+LINK_ZORDER = 3  # zorder of the lines that represent links; all other lines and patches count as thin lines
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))
-AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # distances from a point or a line / unit of the symbols
-SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # positions of a name along its line / length of the line
-CROSSING, COVER = 10.0, 1e4  # costs of crossing a thin line and of covering a link or name [pixels of a hidden line]
-LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] smallest distances between a name and the line of a link, or a thin line
+AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # tried distances from a point or line / size of the symbols
+SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # tried positions of a name along its line / length of the line
+# costs of a name that crosses a thin line, needs a leader line, or covers a link or name [pixels of hidden line]
+CROSSING, ASTRAY, COVER = 10.0, 100.0, 1e4
+LEADER = 1.0  # a name gets a leader line if its distance from its line / size of the symbols is larger
+MIN_NEARER = 4.0  # [pixels] the name of a point gets a leader line unless other points are farther away by this
+LEADER_GAP = 1.5  # [pixels] gap between a name and its leader line
+SAME_PLACE = 1.0  # [pixels] points that are closer together count as one place
+LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] smallest distance of a name from a link, and from a thin line
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedName:
-    """A text with the line or the point that it names.
+class PlacedName(Struct, frozen=True, eq=False):
+    """A text that names a line or a point.
 
     Attributes
     ----------
     line
-        Positions along the line [m], complex; a single one for a point.
+        Points of the line as complex numbers [m]; a single point if the text names a point.
     always
         Whether the text is drawn even if it covers a link or another name.
     """
@@ -38,7 +42,7 @@ class PlacedName:
     always: bool
 
     def middles(self, to_pixels: Any, unit: float, half: complex) -> Any:
-        """Return candidates for the centre of the text [pixels], complex, the best first."""
+        """Return candidate positions for the centre of the text, as complex numbers [pixels], the best first."""
         line = to_pixels(np.asarray(self.line))
         if len(line) == 1:
             corners = SIDES / np.maximum(abs(SIDES.real), abs(SIDES.imag))
@@ -52,14 +56,16 @@ class PlacedName:
 
 
 def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: Any) -> None:
-    """Move names to their best positions, points before lines, and remove names that would cover others.
+    """Move names to their best positions.
+
+    Names of points are placed first. Names of lines that would cover a link or another name are removed.
 
     Parameters
     ----------
     unit
         Size of the symbols [m].
     behind
-        Ends of additional thin lines [m], complex, shape (lines, 2).
+        Ends of additional thin lines as complex numbers [m], shape (lines, 2).
     """
 
     def to_pixels(places: Any) -> Any:
@@ -71,6 +77,8 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
     own = {id(name.text) for name in named}
     taken = [_box(text) for text in axes.texts if id(text) not in own]
     links, thin = (to_pixels(lines) for lines in _lines(axes, behind))
+    lines: list[tuple[Any, int, float]] = []  # leader lines: line, index in `taken`, smallest length [pixels]
+    points = np.array([to_pixels(np.asarray(name.line))[0] for name in named if name.always], complex)
     for name in named:
         half = _box(name.text)[1]
         middles = name.middles(to_pixels, pixels, half)
@@ -80,6 +88,8 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
         for middle, other in taken:
             way, room = middles - middle, half + other
             cost = cost + COVER * ((abs(way.real) < room.real) & (abs(way.imag) < room.imag))
+        astray = _astray(middles, half, to_pixels(np.asarray(name.line))[0], points) & name.always
+        cost = cost + ASTRAY * astray
         best = int(cost.argmin())
         if cost[best] >= COVER and not name.always:
             name.text.remove()
@@ -87,6 +97,50 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
         taken.append((middles[best], half))
         x, y = axes.transData.inverted().transform((middles[best].real, middles[best].imag))
         name.text.set_position((x, y))
+        if astray[best] or not name.always:
+            least = 0.0 if name.always else LEADER * pixels
+            lines.append((to_pixels(np.asarray(name.line)), len(taken) - 1, least))
+    for line, number, least in lines:
+        _draw_leader(axes, line, taken[number], [*taken[:number], *taken[number + 1 :]] if least else [], least)
+
+
+def _astray(middles: Any, half: complex, point: complex, points: Any) -> Any:
+    """Return, for candidate positions of the name of a point, whether the name might seem to belong to another point.
+
+    This is the case if the name is not clearly nearer to its own point.
+
+    `middles` are the candidate centres of the name, `half` is half the size of the name, `point` is its point, and
+    `points` are all named points. Other points at the same place as `point` are ignored. All lengths are in pixels.
+    """
+    others = points[abs(points - point) > SAME_PLACE]
+    own, *away = (_away(middles, half, each) for each in (point, *others))
+    return np.any([each < own + MIN_NEARER for each in away] or [np.zeros(len(middles), bool)], axis=0)
+
+
+def _away(middles: Any, half: complex, point: complex) -> Any:
+    """Return the distance of a point from each box, given by the centres and half the size of the boxes."""
+    way = middles - point
+    return np.hypot(np.maximum(abs(way.real) - half.real, 0.0), np.maximum(abs(way.imag) - half.imag, 0.0))
+
+
+def _draw_leader(axes: Axes, line: Any, box: tuple[complex, complex], others: Any, least: float) -> None:
+    """Draw a leader line from a name to the line or point that it names, if it would be longer than `least`.
+
+    `box` is the centre and half the size of the name. `others` are the boxes of other names, which the leader line must
+    not cross. All lengths are in pixels.
+    """
+    middle, half = box
+    feet = np.interp(np.linspace(0.1, 0.9, 9), np.linspace(0.0, 1.0, len(line)), line) if len(line) > 1 else line
+    way, room = feet - middle, half + LEADER_GAP * (1 + 1j)
+    edges = np.clip(way.real, -room.real, room.real) + 1j * np.clip(way.imag, -room.imag, room.imag)
+    length, ends = np.abs(way - edges), middle + np.stack([way, edges], axis=-1)
+    crossed = sum(
+        (_hidden(ends, np.array([other]), size)[:, 0] > 0 for other, size in others), np.zeros(len(feet), bool)
+    )
+    best = int(np.where(crossed, np.inf, length).argmin())
+    if length.min() > least and not crossed[best]:
+        places = axes.transData.inverted().transform(np.stack([ends[best].real, ends[best].imag], axis=-1))
+        axes.plot(*places.T, color="#7c8894", linewidth=0.6, zorder=LINK_ZORDER - 1)
 
 
 def _box(text: Text) -> tuple[complex, complex]:
@@ -96,7 +150,10 @@ def _box(text: Text) -> tuple[complex, complex]:
 
 
 def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
-    """Return the ends of the segments of links and of all other lines [m], complex, shape (segments, 2)."""
+    """Return the ends of the line segments of links, and those of all other lines, as complex numbers [m].
+
+    Both arrays have the shape (segments, 2).
+    """
     links: list[Any] = []
     thin: list[Any] = [*behind]
     for line in axes.lines:
@@ -110,7 +167,10 @@ def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
 
 
 def _hidden(lines: Any, middles: Any, half: complex) -> Any:
-    """Return the lengths of lines inside boxes, given by centres and half a size [pixels], shape (lines, boxes)."""
+    """Return the length of each line inside each box [pixels], shape (lines, boxes).
+
+    The boxes are given by their centres and half their size.
+    """
     start, course = lines[:, 0, None] - middles, (lines[:, 1] - lines[:, 0])[:, None]
     first, last = np.zeros(start.shape), np.ones(start.shape)
     for at, step, room in ((start.real, course.real, half.real), (start.imag, course.imag, half.imag)):

@@ -1,4 +1,4 @@
-"""Values at each position: figures (positions.csv), motion (motion.csv) and fields (fields.npz)."""
+"""Tables of values at each position: results (positions.csv), motion (motion.csv) and fields (fields.npz)."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -20,11 +20,11 @@ from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
 PROFILE = 1440  # number of points of the profile of a cam, four per degree
-PER_TIME = ("", "/s", "/s^2")  # suffixes for the units of a coordinate, its rate and its acceleration
+PER_TIME = ("", "/s", "/s^2")  # unit suffixes of a coordinate, of its rate, and of its acceleration
 
 
 def position_table(results: Results) -> Table:
-    """Return the columns of positions.csv, shape (positions,), in the units of the report."""
+    """Return the table positions.csv, in the units of the report."""
     motion, deflection = results.motion, results.deflection
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
     for (name, coordinate, unit, _), values in zip(results.drive_words, motion.drive, strict=True):
@@ -52,11 +52,11 @@ def position_table(results: Results) -> Table:
 
 
 def cam_tables(scene: Scene) -> dict[str, Table]:
-    """Return the profile of each cam over one turn in the axes of the cam, by file name.
+    """Return a table with the profile of each cam over one turn, by file name.
 
-    At the start, the axes of the cam coincide with those of the ground. The rows are ordered by the angle of rotation,
-    in
-    the sense of the cam. A roller has a pitch curve, and a groove a second flank, `outer`.
+    Coordinates are in the axes of the cam, which coincide with those of the ground at the start. The rows are in the
+    order in which the follower passes over the profile. The table also contains the pitch curve if the follower has a
+    roller, and the second flank `outer` of a groove.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -77,10 +77,10 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 
 
 def motion_table(results: Results) -> Table:
-    """Return the columns of motion.csv, shape (positions,), in the units of the report.
+    """Return the table motion.csv, in the units of the report.
 
-    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts are those of the
-    answer.
+    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts come from the
+    answer, which includes the deformation of the links.
     """
     motion = results.motion
     columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
@@ -90,7 +90,8 @@ def motion_table(results: Results) -> Table:
 def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
     """Return the columns of a rigid motion with their units, by name: drives, links, points and joints.
 
-    `theta` is the continuous angle of a link. `angle` or `slide` is the coordinate of a drive or joint.
+    In the names of the columns, `theta` is the angle of a link, without jumps of a full turn. `angle` or `slide` is the
+    coordinate of a drive or joint.
     """
     links = motion.mechanism.links
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
@@ -118,7 +119,7 @@ def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
 
 
 def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the displacements of the points."""
+    """Return the columns with the displacements of points."""
     columns: dict[str, tuple[Any, str]] = {}
     for point, moved in results.displacements.items():
         columns |= _vector(f"{point}.d{{}}", moved, "m")
@@ -126,7 +127,7 @@ def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the effort and power of each drive."""
+    """Return the columns with the effort and power of each drive."""
     columns: dict[str, tuple[Any, str]] = {}
     words = zip(results.drive_words, results.cycle.efforts, results.motion.drive_rate, strict=True)
     for (name, *_, unit), effort, rate in words:
@@ -135,10 +136,10 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Return the complex force [N] and the moment [N m] of each joint on each of its links, by joint and link number.
+    """Return the force [N] and moment [N m] with which each joint acts on each of its links, by joint and link number.
 
-    If more than two links meet at a pin, they are the total action of the pin on the link. The moment is 0 if the joint
-    does not transmit one.
+    Forces are complex numbers. If more than two links meet at a pin, force and moment are the total action of the pin
+    on the link. The moment is 0 if the joint transmits no moment.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -150,7 +151,7 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
 
 
 def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return joint forces in the axes of the ground and of the link, joint moments, and shaking loads."""
+    """Return the columns with joint forces in the axes of ground and link, joint moments, and shaking loads."""
     motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
     for (name, link), (force, moment) in joint_loads(results).items():
@@ -167,7 +168,7 @@ def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _table(columns: Mapping[str, tuple[Any, str]], results: Results) -> Table:
-    """Return a table of columns in the units of the report."""
+    """Return a table with the given columns, converted to the units of the report."""
     wide = results.motion.columns
     made = (Column(name, np.broadcast_to(values, wide), unit) for name, (values, unit) in columns.items())
     return Table(tuple(made)).in_units(results.scene.report_units)
@@ -183,7 +184,7 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
     Raises
     ------
     RequestError
-        A pattern matches no column.
+        A pattern of column names matches no column.
     """
     tables = {"positions": position_table(results)}
     if with_motion:
@@ -197,7 +198,7 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Append rows to a file. The first rows get headings."""
+    """Append the rows of a table to a CSV file. If they are the first rows, write the headings before them."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 
@@ -215,7 +216,7 @@ class FieldFile:
         self._parts: dict[str, Path] = {}
 
     def add(self, results: Results) -> None:
-        """Append the fields at the next positions."""
+        """Append the fields at the next chunk of positions."""
         labels = results.scene.labels
         self._append("t", results.motion.time, self._shape[:1])
         for label, length in zip(labels, results.deflection.length, strict=True):
@@ -226,7 +227,7 @@ class FieldFile:
                 self._append(f"{label}/{field}", values, self._shape)
 
     def close(self) -> None:
-        """Combine the arrays in one file."""
+        """Combine the temporary files in one file."""
         import zipfile
 
         with zipfile.ZipFile(self._path, "w") as archive:

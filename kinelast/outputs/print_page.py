@@ -1,11 +1,12 @@
 """Printed page as PDF: verdict, picture, main figures, limits, assumptions and checks."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from datetime import date
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from kinelast.figures.limits import BROKEN, KEPT
 from kinelast.figures.report import Report
@@ -25,7 +26,7 @@ from kinelast.outputs.words import (
     trust_words,
     verdict_words,
 )
-from kinelast.scene.numbers import number
+from kinelast.scene.numbers import capitalized, number
 from kinelast.scene.reading import GOOD, Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
@@ -33,13 +34,12 @@ WIDTH = PAPER.real - 2 * MARGIN  # [in]
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
 LINE = 1.35  # line spacing / font size
 MOST_LIMITS = 12
-MOST_LINES = 3  # font sizes of the title and the source
+MOST_LINES = 3  # maximum number of lines of the title and of the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 
-@dataclass(frozen=True)
-class Paragraph:
-    """A paragraph with its font size [pt], colour and weight, and the space above [in]."""
+class Paragraph(Struct, frozen=True, dict=True):
+    """A paragraph with its font size [pt], colour and weight, and the height of the space above it [in]."""
 
     words: str
     size: float = 8.5
@@ -70,12 +70,12 @@ class Paragraph:
 
     @property
     def height(self) -> float:
-        """Height including the space above [in]."""
+        """Height of the paragraph [in], including the space above it."""
         return self.above + len(self.lines) * self.size * LINE / 72
 
 
 def write_page(path: Path, results: Results, report: Report) -> None:
-    """Write the page as PDF. The picture uses the remaining space."""
+    """Write the page as PDF. The picture fills the space between the paragraphs."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
@@ -95,7 +95,7 @@ def write_page(path: Path, results: Results, report: Report) -> None:
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs downwards from a height [in]; return the height at the end [in]."""
+    """Write paragraphs from the height `top` [in] downwards. Return the height of the end of the last one [in]."""
     for each in paragraphs:
         top -= each.above
         for line in each.lines:
@@ -116,10 +116,10 @@ def _head(report: Report) -> Iterator[Paragraph]:
         colour = GREEN if accepted.passed else RED
     verdict, yields = verdict_words(report), report.yields or ""
     said = [verdict, yields] if accepted.verdict or not yields else [yields]
-    words = " ".join(f"{_capital(each)}." for each in said if each and (each is verdict or each not in verdict))
+    words = " ".join(f"{capitalized(each)}." for each in said if each and (each is verdict or each not in verdict))
     yield Paragraph(words, 11, RED if yields else colour, "bold", GAP)
     words, level = trust_words(report)
-    yield Paragraph(f"{_capital(words)}.", 9, INK if level == GOOD else AMBER)
+    yield Paragraph(f"{capitalized(words)}.", 9, INK if level == GOOD else AMBER)
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
@@ -136,15 +136,10 @@ def _foot(report: Report) -> Iterator[Paragraph]:
     yield Paragraph("Assumptions", 10, weight="bold", above=GAP)
     yield from (Paragraph(each, most=MOST_LINES) for each in assumptions(report))
     yield Paragraph("Checked", 10, weight="bold", above=GAP)
-    yield Paragraph(_capital(checked(report)), most=MOST_LINES)
+    yield Paragraph(capitalized(checked(report)), most=MOST_LINES)
     made = report.made_from.sha256 if report.made_from else ""
     words = f"kinelast {report.kinelast}; {date.today().isoformat()}; scene {report.scene.name}, SHA-256 {made}"
     yield Paragraph(words, 7, SOFT, above=GAP)
-
-
-def _capital(words: str) -> str:
-    """Return words with an initial capital letter."""
-    return f"{words[:1].upper()}{words[1:]}"
 
 
 def _figures(report: Report) -> Iterator[str]:

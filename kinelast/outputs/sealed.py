@@ -27,7 +27,7 @@ def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Ori
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Return the checksums of the files to which a scene refers, as an entry of its origin."""
+    """Return the checksums of the files to which a scene refers, as an entry of the origin of a report."""
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     return {"beside": digests} if digests else {}
 
@@ -38,7 +38,10 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Return data as strict JSON, with null for nan. Characters in file names that are not valid are escaped."""
+    """Return data as strict JSON, with null for nan.
+
+    Characters that are not valid in UTF-8, e.g. in file names, are escaped.
+    """
     import msgspec
 
     try:
@@ -65,26 +68,26 @@ def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
 def changed(place: Path) -> list[str]:
     """Return the names of files that have changed since this program wrote them."""
     known = summary_in(place) or {}
-    digests = {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
+    digests = {name: digest for name, digest in _known_digests(known).items() if name != SUMMARY}
     there = {name: digest for name, digest in digests.items() if isinstance(digest, str) and (place / name).exists()}
     return sorted(name for name, digest in there.items() if _digest(place / name) != digest)
 
 
-def _dict(data: Any, key: str) -> dict[str, Any]:
-    """Return a dictionary in data, or an empty one if the entry is not a dictionary."""
-    entry = data.get(key) if isinstance(data, Mapping) else None
+def _known_digests(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the checksums in a summary, or an empty dictionary if the summary contains no valid ones."""
+    entry = summary.get("sha256")
     return entry if isinstance(entry, dict) else {}
 
 
 def with_files(summary: Mapping[str, Any], part: Path) -> dict[str, Any]:
-    """Return the summary of a folder to which the files of another folder are added."""
+    """Return the summary of a folder, extended by the sizes and checksums of the files in the folder `part`."""
     whole = {**summary, "files": {**files_of(summary), **sizes(part)}}
-    digests = {**_dict(summary, "sha256"), **_digests(part)}
+    digests = {**_known_digests(summary), **_digests(part)}
     return {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}}
 
 
 def sizes(folder: Path) -> dict[str, int]:
-    """Return the sizes [bytes] of the files and folders in a folder."""
+    """Return the size [bytes] of each file and subfolder in a folder."""
     return {
         entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
         for entry in sorted(folder.iterdir())
@@ -92,7 +95,7 @@ def sizes(folder: Path) -> dict[str, int]:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the checksums of the files and folders in a folder, except the summary."""
+    """Return the checksum of each file and subfolder in a folder, except for the summary."""
     return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
 
 
@@ -105,15 +108,16 @@ def _digest(path: Path) -> str:
 
 
 def _own_digest(summary: Mapping[str, Any]) -> str:
-    """Return the checksum of a summary. The checksums in the summary are not included."""
+    """Return the checksum of a summary, computed without the entry that contains the checksums."""
     said = {key: value for key, value in summary.items() if key != "sha256"}
     return hashlib.sha256(json_bytes(said)).hexdigest()
 
 
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """Return the summary of a complete folder with this origin and version, or None.
+    """Return the summary of a folder if a run with this origin and version completed it, otherwise None.
 
-    The second value is the reason if the origin matches but a file has changed.
+    If files of a matching folder have changed, are missing or are unreadable, the second value says so. Otherwise it is
+    empty.
     """
     before = summary_in(folder)
     if before is None:
@@ -138,14 +142,17 @@ def own_names(summary: Mapping[str, Any]) -> set[str]:
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the files in a summary with their sizes. Invalid entries are ignored."""
+    """Return the sizes of the files that a summary lists, by name. Invalid entries are ignored."""
     files = summary.get("files")
     names = files if isinstance(files, (dict, list)) else ()
     return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
 
 
 def summary_in(folder: Path) -> dict[str, Any] | None:
-    """Return the summary in a folder. It is empty if there is no summary of this program, and None if unreadable."""
+    """Return the summary in a folder.
+
+    It is empty if there is no summary by this program, and None if it is not valid JSON.
+    """
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:

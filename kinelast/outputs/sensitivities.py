@@ -1,13 +1,14 @@
-"""Sensitivities, and scatter due to tolerances, as plain data, tables and bar charts."""
+"""Sensitivities of figures, and scatter of figures due to tolerances, as plain data, tables and bar charts."""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from html import escape
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import asdict
 
 from kinelast.designs.problem import PER_CENT, TOLERANCE, SensitivityStep
 from kinelast.designs.sensitivities import Sensitivities
@@ -20,13 +21,15 @@ from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
-MAX_NAME = 36  # maximum length of the name of a bar
+MAX_NAME = 36  # maximum number of characters of the name of a bar
 DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 
 
-@dataclass(frozen=True)
-class Bars:
-    """A heading with bars, each with name, size and words. Negative bars point to the left."""
+class Bars(Struct, frozen=True):
+    """A group of bars with a heading.
+
+    Each bar has a name, a size and words. A bar with a negative size points to the left.
+    """
 
     title: str
     rows: tuple[tuple[str, float, str], ...]
@@ -73,12 +76,11 @@ HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", 
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12
 NAMED = 2  # number of figures that the printed sentences mention
-MIN_CHANGE = 5e-6  # smallest change that is drawn, relative to the figure
+MIN_CHANGE = 5e-6  # smaller changes, relative to the figure, are not drawn
 
 
-@dataclass(frozen=True, eq=False)
-class PrintedSensitivities:
-    """Sensitivities with their variables, the units of the figures, the steps, and the display units."""
+class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
+    """Sensitivities with the variables, the unit of each figure, the step of each variable, and the display units."""
 
     result: Sensitivities
     variables: Sequence[Variable]
@@ -88,16 +90,16 @@ class PrintedSensitivities:
 
     @cached_property
     def change(self) -> Reals:
-        """Changes of the figures by the steps of the numbers, shape (figures, numbers)."""
+        """Changes in the figures due to the steps of the variables, shape (figures, variables)."""
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
-        """Return the step of a number in words."""
+        """Return words on the step of a variable."""
         step, unit = self.steps[column], self.variables[column].unit
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """Return the change of a figure by the step of a number in words."""
+        """Return words on the change in a figure due to the step of a variable."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
@@ -105,7 +107,7 @@ class PrintedSensitivities:
         return f"{_signed(size, change)}{share}"
 
     def ranked(self, row: int) -> list[int]:
-        """Return the indices of the variables that change a figure, starting with the largest change."""
+        """Return the indices of the variables that change a figure, in the order of decreasing change."""
         sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
         least = MIN_CHANGE * abs(float(self.result.figure[row]))
         return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
@@ -126,7 +128,7 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
-    """Return sensitivities as plain data for JSON. `words` describes the largest ones."""
+    """Return sensitivities as plain data for JSON. The entry `words` contains sentences on the largest ones."""
     result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
@@ -168,7 +170,7 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
 
 
 def sensitivity_table(shown: PrintedSensitivities) -> Table:
-    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes by the steps."""
+    """Return a table of derivatives, their errors, logarithmic derivatives, kinks, and changes due to the steps."""
     result = shown.result
     sides = (
         result.slope,
@@ -200,7 +202,7 @@ def sensitivity_table(shown: PrintedSensitivities) -> Table:
 
 
 def sensitivity_bars(shown: PrintedSensitivities) -> str:
-    """Return the largest changes of each figure by the steps as bars in SVG."""
+    """Return the largest changes in each figure due to the steps of the variables as bars in SVG."""
     result, charts = shown.result, []
     for row, name in enumerate(result.figures):
         size = quantity(float(result.figure[row]), shown.units[name], shown_in=shown.shown_in)
@@ -218,7 +220,10 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
-    """Return the ranges of figures as plain data for JSON. `words` describes the first ones."""
+    """Return the ranges of figures as plain data for JSON.
+
+    The entry `words` contains sentences on the first figures.
+    """
     numbers = [
         {
             "path": variable.path,
@@ -247,7 +252,7 @@ def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> d
 
 
 def _kept_words(kept: KeptShare) -> str:
-    """Return the share of machines that meet all limits, in words."""
+    """Return words on the share of machines that meet all limits."""
     plain = f"{percent(kept.plain)} without"
     beyond = "" if math.isnan(kept.beyond) else (
         f"; the limit of the output applies to its deflection: including geometry, {percent(kept.beyond)} of machines"
@@ -261,7 +266,7 @@ def _kept_words(kept: KeptShare) -> str:
 
 
 def _range_words(name: str, sampled: Scatter, unit: str, shown_in: DisplayUnits) -> str:
-    """Return the range of a figure in words."""
+    """Return words on the range of a figure."""
     low, median, high = (
         quantity(value, unit, shown_in=shown_in) for value in (sampled.low, sampled.median, sampled.high)
     )
@@ -291,12 +296,12 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """Return a figure of the nominal scene by the full answer, and its error; nan if unknown."""
+    """Return the value of a figure for the nominal scene and its error, from the full answer; nan if unknown."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """Return a table of values, first-order and sampled ranges, and shares of the numbers in the variance."""
+    """Return a table of values, first-order ranges, sampled ranges, and the share of each variable in the variance."""
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
             *SAMPLED, *(f"share of {name}" for name in names),
@@ -312,7 +317,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
 
 
 def tolerance_bars(result: ToleranceResult, shown_in: DisplayUnits = SI) -> str:
-    """Return the shares of the numbers in the variance of each figure as bars in SVG."""
+    """Return the share of each variable in the variance of each figure as bars in SVG."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
         sampled, unit = result.sampled[name], result.units[name]

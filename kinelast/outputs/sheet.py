@@ -1,4 +1,4 @@
-"""Drawing of a mechanism on matplotlib axes: display list, plates, bars and names."""
+"""Drawing of a mechanism on matplotlib axes: links, marks of the display list, and names."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from kinelast.outputs.placing import PlacedName, place_names
 from rigid import GROUND, Posture
-from symbols import LEVELS, LINK, anchor, extent_of, hull, marks_of
+from symbols import LEVELS, LINK, anchor_position, extent_of, hull, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from symbols import Mark, Spot
+    from symbols import Anchor, Mark
 
 INK = "#1b1b1b"
 PAPER = "#ffffff"
@@ -23,7 +23,7 @@ LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#317
 COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": "#a8201a", "shade": "#5d6b7a2b",
           "none": "none"}  # fmt: skip
 """Colours of marks by name."""
-ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # the zorder of links is 3
+ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links have the zorder 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
 FLAT = 1e-6
 
@@ -34,15 +34,16 @@ class MechanismAxes:
     Parameters
     ----------
     places
-        Positions of points [m] by link and point (default: those of the posture).
+        Positions of points [m] by link and point (default: positions of the points in the posture `here`).
     extent
         Corners of the drawing [m], which determine the size of the symbols.
     marks
-        Display list (default: the marks of the posture).
-    spin
-        Function that returns the x axis of a mark, for bodies that are not links.
+        Display list (default: the marks of the mechanism in the posture `here`).
+    x_axis
+        Function that returns the direction of the x axis of a mark that has `x_axis_of` (default: the direction in the
+        posture `here`).
     thin
-        Lines behind the links [m], which the names avoid.
+        Thin lines behind the links [m], which the names avoid if possible.
     """
 
     axes: Axes
@@ -53,11 +54,11 @@ class MechanismAxes:
         places: Mapping[tuple[str, str], complex] | None = None,
         extent: tuple[complex, complex] | None = None,
         marks: Iterable[Mark] | None = None,
-        spin: Callable[[Mark], Any] | None = None,
+        x_axis: Callable[[Mark], Any] | None = None,
         thin: Iterable[Any] = (),
     ) -> None:
         self.here = here
-        self.spin = spin or (lambda _: 1.0)
+        self.x_axis = x_axis
         self.thin = _bars(thin)
         self.names: list[PlacedName] = []
         self.mechanism = here.mechanism
@@ -79,7 +80,7 @@ class MechanismAxes:
         } | {GROUND: INK}
 
     def _shortest(self) -> float:
-        """Return the smallest distance between two points of a link. Symbols must be smaller."""
+        """Return the smallest distance between two points of any link, which limits the size of the symbols."""
         ways = [
             abs(self.places[link.name, one] - self.places[link.name, other])
             for link in self.mechanism.links
@@ -95,7 +96,7 @@ class MechanismAxes:
 
     def draw(self) -> None:
         """Draw all parts from back to front."""
-        # the longest link first, so that short links on top are visible
+        # the longest link first, so that short links are drawn on top of it
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
@@ -109,7 +110,7 @@ class MechanismAxes:
             self._point_name(owner, point)
 
     def _span(self, name: str) -> float:
-        """Return the largest distance of the points of a link from its first point."""
+        """Return the largest distance of any point of a link from the first point of the link."""
         spots = [place for (link, _), place in self.places.items() if link == name]
         return max(abs(spot - spots[0]) for spot in spots)
 
@@ -129,7 +130,7 @@ class MechanismAxes:
             self.name(name, spots, color=color, fontsize=10)
 
     def name(self, words: str, line: Any, always: bool = False, **style: Any) -> None:
-        """Add the name of a line or a point. `place_names` moves it to its position."""
+        """Add the name of a line or a point. `place_names` later moves it to its final position."""
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         text = self.axes.text(*_xy(line[0]), words, **{**style, "fontsize": self.letters * style["fontsize"]})
@@ -141,25 +142,30 @@ class MechanismAxes:
 
     def _mark(self, mark: Mark) -> None:
         """Draw a mark of the display list."""
-        place, end = self._spot(mark.at), None if mark.to is None else self._spot(mark.to)
-        way = self.spin(mark) if mark.spin else mark.direction(self.here)
-        points = mark.placed(place, complex(np.ravel(way)[0]), self.unit, end)
+        place, end = self._place(mark.at), None if mark.to is None else self._place(mark.to)
+        way = self.x_axis(mark) if self.x_axis and mark.x_axis_of else mark.direction(self.here)
+        x_axis = complex(np.ravel(way)[0])
+        if not x_axis:
+            return
+        points = mark.placed(place, x_axis, self.unit, end)
         colors = {**COLORS, LINK: self.colors[mark.at.link]}
         dashes: Any = (0, DASHES) if mark.dashed else "-"
         style = {"zorder": ZORDER[mark.level], "linewidth": mark.width, "linestyle": dashes}
         for cell, line in zip(mark.cells, mark.outlines, strict=True):
             if line.closed:
-                self._patch(points[cell].tolist(), facecolor=colors[mark.body], edgecolor=colors[mark.stroke], **style)
+                self._patch(
+                    points[cell].tolist(), facecolor=colors[mark.polygon_fill], edgecolor=colors[mark.stroke], **style
+                )
             else:
                 self._line(points[cell].tolist(), color=colors[mark.stroke], **style)
 
-    def _spot(self, spot: Spot) -> complex:
-        if spot.point:
-            return self.places[spot.link, spot.point]
-        return complex(np.ravel(anchor(self.here, spot))[0])
+    def _place(self, anchor: Anchor) -> complex:
+        if anchor.point:
+            return self.places[anchor.link, anchor.point]
+        return complex(np.ravel(anchor_position(self.here, anchor))[0])
 
     def _point_name(self, link: str, point: str) -> None:
-        """Draw the name of each point once."""
+        """Draw the name of a point, but only on the first of the links that share the point."""
         shared = self.pins.get(point, [link])
         if shared[0] != link:
             return
@@ -175,7 +181,7 @@ class MechanismAxes:
 
 
 def _bars(lines: Iterable[Any]) -> Any:
-    """Return the ends of the segments of lines, shape (segments, 2)."""
+    """Return the ends of all segments of polylines as complex numbers, shape (segments, 2)."""
     ends = [bar for line in lines for bar in pairwise(np.asarray(line).tolist())]
     return np.array(ends, complex).reshape(-1, 2)
 

@@ -1,4 +1,4 @@
-"""Answer as a function of the drive speed: table, curves, plain data and sentences."""
+"""Results as a function of the drive speed: table, plot, plain data and sentences."""
 
 import math
 from collections import Counter
@@ -15,31 +15,31 @@ from kinelast.figures.output import output_of
 from kinelast.figures.ranges import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speed_limits import SpeedLimit
-from kinelast.figures.speeds import FIELDS, Speeds
+from kinelast.figures.speeds import FIGURE_OF_FIELD, Speeds
 from kinelast.outputs.table import Column, Table
-from kinelast.scene.data import ACCURACY, Scene
+from kinelast.scene.data import Scene
 from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.scene.reading import known
 
-NEAR = 0.002  # relative resolution of the limit speed
-MAX_DISTANCE = 0.05  # largest distance between a peak and a speed that it explains, relative to that speed
-LABEL_ROOM = 0.04  # width of the label of a peak / range of speeds
-UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
+NEAR = 0.002  # relative accuracy to which the limit speed is found
+MAX_DISTANCE = 0.05  # a peak explains large errors at speeds within this relative distance
+LABEL_ROOM = 0.04  # width of the label of a peak / width of the speed range
+UNITS = dict(zip(FIGURE_OF_FIELD, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
-    """Return a table with a row per speed: largest values with and without vibration, growth, errors and figures."""
+    """Return a table with a row for each speed: largest values with and without vibration, growth, errors, figures."""
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
-    of_fields = {key: name for name, key in FIELDS.items()}
+    of_fields = {key: name for name, key in FIGURE_OF_FIELD.items()}
     return Table(
         (
             Column("speed", result.speed, speed_unit(scene)),
             *(
                 Column(f"{label}.{field}{way}", values[:, row, beam], UNITS[field])
                 for way, values in ways
-                for row, field in enumerate(FIELDS)
+                for row, field in enumerate(FIGURE_OF_FIELD)
                 for beam, label in enumerate(scene.labels)
             ),
             Column("growth over a cycle", answer.growth, "1"),
@@ -50,7 +50,7 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
             *(
                 Column(name, values, measure.unit)
                 for name, (measure, values, _) in result.figures.items()
-                if measure.figure.key not in FIELDS.values()
+                if measure.figure.key not in FIGURE_OF_FIELD.values()
             ),
             *(
                 Column(f"error of {name}", errors, measure.unit)
@@ -70,15 +70,26 @@ PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: 
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Plot chord deflection, stress and deciding figure over the speed as SVG, with peaks and limit speed."""
+    """Plot chord deflection, stress and the limited figure as functions of the speed, as SVG.
+
+    The limited figure is the one that determines the limit speed. Peaks and the limit speed are marked.
+    """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams["svg.hashsalt"] = "kinelast"
     decides = result.limit.limit.figure if result.limit and result.limit.limit else ""
     limits = limits_of(scene)
-    fields = [field for field in FIELDS if field != "w" or any(limit.figure == FIELDS["w"] for limit in limits)]
-    extra = [(name, each) for name, each in result.figures.items() if name == decides and name not in FIELDS.values()]
+    fields = [
+        field
+        for field in FIGURE_OF_FIELD
+        if field != "w" or any(limit.figure == FIGURE_OF_FIELD["w"] for limit in limits)
+    ]
+    extra = [
+        (name, each)
+        for name, each in result.figures.items()
+        if name == decides and name not in FIGURE_OF_FIELD.values()
+    ]
     figure = Figure(figsize=(9, 3 * len([*fields, *extra])), layout="constrained")
     panels = figure.subplots(len([*fields, *extra]), 1, sharex=True)
     factor, unit = scene.shown_in.get(speed_unit(scene), (1.0, speed_unit(scene)))
@@ -86,13 +97,14 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
     for axes, field in zip(panels, fields, strict=False):
         scale, words = PANELS[field]
         with_, without = (
-            scale * values[:, [*FIELDS].index(field)] for values in (result.map.values, result.map.quasi_static)
+            scale * values[:, [*FIGURE_OF_FIELD].index(field)]
+            for values in (result.map.values, result.map.quasi_static)
         )
         for beam, name in enumerate(scene.beam_names):
-            (line,) = axes.plot(between, scale * result.between[1][[*FIELDS].index(field), beam], label=name)
+            (line,) = axes.plot(between, scale * result.between[1][[*FIGURE_OF_FIELD].index(field), beam], label=name)
             axes.plot(speed, without[:, beam], ":", color=line.get_color(), lw=1)
         for limit in limits:
-            if limit.figure == FIELDS[field]:
+            if limit.figure == FIGURE_OF_FIELD[field]:
                 axes.axhline(scale * float(limit.bound), color="black", ls="-.", lw=1, label="limit")
         axes.set_ylabel(f"largest {words}")
         if np.nanmax(with_, initial=0.0) > 0.0:
@@ -116,7 +128,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
 
 
 def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
-    """Label the highest peaks with their harmonic and mode. Labels do not overlap."""
+    """Label peaks with harmonic and mode, the highest peaks first. A label that would overlap another is left out."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
     sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
@@ -125,7 +137,9 @@ def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
             continue
         taken.append(peak.speed)
         name = (
-            f"{peak.resonance.harmonic}x{peak.resonance.mode}" if peak.resonance.met else f"mode {peak.resonance.mode}"
+            f"{peak.resonance.harmonic}x{peak.resonance.mode}"
+            if peak.resonance.coincides
+            else f"mode {peak.resonance.mode}"
         )
         axes.annotate(
             name,
@@ -139,12 +153,15 @@ def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
 
 
 def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Return the results as plain data and sentences. Values are null at speeds without a steady state."""
+    """Return the results as plain data, with sentences in the entry `words`.
+
+    Values are null at speeds without a steady state.
+    """
     ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
         kind: {
             field: {label: values[:, k, beam].tolist() for beam, label in enumerate(scene.labels)}
-            for k, field in enumerate(FIELDS)
+            for k, field in enumerate(FIGURE_OF_FIELD)
         }
         for kind, values in ways.items()
     }
@@ -167,7 +184,7 @@ def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
                     label: [float(f"{value:.6g}") for value in result.between[1][k, beam]]
                     for beam, label in enumerate(scene.labels)
                 }
-                for k, field in enumerate(FIELDS)
+                for k, field in enumerate(FIGURE_OF_FIELD)
             },
         },
         "from": float(result.speed[0]),
@@ -207,7 +224,7 @@ def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
 def _resonance_figures(resonance: Resonance | None, scene: Scene) -> dict[str, Any] | None:
     if resonance is None:
         return None
-    parts = {"harmonic": resonance.harmonic, "mode": resonance.mode, "met": resonance.met}
+    parts = {"harmonic": resonance.harmonic, "mode": resonance.mode, "met": resonance.coincides}
     return {**parts, "of": scene.labels[resonance.beam], "words": resonance_words(resonance, scene)}
 
 
@@ -222,16 +239,16 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """Return which harmonic of the drive excites which mode, in words.
+    """Return words on the vibrating mode and the harmonic of the drive that excites it.
 
-    A mode is named after the beam that bends most.
+    A mode is named after the beam that bends most in it.
     """
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.beam_names[resonance.beam]})"
-    return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
+    return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.coincides else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the reason for the limit speed in words: the violated limit or the yielding link, with the resonance."""
+    """Return words on the limit that fails or the link that yields above the limit speed, and on the resonance."""
     if limit.limit is None:
         return "no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
@@ -246,7 +263,7 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the item of the violated limit; empty for the whole machine."""
+    """Return the item that fails to meet the limit; empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
@@ -275,7 +292,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
 
 
 def _printed(scene: Scene) -> Callable[[Any], str]:
-    """Return a function that formats a speed."""
+    """Return a function that formats a drive speed with its unit."""
     return lambda speed: quantity(float(speed), speed_unit(scene), shown_in=scene.shown_in)
 
 
@@ -300,8 +317,11 @@ def _outcome(result: Speeds, scene: Scene) -> str:
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
-    """Yield a sentence about speeds with errors above the accuracy, and about unreliable speeds near a resonance."""
-    wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
+    """Yield a sentence about the speeds at which the error exceeds the accuracy.
+
+    It names a resonance near the speed with the largest error, if there is one.
+    """
+    wanted = scene.theory.wanted
     missed = np.flatnonzero(result.error > wanted)
     if not len(missed) or np.isnan(result.error).all():
         return

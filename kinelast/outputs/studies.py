@@ -1,4 +1,4 @@
-"""Files of design studies, and the best design as data, table and sentences."""
+"""Files of design studies, and the report on the best design as plain data, table and sentences."""
 
 import math
 from pathlib import Path
@@ -31,7 +31,7 @@ HEAD = (
 
 
 def optimum_report(solved: OptimumResult, shown_in: DisplayUnits = SI) -> OptimumReport:
-    """Return the report on the best design, with its optimality certificate."""
+    """Return the report on the best design, with the evidence that the design is optimal."""
     task, best = solved.task, solved.optimum
     held, verdict, (value, error) = best.certificate, _verdict(solved, shown_in), _goal_in_full(solved)
     return OptimumReport(
@@ -118,12 +118,12 @@ def _limits(solved: OptimumResult) -> list[OptimumLimit]:
 
 
 def _theory(solved: OptimumResult) -> str:
-    """Return the name of the theory of the full answer."""
+    """Return the name of the theory by which the full answer of the best design was computed."""
     return solved.answer.theory if solved.answer and solved.answer.theory else QUASI_STATIC
 
 
 def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
-    """Return the goal figure by the full answer and its error; None if unknown."""
+    """Return the goal figure of the full answer, and its error; None if unknown."""
     value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
     return known(value), known(error)
 
@@ -170,7 +170,10 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
 
 
 def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Describe the goal figure by the full answer in words; empty if there is no full answer."""
+    """Return words on the goal figure of the full answer.
+
+    They are empty if the full answer is quasi-static too, unknown or exact.
+    """
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
         return ""
@@ -179,7 +182,7 @@ def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return the limits that the closest design violates, and by how much, in words."""
+    """Return words on the limits that the best design violates, and by how much."""
     violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -211,7 +214,7 @@ def optimum_table(best: OptimumReport) -> Table:
 
 
 def best_design(document: Document, progress: Progress) -> tuple[Document, OptimumReport]:
-    """Find the best design of a scene; return its document and report."""
+    """Find the best design of a scene. Return the document of the best design, and the report on it."""
     with of_file(document.path):
         solved = optimum_study(document, progress)
     numbers = (variable.path for variable in solved.task.variables)
@@ -222,16 +225,16 @@ def best_design(document: Document, progress: Progress) -> tuple[Document, Optim
 def write_studies(
     part: Path, document: Document, best: OptimumReport | UnsetType, request: Request, progress: Progress
 ) -> dict[str, Any]:
-    """Write the files of the requested studies; return their figures by study.
+    """Write the files of the requested studies, and return plain data of each study, by name.
 
     Parameters
     ----------
     part
         Folder for the files.
     document
-        Document of the scene, or of its best design.
+        Document of the scene or, if an optimum was requested, of its best design.
     best
-        Report on the best design, if requested.
+        Report on the best design, if an optimum was requested.
     request
         Options: requested studies, number of samples, and formats.
 

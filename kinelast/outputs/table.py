@@ -1,7 +1,7 @@
-"""Tables, which consist of columns with names and units, and their file formats.
+"""Tables of columns with names and units, and the file formats of tables.
 
-To add a format, write a function that converts a table to bytes, and add it to `FORMATS`. The option `--tables` and its
-help use this list.
+To add a format, write a function that converts a table to bytes, and add it to `FORMATS`. The option `--tables`
+accepts all formats in `FORMATS`, and its help lists them.
 """
 
 from __future__ import annotations
@@ -11,32 +11,33 @@ import io
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
 
 ROWS_OF_A_SHEET = 1_048_576
-FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # a formula in a spreadsheet
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same after a quote, which makes it plain text
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # would be a formula in a spreadsheet
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # a formula after a quote, which makes it plain text
 
 
-@dataclass(frozen=True, eq=False)
-class Column:
+class Column(Struct, frozen=True, eq=False):
     """A column of a table.
 
     Attributes
     ----------
     name, unit
-        Name for the heading, and unit, which may be empty.
+        Name and unit of the column, for the heading. The unit may be empty.
     values
-        Array of numbers, shape (rows,), nan if unknown; or a sequence of strings, booleans, numbers and None.
+        Array of numbers of shape (rows,), with nan for unknown ones. Or a sequence of strings, booleans, numbers and
+        None.
     """
 
     name: str
@@ -59,8 +60,7 @@ class Column:
         return self.is_numeric and not np.isinf(self.values).any()
 
 
-@dataclass(frozen=True, eq=False)
-class Table:
+class Table(Struct, frozen=True, eq=False):
     """Columns of equal length."""
 
     columns: tuple[Column, ...]
@@ -77,7 +77,7 @@ class Table:
         return [column.heading for column in self.columns]
 
     def in_units(self, system: str) -> Table:
-        """Convert the table to the units of a report: "SI", "mm" or "in"."""
+        """Return the table in the unit system of a report: "SI", "mm" or "in"."""
         factors = REPORT_UNITS.get(system)
         if not factors:
             return self
@@ -89,14 +89,17 @@ class Table:
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return the first column and all columns that match a pattern with `*` and `?`; by default, all columns."""
+        """Return the table with only the first column and columns that match a pattern with `*` and `?`.
+
+        Without patterns, all columns are kept.
+        """
         if not patterns:
             return self
         first, *others = self.columns
         return Table((first, *(each for each in others if any(fnmatchcase(each.name, one) for one in patterns))))
 
     def rows(self) -> list[tuple[Any, ...]]:
-        """Return the rows, with None for nan."""
+        """Return the rows of the table, with None in place of nan."""
         columns = (column.values.tolist() if column.is_numeric else column.values for column in self.columns)
         return list(zip(*([None if value != value else value for value in each] for each in columns), strict=True))  # noqa: PLR0124
 
@@ -112,7 +115,10 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the rows of a CSV file. A table that consists of real numbers is encoded as a whole, which is faster."""
+    """Return the lines of a CSV file.
+
+    If all columns contain finite floats, they are encoded together, which is faster.
+    """
     if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
 
@@ -150,7 +156,7 @@ def quoted(text: str) -> str:
 
 
 def csv_rows(content: bytes) -> list[list[str]]:
-    """Return the rows of a CSV file, including headings. Quotes that `csv_bytes` added are removed."""
+    """Return the rows of a CSV file, including headings. The leading quotes that `csv_bytes` added are removed."""
     rows = csv.reader(io.StringIO(content.decode(), newline=""))
     return [[cell[INERT.match(cell) is not None :] for cell in row] for row in rows]
 
@@ -210,12 +216,12 @@ SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, anne
 
 
 def xlsx_bytes(table: Table) -> bytes:
-    """Return a table as a workbook with one sheet. Equal tables give equal bytes.
+    """Return a table as an XLSX workbook with one sheet. Equal tables give equal bytes.
 
     Raises
     ------
     RequestError
-        The table has more rows than a sheet.
+        The table has more rows than a sheet can have.
     """
     import zipfile
 

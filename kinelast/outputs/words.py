@@ -1,4 +1,4 @@
-"""Sentences of a report: headline, verdict, limits, errors and checks, and the assumptions of the printed page."""
+"""Sentences on the results in a report: headline, verdict, limits, errors, checks and assumptions."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -7,7 +7,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from kinelast.figures.cycle import WELL
-from kinelast.figures.doubted import LIMIT_NAMES, few, large_errors, unjudged_limits
+from kinelast.figures.doubted import LIMIT_NAMES, large_errors, unjudged_limits
 from kinelast.figures.inputs import INPUTS
 from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
 from kinelast.figures.report import (
@@ -15,6 +15,7 @@ from kinelast.figures.report import (
     FurtherCheck,
     JudgedLimit,
     OutputReading,
+    Reliability,
     Report,
     RunReport,
     TheoryReport,
@@ -27,6 +28,7 @@ from kinelast.scene.numbers import (
     DisplayUnits,
     coordinate,
     error_percent,
+    few,
     number,
     percent,
     quantity,
@@ -36,8 +38,8 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"
-MAX_DOUBTED = 2  # maximum number of doubtful figures in the sentence on reliability
-MAX_ITEMS = 3  # maximum number of items of each figure in that sentence
+MAX_DOUBTED = 2  # maximum number of unjudged limits and unreliable figures named in the sentence on reliability
+MAX_ITEMS = 3  # maximum number of items named for each figure in the sentence on reliability
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
 MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are only counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
@@ -57,7 +59,10 @@ def headline(report: Report) -> str:
     if report.yields and report.yields not in verdict:
         words.append(report.yields)
     if largest := report.largest_deflection:
-        drives = (f"{name} at {_coordinate_words(each, shown_in)}" for name, each in largest.drive.items())
+        drives = [f"{name} at {_coordinate_words(each, shown_in)}" for name, each in largest.drive.items()]
+        if report.run.several_turns:
+            assert largest.time
+            drives = [f"t = {size(largest.time, shown_in)}"]
         place = f"{size(largest.along_member, shown_in, 3)} along it"
         value = size(magnitude(largest), shown_in) + error_words(largest, shown_in)
         words.append(f"largest deflection {value} ({', '.join((largest.member, place, *drives))})")
@@ -78,26 +83,26 @@ def headline(report: Report) -> str:
     words += _theory(report)
     if filmed and not report.links:
         words.append(filmed)
-    trust = report.reliability
-    if trust.level != GOOD:
-        words.append(f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}")
-    return "; ".join(words)
+    return "; ".join([*words, *_reliability(report)])
 
 
 def member(report: Report, label: str) -> str:
-    """Return the name of a beam for sentences: its member, i.e. a straight run of beams. Other labels are unchanged."""
+    """Return the name of the member to which the beam with a label belongs.
+
+    A member is a straight run of beams. A label that is not that of a beam is returned unchanged.
+    """
     return next((str(each["member"]) for each in report.links if each["label"] == label), label)
 
 
 def least_safety(report: Report) -> tuple[str, Reading] | None:
-    """Return the smallest known safety factor of all beams, preceded by the name of the member."""
+    """Return the smallest known safety factor of all beams, together with the name of the member."""
     known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
     label = min(known, key=lambda each: known[each].value or 0.0, default=None)
     return None if label is None else (member(report, label), known[label])
 
 
 def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
-    """Return a known value with its unit."""
+    """Format the value of a reading, which must be known, with its unit."""
     assert found.value is not None
     return quantity(found.value, found.unit, digits, shown_in)
 
@@ -113,7 +118,7 @@ def _coordinate_words(found: Reading, shown_in: DisplayUnits) -> str:
 
 
 def _motors(report: Report) -> Iterator[str]:
-    """Yield the largest effort of each drive with a motor, and the torque at the motor shaft."""
+    """Yield words on each drive with a motor: the largest effort of the drive, and the torque at the motor shaft."""
     for name, drive in report.drives.items():
         effort, shaft = drive["effort"], drive.get("motor", {}).get("motor_torque")
         if shaft is not None and effort.value is not None and shaft.value is not None:
@@ -138,11 +143,26 @@ def _run(run: RunReport) -> Iterator[str]:
         yield f"{counted(run.left_out, 'position')} out of reach"
 
 
-def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
-    """Return the error of a figure as a suffix. It is empty if the error is unknown or zero.
+def _reliability(report: Report) -> Iterator[str]:
+    """Yield the reasons for caution, and the number of figures with large errors."""
+    trust = report.reliability
+    if trust.level != GOOD:
+        yield _reasons(trust)
+    if trust.unreliable:
+        yield f"{counted(len(trust.unreliable), 'figure')} of the report unreliable"
 
-    The error is relative, or absolute if it exceeds the figure. A figure with a large error is marked "unreliable", or
-    "near zero" if it is small relative to the largest figure of its unit.
+
+def _reasons(trust: Reliability) -> str:
+    """Return the worst severity in words, and the reasons for it."""
+    return f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}"
+
+
+def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
+    """Return a suffix with the error in a figure.
+
+    It contains no error if the error is unknown or zero. The error is given in per cent, or with its unit if it exceeds
+    the figure. A figure with a large relative error is marked "unreliable". If the figure is small relative to the
+    largest figure with the same unit, it is marked "near zero" instead.
     """
     error, value = figure.error, figure.value
     if value is None:
@@ -159,7 +179,7 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
 
 
 def verdict_words(report: Report) -> str:
-    """Return the verdict with the limits that decide it, or with the link that buckles."""
+    """Return words on the verdict, and on the limits that decide it or the link that buckles."""
     accepted, rows = report.acceptance, limit_rows(report)
     if report.buckles:
         return f"{accepted.verdict}: {report.buckles}"
@@ -177,27 +197,37 @@ def verdict_words(report: Report) -> str:
 
 
 def to_read(report: Report) -> Report:
-    """Return a report that shows angles in degrees, for the page and the prints."""
+    """Return a copy of the report that shows angles in degrees, for the page and the printed page."""
     return replace(report, shown_in={**report.shown_in, "rad": DEGREES})
 
 
 def trust_words(report: Report) -> tuple[str, str]:
-    """Return the reliability of the figures in words, and its level. If links yield, figures are not "reliable"."""
+    """Return words on the reliability of the figures, and its level.
+
+    If a link yields, figures are not called "reliable".
+    """
     trust, doubted = report.reliability, ", ".join(_doubted(report))
-    more = f"; unreliable: {doubted}" if doubted else ""
+    near = ""
+    if trust.near_zero:
+        near = f"; errors above {percent(UNRELIABLE)} in {counted(trust.near_zero, 'figure')} near zero"
+    more = (f"; unreliable: {doubted}" if doubted else "") + near
     if report.buckles:
         return "only figures of the rigid motion are shown", CAUTION
     if trust.level != GOOD:
-        return f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}{more}", trust.level
+        return f"{_reasons(trust)}{more}", trust.level
     if report.yields:
         return f"the figures assume elastic links{more}", CAUTION
     if report.run.one_position:
         return f"the figures hold at one position only{more}", CAUTION
-    return ("all figures are reliable" + (f" except {doubted}" if doubted else "")), CAUTION if doubted else GOOD
+    words = "all figures are reliable" + (f" except {doubted}" if doubted else "") + near
+    return words, CAUTION if doubted else GOOD
 
 
 def _doubted(report: Report) -> list[str]:
-    """Return the limits that cannot be judged and the figures with large errors. A few are named, the rest counted."""
+    """Return phrases on limits that cannot be judged and on figures with large errors.
+
+    A few are named, the rest counted.
+    """
     names, verdict = [], verdict_words(report)
     if not report.run.one_position and not report.yields:
         for why, limits in unjudged_limits(report.acceptance.limits or (), lambda label: member(report, label)).items():
@@ -206,19 +236,22 @@ def _doubted(report: Report) -> list[str]:
 
 
 def output_words(output: OutputReading) -> str:
-    """Return the output in words."""
+    """Return the kind and name of the output in words."""
     return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}"
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
-    """Return, for each limit, figure and limit in words, utilisation, and outcome. The highest utilisation is first."""
+    """Return for each limit: words on figure and limit, utilisation, outcome.
+
+    The limit with the highest utilisation is first.
+    """
     limits = report.acceptance.limits or ()
     rows = sorted(limits, key=lambda row: -math.inf if row.used is None else -row.used)
     return [(_limit_words(row, report), row.used, row.outcome) for row in rows]
 
 
 def _limit_words(row: JudgedLimit, report: Report) -> str:
-    """Return a figure with its limit in words."""
+    """Return words on the figure that a limit applies to, and on the limit."""
     figure, shown_in = row.found, report.shown_in
     item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
@@ -240,12 +273,12 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
 
 
 def questions(report: Report) -> list[str]:
-    """Return questions about unusual inputs, which may have a wrong unit."""
+    """Return questions about unusual input values, which may be in a wrong unit."""
     return [finding.text for finding in report.trust if finding.heading == INPUTS]
 
 
 def _theory(report: Report) -> list[str]:
-    """Return the theory, the accuracy if it is not reached, and the results of other checks."""
+    """Return phrases on the theory, the accuracy if it is not reached, and the nonlinear and solid checks."""
     theory, words = report.theory, []
     if theory.error is not None and theory.reached is False:
         words.append(f"{theory.name}, {percent(theory.accuracy or 0.0)} asked, {reached_words(theory)}")
@@ -286,21 +319,21 @@ def further_checks(
 
 
 def _difference(row: Any) -> float:
-    """Return the difference found by a check for a link."""
+    """Return the relative difference that a check found for a link."""
     return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:
-    """Return the accuracy that was reached instead of the requested one, and the main cause of the error, in words."""
+    """Return words on the accuracy reached instead of the requested one, and on the main cause of the error."""
     if theory.error is not None and theory.accuracy is not None and theory.error > theory.accuracy:
         largest = max(theory.errors, key=lambda part: theory.errors[part] or 0.0)
         return f"{percent(theory.error)} reached in the {theory.figure}: mostly {largest}"
     name, share = max(theory.courses.items(), key=lambda item: item[1] or 0.0)
-    return f"{percent(share or 0.0)} reached in the course of {name}"
+    return f"{percent(share or 0.0)} reached in the curve of {name}"
 
 
 def check_words(check: CheckReport) -> str:
-    """Return the result of the finite element check in words, with the largest differences."""
+    """Return words on the result of the finite element check, with the largest differences."""
     if check.passed is None:
         return "check has nothing to compare"
     sizes = [] if check.largest is None else [number(check.largest, 2)]
@@ -364,7 +397,7 @@ def assumptions(report: Report) -> list[str]:
 
 
 def _place_words(mass: Mapping[str, Any], words: Callable[[Reading], str]) -> str:
-    """Return the position of a mass on its link in words."""
+    """Return words on the position of a point mass on its link."""
     offset = f"({', '.join(map(words, mass['offset']))}) from" if "offset" in mass else "at"
     return f"{offset} {mass['point']}"
 
@@ -373,7 +406,7 @@ RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", 
 
 
 def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
-    """Yield each drive with the ratings of its motor in words."""
+    """Yield the name of each drive, with phrases on the ratings of its motor."""
     for name, drive in report.drives.items():
         given = drive.get("motor", {}).get("given", {})
         yield (
@@ -391,7 +424,9 @@ def checked(report: Report) -> str:
     theory, words = report.theory, []
     if theory.error is not None:
         worst = f" ({theory.figure})" if theory.figure else ""
-        words.append(f"Largest estimated error of the main figures: {error_percent(theory.error)}{worst}")
+        worst += f"; larger relative errors of small figures: {', '.join(theory.near_zero)}" if theory.near_zero else ""
+        largest = "Largest estimated error of deflection, stress, output and limits"
+        words.append(f"{largest}: {error_percent(theory.error)}{worst}")
     elif theory.problem and report.links:
         words.append(f"Error unknown: {theory.problem}")
     words.append(check_words(report.check) if report.check else "not compared with finite elements (--check)")

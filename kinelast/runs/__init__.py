@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
-from elastic import FIELDS, PRIMARY, Deflection, marked
+from elastic import FIELDS, PRIMARY, Deflection, without_positions
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 
-HEAVY = 2e8  # [bytes] the user is informed about larger requests
+HEAVY = 2e8  # [bytes] larger requests cause a message to the user
 NUMBER = 8  # [bytes] size of a number
 DIGITS = 20  # [bytes] approximate size of a number in a table
 MOST_MESHES = 20_000
 SHARE = 0.8  # largest usable fraction of the free memory or disk space
-COPIES = 5  # number of copies of its arrays that the check needs
+COPIES = 5  # number of copies of its arrays for which the check needs memory
 
 
 def require_resources(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
@@ -44,7 +44,7 @@ def require_resources(scene: Scene, request: Request, positions: int, checked: i
     Parameters
     ----------
     positions, checked
-        Number of positions of the run, and number of positions that are checked.
+        Number of positions of the run, and number of positions that the check with finite elements computes.
 
     Raises
     ------
@@ -99,8 +99,8 @@ def _words(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-LONG = 100_000  # positions x (beams + 1 + PER_LINK x links); above this (about 200 MB), a run is split into chunks
-PER_LINK = 0.25  # memory of a link / memory of a beam
+LONG = 100_000  # a run with larger positions x (beams + 1 + PER_LINK x links) is split into chunks (about 200 MB)
+PER_LINK = 0.25  # (memory of a link) / (memory of a beam)
 SHOWN = 3600
 
 
@@ -126,9 +126,9 @@ def long_results(
     on_chunk
         Called with the results of each chunk and the index of its first position.
     require
-        Function that raises an error if a chunk is not feasible.
+        Function that raises an error if a chunk contains an invalid position.
     theory
-        Function of the quasi-static results at the shown positions, which returns the results of the requested theory.
+        Function that converts the quasi-static results at the shown positions to the results of the requested theory.
         The chunks use the same theory.
     """
     shown = Results(scene, scene_deflection(scene, _shown(scene, time, require)))
@@ -139,7 +139,9 @@ def long_results(
         plain = scene_deflection(scene, moved)
         require(scene, plain)
         bent = shown.answer.at(plain) if shown.answer else plain
-        results = Results(scene, marked(plain, np.ones(plain.motion.columns, bool)) if shown.buckles else bent)
+        if shown.buckles:
+            bent = without_positions(plain)
+        results = Results(scene, bent)
         on_chunk(results, first)
         run = joined(run, run_figures(results.cycle, output))
         first += len(moved.time)
@@ -147,11 +149,11 @@ def long_results(
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
-    """Return the motion at evenly spaced positions of a long run, on the branch of its positions."""
+    """Return the motion at evenly spaced positions of a long run, on the same branch as the run."""
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
     if len(time) < SHOWN or not np.isclose(
         time[-1] - time[0], shown[-1], rtol=2 / SHOWN
-    ):  # some positions are left out
+    ):  # the run leaves out some positions
         shown = time[:: -(-len(time) // SHOWN)]
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
     near, first = [], 0
@@ -190,7 +192,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
 
 
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:
-    """Return the results with the requested checks of the final answer."""
+    """Return the results with the requested checks of the final answer added."""
     if request.elements is not None:
         from kinelast.figures.checks import momentum_balances
 
@@ -211,7 +213,7 @@ def further_checked(results: Results, request: Request, progress: Progress) -> R
 
 
 def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
-    """Return the comparison of the quasi-static deflection with finite elements, if requested."""
+    """Compare the quasi-static deflection with finite elements if requested, else return None."""
     if request.elements is None:
         return None
     from fem_check import compare, solve
@@ -232,7 +234,7 @@ def _require_reached(scene: Scene, moved: Motion) -> None:
 def require_chunk(scene: Scene, bent: Deflection) -> None:
     """Raise if a position in a chunk of a long run is unreachable, or a block leaves its beam.
 
-    The message about unreachable positions describes the whole run.
+    The message about unreachable positions is about the whole run, not only the chunk.
     """
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
@@ -255,7 +257,7 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 
 def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
-    """Return the motion, and the number of positions that are left out."""
+    """Return the motion, and the number of unreachable positions that are left out."""
     times = scene.course.times(request.positions)
     kept = scene.course.reached(times) if request.reachable else times
     if not len(kept):

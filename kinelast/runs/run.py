@@ -1,18 +1,18 @@
 """Computation of a scene, and its folder, which is written completely or not at all."""
 
+import dataclasses
 import re
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec import UNSET, UnsetType, to_builtins
-from msgspec.structs import replace as changed
+from msgspec.structs import replace
 
 from kinelast import runs
 from kinelast.figures.registry import limits_of
@@ -43,15 +43,15 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
     Parameters
     ----------
     resume
-        Whether to keep a folder that was written for the same file and request.
+        True to keep an existing folder if it was written for the same file and request.
     progress
-        Progress callback. It also receives a message before a large request starts.
+        Progress callback. Before a large request starts, it receives a message about the size of the request.
     """
     start = time.perf_counter()
     with np.errstate(all="ignore"):  # nan is a missing value
         work = partial(_scene, task, request, resume, progress)
         outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
-    return replace(outcome, seconds=time.perf_counter() - start)
+    return dataclasses.replace(outcome, seconds=time.perf_counter() - start)
 
 
 def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
@@ -71,7 +71,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
-    limits_of(scene)  # raise the error for an unknown figure before the computation
+    limits_of(scene)  # an unknown figure raises an error here, before the long computation
     positions = scene.run.positions
     long = is_long(scene, positions)
     if long and (request.nonlinear or request.solid):
@@ -87,8 +87,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = _in_requested_units(scene, request)
     scene = replace(scene, course=scene.course.reporting(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
-        request = replace(request, reachable=True)
-        made = changed(made, interrupted=scene.course.interrupted)  # --resume must not treat it as complete
+        request = dataclasses.replace(request, reachable=True)
+        made = replace(made, interrupted=scene.course.interrupted)  # so that --resume computes the scene again
     if heavy := runs.require_resources(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
     if long:
@@ -113,7 +113,7 @@ def _in_requested_units(scene: Scene, request: Request) -> Scene:
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
-    """Return a function that reports the progress of an integration, and warns once if it needs too many steps."""
+    """Return a function that reports the progress of an integration, and warns once if too many steps are needed."""
     stage, end = f"{scene.name}: integrating {scene.run.duration:g} s of motion", scene.run.duration
     times, began, judged = [0.0], time.perf_counter(), False
 
@@ -183,7 +183,7 @@ def _finish(
     request: Request,
     progress: Progress,
 ) -> tuple[Report, dict[str, Any]]:
-    """Write all files of a scene, or of its best design, to a folder, except the tables with values at every position.
+    """Write all files of a scene, or of its best design, except for the tables with values at every position.
 
     Returns
     -------
@@ -197,14 +197,14 @@ def _finish(
     if request.refine and not results.vibrates:
         results = refined(results, progress)
     document, optimum = design
-    report = changed(report_of(results), made_from=made, optimum=optimum)
+    report = replace(report_of(results), made_from=made, optimum=optimum)
     further = {"nonlinear_check": report.nonlinear_check, "solid_check": report.solid_check}
     checks = {name: check for name, check in further.items() if check}
     if report.check or checks:
         write_json(part / "check.json", {**(to_builtins(report.check) or {}), **checks})
     report = _with_studies(part, document, results, report, request, progress)
     failed: dict[str, str] = {}
-    report = changed(report, more={**report.more, **task.extra, "failed": failed})
+    report = replace(report, more={**report.more, **task.extra, "failed": failed})
     for name, draw in _drawings(part, results, report, request, progress):
         with _isolated(name, failed):
             draw()
@@ -218,10 +218,10 @@ def _with_studies(
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
         more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
-        from kinelast.figures.parts import with_limit_speed
+        from kinelast.figures.reserves import with_limit_speed
 
         rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)
-        report = changed(report, breaks_first=rows)
+        report = replace(report, breaks_first=rows)
     if request.balance:
         from kinelast.figures.balance import balance_figures, balance_text
 
@@ -232,13 +232,13 @@ def _with_studies(
         from kinelast.outputs.studies import write_studies
 
         more |= write_studies(part, document, report.optimum, request, progress.within(document.name))
-    return changed(report, more={**report.more, **more})
+    return replace(report, more={**report.more, **more})
 
 
 def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """Write the answer as a function of the drive speed, and return it for the report."""
+    """Write the answer as a function of the drive speed, and return this function for the report."""
     from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
@@ -271,7 +271,7 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
 
 @contextmanager
 def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Store the exception of a drawing in `failed` instead of raising it, so that the figures are not lost."""
+    """Store an exception in `failed` instead of raising it, so that a failed drawing does not lose the figures."""
     try:
         with stops_kept():
             yield
@@ -318,7 +318,7 @@ def _drawings(
 
 
 def _agrees(report: Report) -> bool:
-    """Return True if all checks pass, the limits are met, and the optimum and the accuracy are reached."""
+    """Return True if all checks pass, all limits are met, and the optimum and the requested accuracy are reached."""
     best, verdict = report.optimum, report.acceptance
     failures = [
         report.check and report.check.passed is False,

@@ -3,15 +3,16 @@
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
-from kinelast.scene.data import Scene, Theory
+from kinelast.scene.data import DAMPING_RATIO, Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
@@ -31,9 +32,8 @@ from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
 
-@dataclass(frozen=True, eq=False)
-class SceneMechanism:
-    """A mechanism without loads, with its links (in the same order) and a law or an effort for each drive."""
+class SceneMechanism(Struct, frozen=True, eq=False):
+    """A mechanism without loads, the models of its links in the same order, and a law or an effort for each drive."""
 
     mechanism: Mechanism
     bodies: tuple[LinkModel, ...]
@@ -46,7 +46,7 @@ class SceneMechanism:
 
 
 def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechanism:
-    """Return the mechanism of a scene; `files` are the texts of its files by name."""
+    """Return the mechanism of a scene. `files` contains the texts of the files that it refers to, by name."""
     places = drawn_places(table)
     bodies = build_links(table, places)
     sliders = build_sliders(table, bodies, places)
@@ -63,8 +63,8 @@ def build_mechanism(table: SceneTable, files: Mapping[str, str]) -> SceneMechani
 
 
 MAX_FINAL_SPEED = 1e-9  # [rad/s or m/s] a law whose final speed is below this ends at rest
-DURATION_TOLERANCE = 1e-9  # a duration this close to the period (relative) is one cycle
-MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] shortest and longest run; squares must not overflow
+DURATION_TOLERANCE = 1e-9  # a duration counts as one cycle if its relative difference from the period is smaller
+MIN_DURATION, MAX_DURATION = 1e-12, 1e12  # [s] shortest and longest run, so that squares of rates do not overflow
 
 
 def built(
@@ -72,16 +72,16 @@ def built(
 ) -> Scene:
     """Return the scene of parsed tables.
 
-    If numbers represent several designs, the scene does too, see `kinelast.scene.numbers`.
+    If numbers in the tables are arrays of several designs, the scene represents all of them, see
+    `kinelast.scene.numbers`.
 
     Parameters
     ----------
     files
-        Texts of the scene's files by name.
+        Texts of the files that the scene refers to, by name.
     varied
-        Names of links with points that differ between designs. Their beams are not merged, because collinear beams may
-        not
-        stay collinear.
+        Names of links with points that differ between designs. Collinear beams of these links are not merged, because
+        they may not be collinear in all designs.
     """
     if table.structure_only:
         raise fault("", "structure_only", "the scene only describes a structure: use --structure")
@@ -137,9 +137,9 @@ def built(
 
 
 def _part_of_a_cycle(table: SceneTable, mechanism: Mechanism, drives: Repetition) -> bool:
-    """Return True if there are several designs with different points and the run is shorter than a cycle.
+    """Return True if designs have different points and the run is shorter than a cycle of the mechanism.
 
-    Their answers are quasi-static, so the exact period does not matter.
+    Such designs are solved quasi-statically, so the exact period is not needed.
     """
     places = (point for link in mechanism.links for point in link.points.values())
     if table.run.duration is None or not any(np.ndim(place) for place in places):
@@ -151,7 +151,7 @@ FILE_UNITS = ("rad", "rad/s", "m^3/s")  # for these dimensions, the report uses 
 
 
 def written_units(table: SceneTable) -> dict[str, tuple[float, str]]:
-    """Return the most frequent units of angles, angular speeds and flows in a file."""
+    """Return the units that a file uses most for angles, angular speeds and flows, by SI unit."""
     bounds = [*table.limits.figures.values(), *table.optimize.limits.values()]
     every = [*leaves(table, Quantity), *(each for bound in bounds for each in _in_file_units(bound))]
     names = Counter((each.unit, each.written) for each in every if each.unit in FILE_UNITS and each.written)
@@ -164,14 +164,17 @@ class _FileUnit(Quantity, units=FILE_UNITS):
 
 
 def _in_file_units(bound: Any) -> Iterator[Quantity]:
-    """Yield the angles, angular speeds and flows among the bounds of a figure."""
+    """Yield the angles, angular speeds and flows among the bounds on a result."""
     for amount in (bound.most, bound.least) if isinstance(bound, BoundTable) else (bound,):
         with suppress(ValueError):
             yield _FileUnit.read(amount)
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:
-    """Return the mechanism with the links of `undivided`; loads along beams get the new beam numbers."""
+    """Return the mechanism with links in which collinear beams are merged, as returned by `undivided`.
+
+    Loads along beams get the numbers of the merged beams.
+    """
     if all(new is old for new, old in zip(bodies, before, strict=True)):
         return mechanism
     numbers = {body.link.name: body.numbers for body in bodies}
@@ -183,7 +186,10 @@ def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequ
 
 
 def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:
-    """Return the course of a mechanism. It is integrated if the effort of a drive is given."""
+    """Return the `Course` of a mechanism, which computes the motion over time.
+
+    The motion is integrated if the scene gives the effort of a drive.
+    """
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
@@ -197,7 +203,7 @@ def _theory(table: SceneTable, stuff: Mapping[str, MaterialTable], made_of: tupl
     own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)
     accuracy = None if run.accuracy is None else float(run.accuracy)
     beta = tuple(nan if each is None else real(each) for each in own)
-    return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
+    return Theory(run.theory, accuracy, run.damping_ratio or DAMPING_RATIO, beta)
 
 
 def _material(stuff: MaterialTable, name: str) -> Material:
@@ -216,7 +222,11 @@ def _label(body: LinkModel, number: int) -> str:
 
 
 def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
-    """Return the run. By default it lasts one cycle, one turn of a steady drive, or as long as the longest law."""
+    """Return the times of the run.
+
+    If the scene gives no duration, it lasts one cycle. If there is no cycle, it lasts one turn of a steady drive or,
+    without a steady drive, as long as the longest law.
+    """
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     no_cycle = repetition.reason if repetition.turn is not None else ""
     given = table.run.duration is not None
@@ -243,7 +253,7 @@ def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | Drive
 
 
 def _require_rest(where: str, law: SegmentedLaw | TableLaw, duration: Any) -> None:
-    """Raise if the run is longer than a law that does not end at rest."""
+    """Raise SceneError if the run is longer than the law of a drive that does not end at rest."""
     key, piece = ("law", "segment") if isinstance(law, SegmentedLaw) else ("motion", "entry")
     ends = f"ends at full speed after {law.duration:g} s, but the run lasts"
     within = duration <= law.duration * (1 + 1e-12)

@@ -1,40 +1,43 @@
-"""Motion of a scene. It follows from the laws of the drives, or is integrated if the effort of a drive is given."""
+"""Motion of the mechanism of a scene over time.
+
+The motion follows from the laws of the drives, or is integrated if the scene gives the effort of a drive.
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.assessment import rest_from
-from kinelast.scene.breaks import MIN_BREAK_DISTANCE, Breaks, breaks_of, knots_of
+from kinelast.scene.breaks import MIN_BREAK_DISTANCE, Breaks, breaks_of, knots_of, reversals_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
 from rigid.arrays import distinct
 from rigid.chunks import columns_of
 from rigid.kinematics import by_laws
+from rigid.kinetostatics import friction_joints
 
 if TYPE_CHECKING:
     from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
-MIN_SEARCH_INSTANTS = 1440  # smallest number of times at which figures of the rigid motion are evaluated
+MIN_SEARCH_INSTANTS = 1440  # smallest number of times at which extreme values of the rigid motion are searched
 LAW_INSTANTS = 20001  # number of times at which the acceleration of a law is sampled
 EXTRA_INSTANTS = 64  # number of times that are added where the acceleration of a law is large
 REST_INSTANTS = 257  # number of times at which a run is tested for rest
-MIN_REUSABLE = 90  # fewest positions of a motion whose postures are reused
-MAX_TURN = 0.1  # [rad] largest rotation between two positions of such a motion
+MIN_REUSABLE = 90  # smallest number of positions of a computed motion from which later iterations start
+MAX_TURN = 0.1  # [rad] largest rotation of a link between neighbouring positions of such a motion
 
 
-@dataclass(frozen=True)
-class Run:
+class Run(Struct, frozen=True):
     """Times of a run.
 
     Attributes
@@ -67,9 +70,8 @@ class Run:
     duration_given: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Course(ABC):
-    """A mechanism with the laws of its motion. It returns the motion at any times.
+class Course(Struct, frozen=True, eq=False, dict=True):
+    """A mechanism and the laws of its drives. Returns the motion at given times.
 
     Attributes
     ----------
@@ -101,18 +103,24 @@ class Course(ABC):
 
     @cached_property
     def breaks(self) -> Breaks:
-        """Breaks in the laws of the drives and loads of a single design."""
+        """Breaks in the laws of the drives and loads. The scene must be a single design."""
         end = float(self.run.duration)
         return breaks_of(self.laws, self.mechanism.loads, end, self.run.turn, self.at, float(self.span[1]))
 
+    @cached_property
+    def reversals(self) -> Breaks:
+        """Times at which Coulomb friction starts, stops or reverses. The scene must be a single design."""
+        joints = (number for number, own in friction_joints(self.mechanism) if own.coefficient)
+        return reversals_of(joints, float(self.run.duration), self.run.turn, self.at, float(self.span[1]))
+
     def with_breaks(self, times: Reals) -> Reals:
-        """Return the given times [s] and both sides of all breaks between them, shape (times,)."""
+        """Return the given times [s] and, in addition, the times just before and after each break, shape (times,)."""
         sides = self.breaks.sides
         last = times[0] + self.period if self.run.turn else times[-1]
         return distinct(np.concatenate([times, sides[(sides >= times[0]) & (sides <= last)]]))
 
     def closer(self, times: Reals) -> Reals:
-        """Return the given times [s] with more times between them, denser at large accelerations, shape (times,)."""
+        """Return the given times [s] and times between them, closer at large accelerations, shape (times,)."""
         ends = np.append(times, times[0] + self.period) if self.run.turn else times
         parts = max(2, -(-MIN_SEARCH_INSTANTS // len(times)))
         wide = np.diff(ends) > MIN_BREAK_DISTANCE * self.breaks.aside
@@ -140,7 +148,7 @@ class Course(ABC):
 
     @property
     def stops(self) -> bool:
-        """True if the drives move and are at rest at the end of the run. An integrated course returns False."""
+        """True if the drives move and are at rest at the end of the run. False if the motion is integrated."""
         return False
 
     @property
@@ -149,38 +157,38 @@ class Course(ABC):
         return None
 
     def reporting(self, on_step: OnStep) -> Course:
-        """Return the same course, which calls `on_step` with the time reached [s] after each step."""
+        """Return the same object. It calls `on_step` with the time reached [s] after each step of an integration."""
         return self
 
-    @abstractmethod
     def at(self, times: Any) -> Motion:
-        """Return the motion at any times [s], shape (positions,).
+        """Return the motion at given times [s], shape (positions,).
 
         Raises
         ------
         SceneError
             The motion cannot start or ends too early, or a table does not cover the times.
         """
+        raise NotImplementedError
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """Return the motion at separate times, each on the branch of a nearby posture.
+        """Return the motion at times in any order.
 
+        A mechanism can be assembled in several ways. At each time, it is assembled as in the given nearby posture.
         Raises the same errors as `at`.
         """
         return self.at(times)
 
-    @abstractmethod
     def chunks(self, times: Reals) -> Iterator[Motion]:
         """Yield the motion in chunks that fit into the processor's cache. Raises the same errors as `at`."""
+        raise NotImplementedError
 
-    @abstractmethod
     def reached(self, times: Reals) -> Reals:
         """Return the times [s] at which the mechanism can be assembled."""
+        raise NotImplementedError
 
 
-@dataclass(frozen=True, eq=False)
-class CourseByLaws(Course):
-    """A course in which every drive follows a law."""
+class CourseByLaws(Course, frozen=True):
+    """Motion of a mechanism in which every drive follows a law."""
 
     laws: tuple[DriveLaw, ...]
 
@@ -206,11 +214,14 @@ class CourseByLaws(Course):
 
     @cached_property
     def _followed(self) -> list[Motion]:
-        """Cache of the first motion with many positions that Newton's method followed from the drawing."""
+        """List with the first long motion that was computed by iterations; empty before there is one."""
         return []
 
     def _from_known(self, times: Reals, drives: tuple[Reals, Reals, Reals]) -> Motion | None:
-        """Return the motion, started from the nearest known postures; None if a link ends up too far from them."""
+        """Return the motion, computed by iterations that start from the nearest known postures.
+
+        Return None if a link ends too far from its posture at the start of the iterations.
+        """
         if not self._followed or times.ndim != 1:
             return None
         known = self._followed[0]
@@ -225,7 +236,7 @@ class CourseByLaws(Course):
         return moved if (np.abs(moved.direction - near.direction) <= step).all() else None
 
     def near(self, times: Any, postures: Posture) -> Motion:
-        """Return the motion at separate times."""
+        """Return the motion at times in any order, see `Course.near`."""
         with of_scene(self.path, self.mechanism):
             return motion(self.mechanism, *by_laws(self.laws, times), times, postures)
 
@@ -235,12 +246,12 @@ class CourseByLaws(Course):
             yield from motion_in_chunks(self.mechanism, *by_laws(self.laws, times), times)
 
     def reached(self, times: Reals) -> Reals:
-        """Return the times at which all joints close."""
+        """Return the times [s] at which the mechanism can be assembled."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
 
 
 def _is_reusable(moved: Motion) -> bool:
-    """Return True if the postures are worth reusing: iterations are needed and steps between positions are small."""
+    """Return True if later iterations can start from a motion: it was computed by iterations and has small steps."""
     iterated = any(group.free and not group.closed_form for group in moved.structure.groups)
     if not iterated or len(moved.columns) != 1 or moved.columns[0] < MIN_REUSABLE:
         return False
@@ -277,25 +288,27 @@ def table_of(mechanism: Mechanism, error: MechanismError) -> str:
     return f"links.{links[0]}" if len(links) == 1 else "links"
 
 
-@dataclass(frozen=True, eq=False)
-class IntegratedCourse(Course):
-    """A course in which the effort of a drive is given. The motion is integrated once, on first use.
+class IntegratedCourse(Course, frozen=True):
+    """Motion of a mechanism in which the effort of a drive is given. The motion is integrated once, on first use.
 
     Attributes
     ----------
     on_step
-        Called with the time reached [s] after each step.
+        Function that is called after each step of the integration with the time reached [s].
     """
 
     on_step: OnStep | None = None
 
     def reporting(self, on_step: OnStep) -> Course:
-        """Return the same course with a progress callback. It is not yet integrated."""
+        """Return the same object with a progress callback.
+
+        The motion of the returned object is integrated on first use.
+        """
         return replace(self, on_step=on_step)
 
     @cached_property
     def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
-        """Motion, and the error that stopped the integration before the end of the run, or None.
+        """The motion, and the error that stopped the integration early, or None if it reached the end of the run.
 
         Raises
         ------
@@ -347,11 +360,14 @@ class IntegratedCourse(Course):
             yield from (motion_during(whole, times[k : k + step]) for k in range(0, len(times), step))
 
     def reached(self, times: Reals) -> Reals:
-        """Return the times that the integration reaches."""
+        """Return the times [s] that the integration reaches."""
         return np.asarray(times[times <= self.integrated[0].time[-1]])
 
     def _until(self, times: Reals) -> IntegratedMotion:
-        """Return the integrated motion. If a time lies beyond its end, raise the error that stopped the integration."""
+        """Return the integrated motion.
+
+        If a time is beyond the end of this motion, raise the error that stopped the integration.
+        """
         whole, stop = self.integrated
         if stop is not None and times.max(initial=0.0) > whole.time[-1]:
             raise stop

@@ -1,15 +1,15 @@
-"""Scenes that are ready to compute, with their motion and deflection."""
+"""The class `Scene`, which contains all data for a computation, and the motion and deflection of a scene."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from typing import Any, TypeVar
 
 import numpy as np
+from msgspec import Struct, field
 
 from elastic import Deflection, JointCompliance, Section, deflection
 from elastic.links import members_of
@@ -29,12 +29,12 @@ from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Table
 Result = TypeVar("Result")
 
 ACCURACY = 0.05  # default accuracy
+DAMPING_RATIO = 0.01  # default damping ratio, typical of steel links with joints
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
 
-@dataclass(frozen=True)
-class Theory:
-    """Requested theory of the deflection.
+class Theory(Struct, frozen=True):
+    """Theory and accuracy that the user requests for the deflection.
 
     Attributes
     ----------
@@ -50,30 +50,35 @@ class Theory:
 
     name: str | None = None
     accuracy: float | None = None
-    damping_ratio: float = 0.01
+    damping_ratio: float = DAMPING_RATIO
     damping: tuple[float, ...] = ()
 
     @property
+    def wanted(self) -> float:
+        """The requested accuracy, or `ACCURACY` if none is requested."""
+        return ACCURACY if self.accuracy is None else self.accuracy
+
+    @property
     def plain(self) -> bool:
-        """True if the quasi-static theory is requested by name."""
+        """True if the user requested the quasi-static theory by its name."""
         return self.name == QUASI_STATIC
 
     @property
     def demanded(self) -> bool:
-        """True if a theory with vibration or an accuracy is requested."""
+        """True if the user requested a theory with vibration, or an accuracy."""
         return self.name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT) or self.accuracy is not None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Scene:
-    """A scene that is ready to compute.
+class Scene(Struct, frozen=True, eq=False, dict=True):
+    """A scene with all data for a computation.
 
     Attributes
     ----------
     name, title, source
         Name of the file without its suffix, and the title and source that the file gives.
     course
-        Mechanism with the laws or efforts of its drives, and the run. Each slot adds a link for its block.
+        Mechanism, laws or efforts of its drives, and times of the run. Each slot adds a link, which is the block that
+        slides in the slot.
     sections, labels
         Section and label of every beam, in the order of `mechanism.beams`. The sections of rigid links have infinite
         rigidities. A label is the name of the link, followed by .1, .2 ... if the link has several beams.
@@ -84,8 +89,8 @@ class Scene:
     outlines
         Corners of drawn links in link axes [m], by link.
     limits, bounds, output
-        Limits that have their own keys, limits that name a figure (see `kinelast.figures.registry.limits_of`), and the
-        output, or None if the file does not name it.
+        Limits that have their own key in the file, limits on results given by the name of the result (see
+        `kinelast.figures.registry.limits_of`), and the output. The output is None if the file does not name one.
     made_of
         Section and material of every beam, in the order of `sections`.
     text
@@ -96,7 +101,7 @@ class Scene:
         Unit system of the report ("SI", "mm" or "in"), and the units of angles, angular speeds and flows in the file,
         by SI unit.
     settled
-        Distance from its rest position within which the output counts as settled after a stop [m or rad], or None.
+        Distance from the rest position within which the output counts as settled after a stop [m or rad], or None.
     parts
         Machine parts by kind and name, see `kinelast.scene.part`.
     """
@@ -114,16 +119,20 @@ class Scene:
     bounds: tuple[FigureBound, ...] = ()
     output: Output | None = None
     made_of: tuple[SectionSource, ...] = ()
-    text: str = field(default="", repr=False)
+    text: str = ""
     theory: Theory = Theory()
     report_units: str = "SI"
     written: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     settled: Any = None
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: defaultdict(dict))
-    _known: dict[Callable[[Scene], Any], Any] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def _known(self) -> dict[Callable[[Scene], Any], Any]:
+        """Results that `once` has computed."""
+        return {}
 
     def once(self, function: Callable[[Scene], Result]) -> Result:
-        """Return the result of a function of the scene, computed once."""
+        """Return the result of a function of the scene. It is computed only once."""
         if function not in self._known:
             self._known[function] = function(self)
         return self._known[function]
@@ -147,7 +156,7 @@ class Scene:
         return f'Scene("{self.name}": {self._summary})'
 
     def _repr_html_(self) -> str:
-        """Return title, counts and links for a notebook."""
+        """Return the title and the numbers of links, beams, drives and positions as HTML for a notebook."""
         links = ", ".join(link.name for link in self.mechanism.links[1:])
         return f"<p><b>{escape(self.title)}</b>: {self._summary}<br>links: <code>{escape(links)}</code></p>"
 
@@ -160,7 +169,11 @@ class Scene:
 
     @cached_property
     def member_names(self) -> tuple[str, ...]:
-        """Name of each beam's member: the name of the link, with the end points if the link has several members."""
+        """Name of the member of each beam.
+
+        A member is a straight run of beams of a link. It is named by the link and, if the link has several members, by
+        its end points.
+        """
         mechanism, members = self.mechanism, members_of(self.mechanism)
         owners = [mechanism.beams[run.beams[0]][0] for run in members.runs]
         names = []
@@ -173,7 +186,7 @@ class Scene:
 
     @cached_property
     def beam_names(self) -> tuple[str, ...]:
-        """Display name of each beam: its member, followed by the end points if the member has several beams."""
+        """Display name of each beam: its member and, if the member has several beams, the ends of the beam."""
         parts = Counter(self.member_names)
         return tuple(
             member if parts[member] == 1 else f"{member}, {beam.start} to {beam.end}"
@@ -181,7 +194,10 @@ class Scene:
         )
 
     def shown_items(self, kind: Kind) -> list[str]:
-        """Return the display names of the items of a kind; in files, beams have their labels instead."""
+        """Return the display names of all items of a kind, such as beams or joints.
+
+        Result files use the labels of beams instead of these names.
+        """
         names = dict(zip(self.labels, self.beam_names, strict=True))
         return [names.get(name, name) for name in items_of(self, kind)]
 
@@ -197,7 +213,7 @@ class Scene:
 
     @property
     def laws(self) -> tuple[DriveLaw | DriveEffort, ...]:
-        """Laws or efforts, one per drive, see `Course`."""
+        """Law or effort of each drive, see `Course`."""
         return self.course.laws
 
     @property
@@ -253,7 +269,7 @@ def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
 
 
 def require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise if a position is unreachable; the message names the position and the joint that opens."""
+    """Raise SceneError if a position is unreachable. The message names the position and the joint that opens."""
     try:
         require_reach(moved, scene.shown_in.get("m", (1.0, "m")))
     except ReachError as error:
@@ -262,7 +278,7 @@ def require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_tables(scene: Scene, moved: Motion) -> None:
-    """Raise if the abscissa of a load table leaves the table during the motion."""
+    """Raise SceneError if the motion goes beyond the ends of a load table."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)
         if law is not None:
@@ -273,7 +289,7 @@ def require_tables(scene: Scene, moved: Motion) -> None:
 
 
 def require_determined(scene: Scene) -> None:
-    """Raise if the drives do not determine the motion, or if collinear links make every position singular."""
+    """Raise SceneError if the drives do not determine the motion, or collinear links make every position singular."""
     mechanism = scene.mechanism
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
@@ -287,12 +303,12 @@ def require_determined(scene: Scene) -> None:
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:
-    """Raise if three links that are pinned to each other are collinear, which makes every position singular."""
+    """Raise SceneError if three links that are pinned to each other are collinear. Every position is then singular."""
     from rigid.topology import assembled, flat_triangles
 
     try:
         flat = flat_triangles(assembled(scene.mechanism))
-    except MechanismError:  # open loops are reported elsewhere
+    except MechanismError:  # loops that do not close are reported elsewhere
         return
     if flat:
         names = ", ".join(f'"{name}"' for name in flat[0])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from kinelast.scene import build, drives, limits, mistakes, parsing, sections, variables
 from kinelast.scene.data import Scene, require_determined
@@ -21,9 +23,8 @@ from kinelast.scene.units import shown
 Tables = Mapping[str, Any]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Document:
-    """A scene as written in a file, before the mechanism is built.
+class Document(Struct, frozen=True, eq=False, dict=True):
+    """A scene as written in a file. The mechanism is built from it on request.
 
     Attributes
     ----------
@@ -95,13 +96,16 @@ class Document:
         return written(self.source, self.table, self.values, motions, head)
 
     def variable(self, path: str) -> variables.Variable:
-        """Return a number of the scene by its path; SceneError suggests the most similar path."""
+        """Return the number at a path, such as "links.rod.length".
+
+        If there is none, SceneError suggests a similar path.
+        """
         return variables.place_of(self.table, path).variable
 
     def value(self, path: str, text: Any) -> float:
-        """Convert the value of a number, written as in the file, to the SI unit of the number.
+        """Convert a value for the number at a path, written as in the file, to the SI unit of the number.
 
-        A length without a unit is in the file's length unit.
+        A length without a unit is in the length unit of the file.
 
         Raises
         ------
@@ -111,12 +115,12 @@ class Document:
         return variables.value_at(self.table, variables.place_of(self.table, path, absent=True), text)
 
     def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
-        """Return the scene with changed numbers.
+        """Return a document with changed numbers. `values` contains the new numbers in SI units, by path.
 
         Parameters
         ----------
         note
-            Text added to the title, to distinguish the scene from the original.
+            Text that is added to the title, to distinguish the changed scene from the original.
 
         Raises
         ------
@@ -141,12 +145,12 @@ class Document:
         return replace(self, tables=tables, table=table, values={**self.values, **values})
 
     def with_changes(self, changes: str | Sequence[str]) -> Document:
-        """Return the scene with one or several changes, written such as "links.rod.length=330 mm".
+        """Return a document with one or several changed numbers, written as in "links.rod.length=330 mm".
 
         Raises
         ------
         SceneError
-            A change is malformed, or for the same reasons as in `value`.
+            A change is not of the form PATH=VALUE, the path is unknown, or the value is invalid.
         """
         if isinstance(changes, str):
             changes = [changes]
@@ -161,7 +165,10 @@ class Document:
             return self.with_values(values, ", ".join(changes))
 
     def with_positions(self, positions: int | None) -> Document:
-        """Return the scene with another number of positions (default: unchanged). Its text does not show the number."""
+        """Return a document with another number of positions (default: unchanged).
+
+        The text of the document does not change.
+        """
         if positions is None:
             return self
         tables = variables.put(self.tables, ("run", "positions"), positions)
@@ -183,7 +190,7 @@ def document_from_bytes(content: bytes, path: str | Path) -> Document:
 
 
 def document_from_text(text: str, name: str = "scene", path: str = "", read: sections.Read | None = None) -> Document:
-    """Return the document from a TOML text.
+    """Return the document of a scene, given as TOML text.
 
     Parameters
     ----------
@@ -195,7 +202,7 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
     Raises
     ------
     SceneError
-        The text contains an error, or one of its files cannot be read.
+        The text contains an error, or a file that it refers to cannot be read.
     """
     read = read or reader_in(Path(path).parent)
     with of_file(path), _all_mistakes_of(text, read):
@@ -207,7 +214,10 @@ def document_from_text(text: str, name: str = "scene", path: str = "", read: sec
 
 @contextmanager
 def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
-    """Add the other errors in the text to the first error. A design has no text: only its first error is known."""
+    """If a SceneError is raised inside, add all other errors in the text to it.
+
+    Without a text, e.g. for a changed scene, only the first error is reported.
+    """
     try:
         yield
     except SceneError as error:
@@ -217,9 +227,10 @@ def _all_mistakes_of(text: str, read: sections.Read) -> Iterator[None]:
 
 
 def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
-    """Return all errors in a TOML text, except errors of the whole mechanism (such as a loop that does not close).
+    """Return all errors in the tables of a TOML text.
 
-    `read` reads the files to which the scene refers.
+    Errors of the motion, such as a loop that does not close, are left out. `read` reads the files to which the scene
+    refers.
     """
 
     def require_parts(raw: Tables) -> None:
@@ -257,7 +268,10 @@ def document_from_dict(raw: Tables, name: str = "scene", path: str = "", read: s
 
 
 def _parsed(raw: Tables, tables: Tables) -> SceneTable:
-    """Validate the tables of a file and its library. An error in the library is reported with the library's name."""
+    """Validate the tables of a scene file, merged with those of its library.
+
+    Errors in the library are reported with the name of the library.
+    """
     try:
         return parsing.parse_scene(tables)
     except SceneError as error:
@@ -268,7 +282,7 @@ def _parsed(raw: Tables, tables: Tables) -> SceneTable:
 
 
 def document_of(scene: Document | Tables) -> Document:
-    """Return a document; if tables are given, build it from them."""
+    """Return the given document, or a document built from the given tables."""
     return scene if isinstance(scene, Document) else document_from_dict(scene)
 
 

@@ -1,4 +1,7 @@
-"""Values and figures of drives: effort, speed, power and energy per cycle. Helpers for the parts on drives."""
+"""Values of drives at each position, such as effort, speed and power, and results per cycle, such as energy.
+
+Also functions for machine parts that belong to drives, such as motors and cylinders.
+"""
 
 from __future__ import annotations
 
@@ -27,41 +30,44 @@ ALL = ""
 
 
 def effort(cycle: Cycle, number: int) -> Reals:
-    """Effort of a drive including its rotor [N m or N], shape (..., positions)."""
+    """Effort of a drive, including that of its rotor inertia [N m or N], shape (..., positions)."""
     return np.broadcast_to(cycle.efforts[number], cycle.columns)
 
 
 def rate(cycle: Cycle, number: int) -> Reals:
-    """Rate of a drive's coordinate [rad/s or m/s], shape (..., positions)."""
+    """First derivative of a drive's coordinate [rad/s or m/s], shape (..., positions)."""
     return np.broadcast_to(cycle.motion.drive_rate[number], cycle.columns)
 
 
 def acceleration(cycle: Cycle, number: int) -> Reals:
-    """Second derivative of a drive's coordinate, shape (..., positions)."""
+    """Second derivative of a drive's coordinate [rad/s^2 or m/s^2], shape (..., positions)."""
     return np.broadcast_to(cycle.motion.drive_acceleration[number], cycle.columns)
 
 
 def power(cycle: Cycle, number: int) -> Reals:
-    """Power of a drive including its rotor [W], shape (..., positions)."""
+    """Power of a drive, including that of its rotor inertia [W], shape (..., positions)."""
     return effort(cycle, number) * rate(cycle, number)
 
 
 def load_inertia(cycle: Cycle, number: int) -> Reals:
-    """Inertia of all links, reduced to a drive with the others locked [kg m^2 or kg], shape (..., positions)."""
+    """Inertia of all links, reduced to one drive while the others rest [kg m^2 or kg], shape (..., positions)."""
     alone = cycle.motion.units[number]
     whole: Reals = 2.0 * kinetic_energy(alone) - cycle.scene.mechanism.drives[number].inertia
     return np.broadcast_to(whole, cycle.columns)
 
 
 def over_time(cycle: Cycle, measure: Callable[..., Reals], values: Reals) -> Reals:
-    """Return the average of values over the included positions, as defined by `measure`."""
+    """Return the average of values over the included positions. `measure` computes it from values and weights."""
     known = np.where(cycle.weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return measure(known, cycle.weights)
 
 
 def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Assembly], dict[str, Built]]:
-    """Return a function that builds parts by drive name. `build` receives the number of the drive, from 1."""
+    """Return a function that builds the machine parts of all drives, by drive name.
+
+    `build` gets each drive number from 1.
+    """
 
     def built(assembly: Assembly) -> dict[str, Built]:
         parts = {name: build(assembly.table, n) for n, name in enumerate(drive_names(assembly.mechanism), 1)}
@@ -71,7 +77,11 @@ def by_drive(build: Callable[[SceneTable, int], Built | None]) -> Callable[[Asse
 
 
 def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[str, Any]]:
-    """Return a function that finds the tables of a part by drive name. `key` is the key that names the part."""
+    """Return a function that finds the tables of machine parts, such as motors, by the name of their drive.
+
+    `part` is the key of these tables in the scene, such as "motors". `key` is the key in the table of a drive that
+    contains the name of its part, such as "motor".
+    """
 
     def found(table: SceneTable, scene: Scene) -> dict[str, Any]:
         named = {
@@ -83,7 +93,10 @@ def named_tables(part: str, key: str) -> Callable[[SceneTable, Scene], Mapping[s
 
 
 def numbered(scene: Scene, part: str) -> list[tuple[Any, ...]]:
-    """Return the number and the part of each drive with a part of a kind. For `ALL`, return only the drive numbers."""
+    """Return the number of each drive with a machine part of the kind `part`, and this machine part.
+
+    For `ALL`, return the numbers of all drives.
+    """
     names = drive_names(scene.mechanism)
     if part == ALL:
         return [(number,) for number in range(len(names))]
@@ -92,17 +105,17 @@ def numbered(scene: Scene, part: str) -> list[tuple[Any, ...]]:
 
 
 def of_drives(part: str, values: DriveValues) -> Callable[[Cycle], list[Reals]]:
-    """Return a function that computes, for a cycle, the values of the drives with a part of a kind."""
+    """Return a function that computes values, over a cycle, of each drive with a machine part of the kind `part`."""
     return lambda cycle: [values(cycle, *each) for each in numbered(cycle.scene, part)]
 
 
 def averages(part: str, measure: Callable[..., Reals], values: DriveValues) -> Callable[[Cycle], Largest]:
-    """Return the search for averages over the included positions, for the drives with a part of a kind."""
+    """Return a function that computes a cycle average for each drive with a machine part of the kind `part`."""
     return averaged(of_drives(part, lambda cycle, *each: over_time(cycle, measure, values(cycle, *each))))
 
 
 def drive_units(part: str, turns: str, slides: str) -> Callable[[Scene], list[str]]:
-    """Return a function that lists the units of the drives with a part, which depend on whether a drive rotates."""
+    """Return a function that lists units: `turns` or `slides` for each rotating or sliding drive with such a part."""
     return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n, *_ in numbered(scene, part)]
 
 

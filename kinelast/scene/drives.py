@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.scene.error import fault, require_absent
 from kinelast.scene.format import SceneTable
@@ -29,8 +31,7 @@ if TYPE_CHECKING:
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
 
 
-@dataclass(frozen=True, eq=False)
-class DriveEffort:
+class DriveEffort(Struct, frozen=True, eq=False):
     """A drive given by its effort; its motion follows by integration.
 
     `effort` [N m or N] acts along the coordinate. The initial coordinate is `start` [rad or m], its rate `speed`.
@@ -48,7 +49,9 @@ def build_drives(
     places: Points,
     files: Mapping[str, str],
 ) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
-    """Return all drives (including the inertia of their motors) with their laws or efforts, in the order of the file.
+    """Return all drives and the law or effort of each drive, in the order of the file.
+
+    Motors add their inertia to drives.
 
     Parameters
     ----------
@@ -79,7 +82,10 @@ def build_drives(
 
 
 def _require_one_motion(where: str, table: DriveTable) -> None:
-    """Raise unless a drive has exactly one of speed, law, motion and effort, and no keys of the others."""
+    """Raise SceneError if a drive does not have exactly one of the keys speed, law, motion and effort.
+
+    Also raise it if the drive has a key that belongs to another one of these.
+    """
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
     if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
         raise fault(where, "speed", "expected exactly one of speed, law, motion and effort")
@@ -91,7 +97,7 @@ def _require_one_motion(where: str, table: DriveTable) -> None:
 
 
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
-    """Return the coordinate at the start [rad or m]: the given one or, by default, that in the drawing."""
+    """Return the coordinate of a drive at the start [rad or m]: as given or, by default, as drawn."""
     if table.motion is not None:
         if table.start is not None:
             raise fault(where, "start", "the motion table already gives the start: remove this key")
@@ -123,14 +129,16 @@ def _law(where: str, table: DriveTable, unit: str, start: Any, motion: MotionTab
         law = TableLaw(motion.times, motion.places, table.repeat)
     else:
         law = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
-    return _repeated(where, "repeat", law) if table.repeat else law
+    return _repeated(where, law) if table.repeat else law
 
 
-def _repeated(where: str, key: str, law: SegmentedLaw | TableLaw) -> RepeatedLaw:
-    """Return a repeated law; raise unless its final speed equals its initial speed."""
+def _repeated(where: str, law: SegmentedLaw | TableLaw) -> RepeatedLaw:
+    """Return a law that repeats. Raise SceneError if its final speed differs from its initial speed."""
     first, last = float(law([0.0])[1][0]), law.final_speed
     if not isclose(first, last, rel_tol=1e-9, abs_tol=1e-12):
-        raise fault(where, key, f"starts at a speed of {first:g} and ends at {last:g}: repeated, the speed would jump")
+        raise fault(
+            where, "repeat", f"starts at a speed of {first:g} and ends at {last:g}: repeated, the speed would jump"
+        )
     return RepeatedLaw(law)
 
 
@@ -171,15 +179,17 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
 
 
 MIN_ENTRIES = 4  # smallest number of points for a cubic spline
-KINDS = {"rad": ("angle", PlaneAngle), "m": ("place", Length)}  # column and quantity of a drive's coordinate
+KINDS = {"rad": ("angle", PlaneAngle), "m": ("place", Length)}  # by unit: name in messages, and class
 HEADS = {"angle": "angle [deg]", "place": "place [mm]"}
 WORD = re.compile(r"[^\W\d_]+|°")  # "t_ms" contains two words
-OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # units that scenes do not accept
+OTHER_UNITS = {"sec", "secs", "msec", "usec", "gon", "grad"}  # words that are units, although scenes do not accept them
 
 
-@dataclass(frozen=True)
-class MotionTable:
-    """A motion from a CSV file: `times` [s], `places` [rad or m], and `written`, both in the units of the file."""
+class MotionTable(Struct, frozen=True):
+    """A motion from a CSV file: `times` [s] and `places` [rad or m].
+
+    `written` contains pairs of time and coordinate in the units of the file.
+    """
 
     times: tuple[float, ...]
     places: tuple[float, ...]
@@ -187,7 +197,7 @@ class MotionTable:
 
 
 def motion_of(scene: SceneTable, number: int, files: Mapping[str, str]) -> MotionTable:
-    """Return the motion file of drive `number` (from 1). `files` contains the texts of the files by name.
+    """Return the motion of drive `number` (from 1) from its file. `files` contains the texts of all files by name.
 
     Raises
     ------
@@ -271,7 +281,7 @@ def _is_unit(word: str) -> bool:
 def _column(
     table: Columns, column: int, kind: type[Quantity], per_length: float
 ) -> tuple[list[float], list[str | float]]:
-    """Return the numbers of a column, in SI units and as written in a scene file."""
+    """Return the numbers of a column in SI units, and the same numbers in the form used in a scene file."""
     head, unit = table.heading(column)
     try:
         factor = float(kind.read(f"1 {unit}" if unit else 1.0, per_length))

@@ -1,4 +1,4 @@
-"""Errors in scene files, with their location and the likely correction."""
+"""Errors in scene files. An error states its location and the likely correction."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-MAX_PLACE, MAX_PROBLEM = 120, 600  # length of both parts of a message
-MAX_WORD = 80  # no suggestions for longer names
+MAX_PLACE, MAX_PROBLEM = 120, 600  # maximum number of characters of the location and of the problem
+MAX_WORD = 80  # maximum length of an unknown name for which similar names are suggested
 
 
 class SceneError(ValueError):
@@ -47,7 +47,7 @@ class SceneError(ValueError):
         return type(self), (self.file, self.table, self.key, self.problem), {"others": self.others}
 
     def of_file(self, path: str) -> SceneError:
-        """Return the same errors with the path of their file."""
+        """Return this error and the errors in `others` with the path of the file."""
         error = type(self)(path, self.table, self.key, self.problem)
         error.others = tuple(each.of_file(path) for each in self.others)
         return error
@@ -69,7 +69,7 @@ def fault(table: str, key: str, problem: str) -> SceneError:
 
 
 def require_absent(where: str, table: object, keys: Iterable[str], problem: str) -> None:
-    """Raise if a table has a key that belongs to another kind of table."""
+    """Raise SceneError if a table has one of the `keys`, which are not allowed in it."""
     for key in keys:
         if getattr(table, key) is not None:
             raise fault(where, key, problem)
@@ -84,11 +84,14 @@ def plain(text: str, longest: int) -> str:
     )
 
 
-MIN_PART = 4  # shortest name that is suggested because a word contains it
+MIN_PART = 4  # minimum length of a name that is suggested because the unknown word contains it
 
 
 def likely(word: str, choices: Iterable[str]) -> str:
-    """Return the end of a message about an unknown name: the most similar choice, or all choices if there are few."""
+    """Return the end of a message about an unknown name.
+
+    It contains the most similar choice or, if there are few, all.
+    """
     names = list(choices)
     lower = {name.lower(): name for name in names if len(name) <= MAX_WORD}
     within = (name for name in lower if len(name) >= MIN_PART and name in word.lower())  # "yield" in "yield_stress"
@@ -102,13 +105,13 @@ def likely(word: str, choices: Iterable[str]) -> str:
 
 
 def known_name(table: str, key: str, name: str, names: Iterable[str], what: str = "link") -> None:
-    """Raise if `name` is not one of `names`."""
+    """Raise SceneError if `name` is not one of `names`."""
     names = list(names)
     if name not in names:
         raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')
 
 
 def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise if a link does not have a point."""
+    """Raise SceneError if a link does not have the point `point`."""
     if point not in points:
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')

@@ -1,4 +1,7 @@
-"""Figures of a machine and their limits: their items, and how the largest or smallest values are found in a cycle."""
+"""Figures of a machine, i.e. results such as the largest deflection of each link.
+
+Also limits on figures, and functions that find the value of a figure over a cycle.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
 from elastic import Largest, largest_row
 from machine import Range
@@ -21,23 +26,28 @@ if TYPE_CHECKING:
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 AVERAGE = "over the time of the cycle"
 OUTPUT_ERROR = "output_error"  # key of a figure
-NOISE = 1e-12  # largest round-off of a figure, relative to the forces or displacements of the scene
-ROUND_OFF = 1e-12  # a limit is met if the figure exceeds it by a smaller fraction, which may be round-off
+NOISE = 1e-12  # largest round-off error in a result, relative to the largest force or displacement
+ROUND_OFF = 1e-12  # a limit counts as met if it is exceeded by less than this fraction, which may be round-off
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of item for which a figure has values, such as beams. `names` lists the items of a scene."""
+    """A kind of item, such as beams or joints, for each of which a figure (result) has a value.
+
+    `names` is a function that returns the names of the items in a scene. `noun` is the word before the name of an item
+    in reports. By default it is `name`.
+    """
 
     name: str
     names: Callable[[Scene], Iterable[str]] = field(compare=False, repr=False)
+    noun: str = ""
 
     def __str__(self) -> str:
         return self.name
 
 
 def items_of(scene: Scene, kind: Kind) -> list[str]:
-    """Return the names of the items of a kind in a scene."""
+    """Return the names of all items of a kind, such as joints, in a scene."""
     return _listed(scene, kind.names)
 
 
@@ -47,7 +57,7 @@ def _lists(_: Scene) -> dict[Callable[[Scene], Iterable[str]], list[str]]:
 
 
 def _listed(scene: Scene, function: Callable[[Scene], Iterable[str]]) -> list[str]:
-    """Return the names or units of a scene from a function, which is called only once."""
+    """Return the names or units that a function lists for a scene. The function is called only once for each scene."""
     known = scene.once(_lists)
     if function not in known:
         known[function] = [*function(scene)]
@@ -59,60 +69,65 @@ def _rubbing(scene: Scene) -> list[str]:
     return [names[number][0] for number, _ in friction_joints(scene.mechanism)]
 
 
-SCENE = Kind("scene", lambda _: ("",))
-STOPPING = Kind("scene that stops", lambda scene: [""] * scene.course.stops)
-FRICTION = Kind("scene with friction", lambda scene: [""] * bool(friction_joints(scene.mechanism)))
-BEAM = Kind("beam", lambda scene: scene.labels)
+MACHINE = "machine"
+SCENE = Kind("scene", lambda _: ("",), MACHINE)
+STOPPING = Kind("scene that stops", lambda scene: [""] * scene.course.stops, MACHINE)
+FRICTION = Kind("scene with friction", lambda scene: [""] * bool(friction_joints(scene.mechanism)), MACHINE)
+BEAM = Kind("beam", lambda scene: scene.labels, "link")
 LINK = Kind("link", lambda scene: (link.name for link in scene.mechanism.links[1:]))
 POINT = Kind("point", lambda scene: (name for name, _ in points_of(scene.mechanism)))
 JOINT = Kind("joint", lambda scene: (name for name, _ in joint_words(scene.mechanism)))
-RUBBING = Kind("joint with friction", _rubbing)
+RUBBING = Kind("joint with friction", _rubbing, "joint")
 DRIVE = Kind("drive", lambda scene: drive_names(scene.mechanism))
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a machine.
+class Figure(Struct, frozen=True):
+    """A figure of a machine: a result such as the largest deflection, with a value for each item, such as each beam.
 
     Attributes
     ----------
     key
         Name of the figure in files, such as in `[optimize]`. An item of the figure is named `KEY.ITEM`.
     name
-        Description of the figure.
+        Name of the figure in words.
     unit
         SI unit, or a function that returns the unit of each item.
     of
-        Kind of the items.
+        Kind of the items, such as beams or joints.
     find
-        Function that finds the largest values of the items in a cycle, shape (items, ...).
+        Function that finds the value of each item over a cycle, shape (items, ...).
     over
-        Reduction over positions and items: `LARGEST`, `LEAST`, `MOST`, `FIXED` or `AVERAGE`.
+        How values at all positions, and values of all items, are reduced to one value: `LARGEST`, `LEAST`, `MOST`,
+        `FIXED` or `AVERAGE`.
     fields
-        Keys of the fields along the beams from which the figure is computed.
+        Keys of the quantities along the beams, such as the stress, from which the figure is computed.
     everywhere
         Whether ill-conditioned positions are included.
     listed
-        Whether the figure is in the rows of designs by default.
+        Whether tables with a row for each design contain the figure by default.
     asked
         Whether the figure is computed only on request.
     limit
-        Key of the figure's limit, under `[limits]` or in the table of a part; empty if there is no such key.
+        Key of the limit on the figure, under `[limits]` or in the table of a part; empty if there is no such key.
     rigid
         Whether the figure depends only on the rigid motion, which is the same in all theories.
     exact
         Whether the figure is independent of the number of positions.
     here
-        Whether the figure describes the given positions, so that no other times may be added.
+        Whether the figure refers to the given positions only, so that times may not be added between them.
     whole
-        Whether the figure belongs to the whole run, so that it cannot be merged from chunks. This is always true for an
-        `AVERAGE`.
+        Whether the figure has to be computed from the whole run at once, and not from chunks of the run. This is always
+        true for an `AVERAGE`.
     power
-        Largest exponent with which the figure grows with the loads. Relative errors are multiplied by it.
+        Exponent n of a figure that is proportional to load^n. If items have different exponents, this is the largest.
+        Relative errors are multiplied by n.
+    exponents
+        Function that returns the exponent of each item. None if all items have the exponent `power`.
     remains_of
-        Larger figure to which the convergence tolerance of this figure is relative.
+        Key of a larger figure. If it is given, the convergence tolerance is relative to this larger figure.
     follows
-        Figure in proportion to which this figure changes between theories and times; its change gives the error.
+        Key of another figure. If it is given, the error in this figure is estimated from the change in the other
+        figure. Both figures change roughly in proportion between theories and between times.
     """
 
     key: str
@@ -131,6 +146,7 @@ class Figure:
     here: bool = False
     whole: bool = False
     power: float = 1.0
+    exponents: Callable[[Scene], Sequence[float]] | None = None
     remains_of: Figure | None = None
     follows: Figure | None = None
 
@@ -138,8 +154,15 @@ class Figure:
         return hash(self.key)
 
     def of_motion(self, scene: Scene) -> bool:
-        """Return True if the figure is found from the rigid motion, also at times between the positions."""
+        """Return True if the figure follows from the rigid motion alone and is also searched between the positions."""
         return (self.rigid or not scene.labels) and not self.here
+
+    def load_exponent(self, scene: Scene, item: int) -> float:
+        """Return the exponent n if the figure of an item is proportional to load^n.
+
+        The exponent is 1 if the figure is independent of the loads.
+        """
+        return float(self.exponents(scene)[item]) if self.exponents else self.power or 1.0
 
     def units(self, scene: Scene) -> list[str]:
         """Return the unit of each item."""
@@ -148,8 +171,7 @@ class Figure:
         return [self.unit] * len(items_of(scene, self.of))
 
 
-@dataclass(frozen=True)
-class RangeCheck:
+class RangeCheck(Struct, frozen=True):
     """Check that a quantity is in the range of validity of a formula.
 
     Attributes
@@ -159,9 +181,11 @@ class RangeCheck:
     of
         Kind of the items, see `items_of`.
     by
-        Key of the figure that is checked. It has the same items.
+        Key of the figure (a result such as the axial force) from which the checked quantity is computed. Its items are
+        of the kind `of`.
     refuses
-        Keys of the figures of the formula, which have the same items. Outside the range, their limits cannot be judged.
+        Keys of the figures that the formula gives. Their items are of the kind `of`. If the quantity is outside the
+        range, a limit on such a figure cannot be judged.
     quantity
         Function that computes the checked quantity from the scene and the values of the figure, shape (items, ...).
     """
@@ -173,9 +197,8 @@ class RangeCheck:
     quantity: Callable[[Scene, Any], Any] = lambda _, values: values
 
 
-@dataclass(frozen=True)
-class Limit:
-    """A bound of a figure.
+class Limit(Struct, frozen=True):
+    """An upper or lower limit on a figure, i.e. on a result such as the largest deflection.
 
     Attributes
     ----------
@@ -188,11 +211,12 @@ class Limit:
     item
         Name of the item, or of the link for a figure of beams; empty for all items.
     unit
-        SI unit of the bound; empty if the output may be a length or an angle.
+        SI unit of the bound. It is empty if the limited output may be a length or an angle.
     of
-        Kind of the figure's items.
+        Kind of the items of the figure.
     named
-        Whether the limit names its figure, instead of being given by a key under `[limits]` or in the table of a part.
+        Whether the file gives the limit under the name of the figure. Otherwise the limit has a key of its own, under
+        `[limits]` or in the table of a part.
     """
 
     figure: str
@@ -205,38 +229,50 @@ class Limit:
 
     @property
     def kind(self) -> str:
-        """Key of the limit under [limits]. If the limit names its figure, the key of the figure."""
+        """Key of the limit under `[limits]`.
+
+        If the file gives the limit under the name of the figure, it is the key of the figure.
+        """
         return "output" if self.figure == OUTPUT_ERROR and not self.named else self.figure
 
     def kept(self, value: Any) -> Flags:
-        """Return whether values meet the limit, within `ROUND_OFF`. An unknown value does not."""
+        """Return whether values meet the limit to within `ROUND_OFF`. An unknown value does not meet it."""
         spare = ROUND_OFF * np.where(np.isfinite(self.bound), np.abs(self.bound), 0.0)
         return np.asarray(value >= self.bound - spare if self.least else value <= self.bound + spare)
 
     def used(self, value: Any) -> Reals:
-        """Return the utilisation of the limit, above 1 if it is violated. For a positive bound it is a quotient."""
+        """Return the utilisation of the limit: a number that is above 1 if the limit is violated.
+
+        If the bound is positive, this is the value divided by an upper bound, or a lower bound divided by the value.
+        """
         size = np.maximum(value, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = self.bound / size if self.least else size / self.bound
         return np.where(self.bound > 0.0, share, 1.0 - self.margin(value))
 
     def margin(self, value: Any) -> Reals:
-        """Return distance from the bound / bound, negative if the limit is violated, and 1 for an infinite figure."""
+        """Return the distance of values from the bound, divided by the magnitude of the bound.
+
+        It is negative if the limit is violated, and 1 if the distance is infinite.
+        """
         size = np.where(self.bound == 0.0, 1.0, np.abs(self.bound))
         left = (value - self.bound if self.least else self.bound - value) / size
         return np.where(np.isposinf(left), 1.0, left)
 
 
 def sole(found: Largest) -> Largest:
-    """Add an axis for the only item to the largest values of a scene."""
-    return Largest(*(np.asarray(each)[None] for each in vars(found).values()))
+    """Return the largest values of a result that has a single item, with a first axis for this item."""
+    return Largest(*(np.asarray(each)[None] for each in astuple(found)))
 
 
 class RowSearch:
-    """Search for the largest magnitude in each row of values. `Cycle.search` combines several such searches."""
+    """Function that finds the largest magnitude in each row of values over a cycle.
+
+    `Cycle.search` evaluates several such functions at once.
+    """
 
     def rows(self, cycle: Cycle) -> Numbers | None:
-        """Return values, shape (items, ..., positions), or None if they need a separate search."""
+        """Return values of shape (items, ..., positions), or None if the function has to be called separately."""
         raise NotImplementedError
 
     def __call__(self, cycle: Cycle) -> Largest:
@@ -246,9 +282,8 @@ class RowSearch:
         return cycle.largest(rows)
 
 
-@dataclass(frozen=True)
-class ValueSearch(RowSearch):
-    """Search for the largest magnitude of each item, given its values at every position."""
+class ValueSearch(RowSearch, Struct, frozen=True):
+    """Function that finds the largest magnitude of each item over a cycle, from its values at every position."""
 
     values: Callable[[Cycle], Any]
 
@@ -258,17 +293,17 @@ class ValueSearch(RowSearch):
 
 
 def whole(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Return the search for a figure of the scene, given its values at every position."""
+    """Return a function that finds the largest magnitude of a result with one value at every position of the scene."""
     return ValueSearch(lambda cycle: [values(cycle)])
 
 
 def each(values: Callable[[Cycle], Any]) -> ValueSearch:
-    """Return the search for a figure of items, given their values at every position."""
+    """Return a function that finds the largest magnitude of each item, from its values at every position."""
     return ValueSearch(values)
 
 
 def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest values of items over the included positions."""
+    """Return a function that finds the smallest value of each item over the positions in `Cycle.counted`."""
 
     def find(cycle: Cycle) -> Largest:
         rows = [np.where(cycle.counted, row, np.inf) for row in values(cycle)]
@@ -278,19 +313,19 @@ def least(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for a figure of the scene that is the largest of several rows of values."""
+    """Return a function that finds the largest magnitude in several rows of values, as one result."""
     return lambda cycle: sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
 
 
 def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for a figure of the scene that does not belong to any position."""
+    """Return a function that returns one value of the whole scene, without a position at which it occurs."""
     return lambda cycle: sole(
         Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
     )
 
 
 def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for a figure of items that is one value for the whole cycle, shape (items, ...)."""
+    """Return a function that returns one value per item for the whole cycle, such as an average, shape (items, ...)."""
 
     def find(cycle: Cycle) -> Largest:
         found = [np.broadcast_to(each, cycle.columns[:-1]) for each in values(cycle)]
@@ -301,7 +336,10 @@ def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 def drive_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of the drives. If several drives have the same name, all names are numbered."""
+    """Return the names of the drives.
+
+    If several drives have the same name, all drives get a number after their name.
+    """
     names = [drive.name for drive in mechanism.drives]
     if len(set(names)) < len(names):
         return [f"{name}.{number}" for number, name in enumerate(names, 1)]
@@ -315,9 +353,9 @@ def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
 
 
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Return, for each joint, its name and the link on which its stated load acts.
+    """Return, for each joint, its name and the link on which the stated force and moment act.
 
-    The opposite load acts on the other link.
+    The opposite force and moment act on the other link.
     """
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
 

@@ -320,7 +320,7 @@ class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
 if TYPE_CHECKING:
     SceneTable = PlainSceneTable
 else:
-    SceneTable = with_parts(PlainSceneTable, "SceneTable", PARTS)
+    SceneTable = with_parts(PlainSceneTable, PARTS)
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:

@@ -2,9 +2,10 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from math import inf, pi
 from typing import Any
+
+from msgspec.structs import replace
 
 from elastic import JointCompliance
 from kinelast.scene.error import fault, known_name, known_point, likely
@@ -14,7 +15,7 @@ from kinelast.scene.moved_joint import moved_joint
 from kinelast.scene.numbers import EXPECTED, direction_of, real, require_unit, vector
 from kinelast.scene.quantities import DampingConstant
 from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
-from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
+from rigid import GROUND, PRESSURE_ANGLE, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 
 
@@ -33,9 +34,10 @@ def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Point
 
 
 def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link], places: Points) -> Slider:
-    """Return the slider of a table. Its line passes through the drawn point and is fixed in the link `on`.
+    """Return the slider or slot that a table describes.
 
-    The x axis of a slot's block is along the line.
+    The line along which it slides passes through the drawn point and is fixed in the link `on`. The block of a slot has
+    its x axis along the line.
     """
     slides = isinstance(table, SliderTable)
     where, key = (f"sliders.{name}", "through") if slides else (f"slots.{name}", "point")
@@ -80,13 +82,13 @@ def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[s
 
 
 def _pressure_angle(where: str, table: GearTable) -> float | None:
-    """Return the pressure angle of the teeth [rad]; None if there are no teeth."""
+    """Return the pressure angle of the teeth [rad], or None if the gear has no teeth."""
     if not table.teeth:
         if table.pressure_angle is not None:
             raise fault(where, "pressure_angle", "belongs to teeth: remove it, or remove teeth = false")
         return None
     if table.pressure_angle is None:
-        return Gear.pressure_angle
+        return PRESSURE_ANGLE
     angle = float(table.pressure_angle)
     if not 0 <= angle < pi / 2:
         expected = 'expected an angle from 0 to less than 90 deg, as in "20 deg"'
@@ -98,7 +100,7 @@ FRICTION_KEYS = ("friction", "viscosity", "radius", "length")
 
 
 def _tables_with(scene: SceneTable, mechanism: Mechanism, keys: Iterable[str]) -> Iterator[tuple[str, JointTable, int]]:
-    """Yield the joints that have one of the keys: name, table, and number of joints with this name."""
+    """Yield the joints that have one of the `keys` in their table: name, table, number of joints of this name."""
     shared, sliders = Counter(point for link in mechanism.links for point in link.points), mechanism.slider_points
     names = [*(point for point, count in shared.items() if count > 1), *sliders]
     for name, table in scene.joints.items():
@@ -162,7 +164,7 @@ def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) ->
 
 
 def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Points) -> Iterator[Weld]:
-    """Yield the welds at a point. Each connects a link to the first link."""
+    """Yield the welds at a point. Each weld connects one of the other links to the first link."""
     where = f"welds.{point}"
     known_name("welds", point, point, sorted({name for link in links.values() for name in link.points}), "point")
     names = table.links or [name for name, link in links.items() if point in link.points]
@@ -181,7 +183,7 @@ def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Poin
 
 
 def _turn(where: str, link: Link, places: Points) -> Complex:
-    """Return the drawn x axis of a link as a unit vector. For a link with one point it is arbitrary."""
+    """Return the x axis of a link, in the drawing, as a unit vector. It is arbitrary if the link has only one point."""
     turn: Complex | None = 1 + 0j if len(link.points) == 1 else drawn_direction(link, places)
     if turn is None:
         raise fault(where, "links", f'draw two points of the link "{link.name}": they give its angle')

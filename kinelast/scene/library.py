@@ -18,7 +18,7 @@ from kinelast.scene.numbers import number, real
 
 
 def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
-    """Raise the error for a section or material that is neither in the scene nor in the library."""
+    """Raise SceneError because a section or material is neither in the scene nor in the library."""
     choices = _same_size(name) if key == "section" else []
     entries = [entry for entry, _ in library_entries(f"{key}s")]
     begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
@@ -30,7 +30,7 @@ def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRet
 
 
 def _same_size(name: str) -> list[str]:
-    """Return sections of the same size in the most similar family, such as "flat 25x8" for "flatt 25x8"."""
+    """Return the section of this size and of the shape with the most similar name: "flat 25x8" for "flatt 25x8"."""
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])
@@ -40,7 +40,7 @@ def _same_size(name: str) -> list[str]:
 
 
 def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
-    """Return the materials of a scene, and those of `names` that are in the library."""
+    """Return the materials of a scene and, from the library, the materials in `names`."""
     more = {name: named_material(name) for name in names if name not in scene.materials}
     return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
 
@@ -52,7 +52,7 @@ def _library() -> dict[str, Any]:
 
 @cache
 def named_material(name: str) -> MaterialTable | None:
-    """Return a material from the library, such as "S235"; None if not found."""
+    """Return the material with this name from the library, such as "S235", or None if there is none."""
     words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
     if words is None:
         return None
@@ -85,7 +85,7 @@ def named_section(name: str) -> forms.SectionTable | None:
     return _sized(shape, sizes)
 
 
-FAMILIES = {  # by name: the shape, and the keys of the dimensions in the order in which the name gives them
+FAMILIES = {  # by first word of a name: shape, and keys of the dimensions in the order of the numbers
     "RHS": ("box", ("depth", "width", "wall")),
     "SHS": ("box", ("depth", "width", "wall")),
     "PIPE": ("tube", ("outer", "wall")),
@@ -97,16 +97,16 @@ CORNERS = (
     (10.0, 3.0),
     (6.0, 2.5),
     (0.0, 2.0),
-)  # EN 10219-2: wall thickness [mm] above which a row applies, outer corner radius / wall thickness
+)  # EN 10219-2: wall thickness [mm] above which a row applies, and ratio of outer corner radius to wall thickness
 
 
 def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
-    """Return the sizes of a family in the library, each with its dimensions."""
+    """Return the sizes in a table of rolled sections of the library: name of each size, and its dimensions."""
     return ((size, numbers) for size, numbers in table.items() if size[0].isdigit())
 
 
 def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.SectionTable | None:
-    """Return a section with the given dimensions; None if one of them is not positive."""
+    """Return a section with the given dimensions, or None if a dimension is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
     words = {key: f"{size} {unit}" for key, size in sizes.items()}
@@ -122,7 +122,7 @@ def _key(name: str) -> str:
 
 
 def library_entries(kind: str) -> list[tuple[str, str]]:
-    """Return the entries of the library that a scene can use by name, each with its properties and their source.
+    """Return the entries of the library that a scene can use by name, each with a text on its properties and source.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def library_entries(kind: str) -> list[tuple[str, str]]:
     return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
 
 
-EXAMPLES = (  # examples of families whose dimensions are arbitrary
+EXAMPLES = (  # examples of shapes that can have any dimensions
     ("RHS 60x40x3", "EN 10219-2; any depth x width x wall, mm"),
     ("SHS 40x3", "EN 10219-2; any side x wall, mm"),
     ("pipe 33.7x2.6", "any outer diameter x wall, mm; CHS likewise"),

@@ -1,10 +1,11 @@
-"""Limits and output of a scene, and the numbers of its studies: tolerances, bounds and ranges."""
+"""Limits and output of a scene, and numbers in its studies: tolerances, bounds of variables, ranges of sweeps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from kinelast.scene import tables
 from kinelast.scene.error import SceneError, fault, known_name, likely
@@ -23,9 +24,10 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 
-@dataclass(frozen=True)
-class FigureBound:
-    """A limit that names its figure, as written in the file. The name is checked later.
+class FigureBound(Struct, frozen=True):
+    """A limit on a figure (a result such as the largest deflection), as the file gives it under the name of the figure.
+
+    Whether the figure exists is checked later.
 
     Attributes
     ----------
@@ -48,7 +50,7 @@ class FigureBound:
     per_length: float
 
     def within(self, unit: str) -> float:
-        """Return the bound in the SI unit of its figure; raise SceneError if the dimension differs."""
+        """Return the bound in `unit`, the SI unit of the figure. Raise SceneError if the dimension differs."""
         try:
             return Quantity.of_unit(unit, self.given, self.per_length)
         except ValueError as error:
@@ -56,7 +58,10 @@ class FigureBound:
 
 
 def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], where: str) -> tuple[FigureBound, ...]:
-    """Return the limits that name their figure. Raise SceneError if an entry has no bound."""
+    """Return the limits that the file gives under the names of figures (results such as the largest deflection).
+
+    Raise SceneError if an entry has no bound.
+    """
     bounds_ = []
     for name, amount in given.items():
         bound = amount if isinstance(amount, BoundTable) else BoundTable(most=amount)
@@ -68,8 +73,7 @@ def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], w
     return tuple(bounds_)
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(Struct, frozen=True):
     """Output of a machine: the position of a point, or the angle of a link if `point` is empty.
 
     `guessed` is True if the program chose the output.
@@ -86,7 +90,10 @@ class Output:
 
 
 def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
-    """Yield all limits of a scene. The rest of the scene must be complete."""
+    """Yield the limits of a scene that have their own key, such as `safety` under `[limits]`.
+
+    All other attributes of `scene` must be set.
+    """
     limits, mechanism = table.limits, scene.mechanism
     yield from _of_links(table, limits, "")
     for part in PARTS:
@@ -106,13 +113,19 @@ def limits_in(table: SceneTable, scene: Scene) -> Iterator[Limit]:
 
 
 def build_settled(table: SceneTable, mechanism: Mechanism) -> Real | None:
-    """Return the distance from the rest position within which the output has settled [m or rad], or None."""
+    """Return the distance from the rest position within which the output counts as settled [m or rad].
+
+    Return None if the scene does not give this distance.
+    """
     given = table.run.settled
     return None if given is None else _of_output(table, mechanism, "run", "settled", given)[0]
 
 
 def _of_output(table: SceneTable, mechanism: Mechanism, where: str, key: str, given: Quantity) -> tuple[Any, str]:
-    """Return the allowed output error and its unit. The unit is empty if the error may be a length or an angle."""
+    """Return an allowed distance of the output from its ideal or rest position, and the unit of this distance.
+
+    The unit is empty if the file neither names the output nor gives a unit, so that it may be a length or an angle.
+    """
     output, unit = build_output(table, mechanism), given.unit
     meant = unit if output is None else "m" if output.point else "rad"
     if unit not in ("", meant):
@@ -136,7 +149,7 @@ def _of_links(scene_table: SceneTable, table: tables.LinkLimitsTable, link: str)
 
 
 def sets_limit(path: str) -> bool:
-    """Return True if a number of a part, given by its path, is only a limit.
+    """Return True if the number at a path is only a limit on a result of a machine part, e.g. of a bearing.
 
     Examples
     --------
@@ -177,7 +190,7 @@ def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
 
 
 def require_studies(table: SceneTable) -> None:
-    """Raise if a study refers to an unknown number or an impossible value."""
+    """Raise SceneError if a study of the scene refers to an unknown number or contains an impossible value."""
     for path, given in table.tolerances.items():
         tolerance(table, path, given)
     for path, (low, high) in table.optimize.variables.items():
@@ -194,7 +207,7 @@ def require_studies(table: SceneTable) -> None:
 
 
 def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTable) -> tuple[Variable, float, bool]:
-    """Return a number, its tolerance [SI unit], and whether its distribution is normal.
+    """Return the number at a path, its tolerance [SI unit], and whether its distribution is normal.
 
     Raises
     ------
@@ -217,7 +230,10 @@ def tolerance(table: SceneTable, path: str, given: Amount | tables.ToleranceTabl
 
 
 def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Variable, float, float]:
-    """Return a number and its bounds [SI unit]. Raise SceneError if they are invalid or reversed."""
+    """Return the number at a path and its bounds [SI unit].
+
+    Raise SceneError if the bounds are invalid or in the wrong order.
+    """
     place = place_of(table, path)
     first, last = (value_at(table, place, each) for each in (low, high))
     if not first < last:
@@ -227,7 +243,7 @@ def bounds(table: SceneTable, path: str, low: Amount, high: Amount) -> tuple[Var
 
 
 def ends(table: SceneTable, place: Place, entry: tables.RangeTable) -> tuple[float, float]:
-    """Return the ends of a range [SI unit]; raise SceneError if they are invalid or reversed."""
+    """Return the ends of a range [SI unit]. Raise SceneError if they are invalid or in the wrong order."""
     low, high = varied(table, place, entry.start), varied(table, place, entry.end)
     if not low < high:
         path, unit = place.variable.path, place.variable.unit.replace("1", "")
@@ -237,7 +253,10 @@ def ends(table: SceneTable, place: Place, entry: tables.RangeTable) -> tuple[flo
 
 
 def varied(table: SceneTable, place: Place, text: Any) -> float:
-    """Return a value of a sweep [SI unit]. Raise SceneError if it is not possible."""
+    """Return a value that a sweep gives to a number [SI unit].
+
+    Raise SceneError if the number cannot have this value.
+    """
     try:
         return value_at(table, place, text)
     except SceneError as error:

@@ -1,14 +1,15 @@
-"""Links of a scene: points as drawn and in link axes, beams and masses."""
+"""Links of a scene: points in drawing coordinates and in link axes, beams and masses."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import pairwise
 from operator import or_
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic.links import MAX_OFFSET, acting_points, in_line, lined_up
 from kinelast.scene.error import fault, known_point, likely, require_absent
@@ -35,7 +36,7 @@ def drawn_places(scene: SceneTable) -> dict[str, Complex]:
 def own_points(name: str, table: LinkTable, places: Points) -> dict[str, Complex]:
     """Return the points of a link in link axes [m].
 
-    The first point is at 0 and the second on the x axis, unless the link gives their coordinates.
+    If the table of the link contains no coordinates, the first point is at 0 and the second is on the x axis.
     """
     where = f"links.{name}"
     if not table.points:
@@ -76,7 +77,10 @@ def _drawn_shape(where: str, table: LinkTable, places: Sequence[Complex]) -> dic
 
 
 def drawn_direction(link: Link, places: Points) -> Complex | None:
-    """Return the drawn x axis of a link as a unit vector; None unless two of its points are drawn apart."""
+    """Return the x axis of a link, in the drawing, as a unit vector.
+
+    Return None if the drawing does not contain two points of the link at different places.
+    """
     if link.name == GROUND:
         return 1 + 0j
     drawn = [point for point in link.points if point in places]
@@ -93,11 +97,11 @@ def drawn_direction(link: Link, places: Points) -> Complex | None:
 BODY_KEYS = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
 
-@dataclass(frozen=True, eq=False)
-class LinkModel:
+class LinkModel(Struct, frozen=True, eq=False):
     """A link of a scene: mechanical model, cross-section of every beam, and drawn outline [m].
 
-    A `hidden` link has no table in the scene. `numbers` gives the entry of every beam in the table of the link.
+    A `hidden` link has no table in the scene, such as the block of a slot. `numbers` contains, for every beam, the
+    index of its entry in the table of the link.
     """
 
     link: Link
@@ -128,12 +132,12 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
 
 
 def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict[str, LinkModel]:
-    """Prepare the links that guide sliders. A rigid guide becomes a body without beams.
+    """Prepare the links that guide sliders. A rigid link that guides a slider becomes a body without beams.
 
     Raises
     ------
     SceneError
-        An elastic guide has no beam along the line of the slider.
+        An elastic link that guides a slider has no beam along the line of the slider.
     """
     for slider in sliders.values():
         body = bodies[slider.on]
@@ -154,7 +158,7 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
 
 
 def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collection[str]) -> list[LinkModel]:
-    """Merge collinear beams at points without a joint, mass or load. Such a point does not divide a beam.
+    """Return the links, with collinear beams merged if the point between them has no joint, mass or load.
 
     Parameters
     ----------
@@ -163,7 +167,7 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
     bodies
         Links in the order of the mechanism.
     kept
-        Names of the links that stay unchanged.
+        Names of the links whose beams are not merged.
     """
     if all(len(body.sections) < 2 or body.link.name in kept for body in bodies):
         return [*bodies]
@@ -180,7 +184,7 @@ def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collectio
 
 
 def _merged(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
-    """Merge collinear beams with the same section at points of a link that are not `fixed`."""
+    """Merge collinear beams with the same section. Beams are not merged at the points `fixed`."""
     beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
     while (point := _merge_point(body.link, beams, sections, fixed)) is not None:
         first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
@@ -196,7 +200,7 @@ def _merged(body: LinkModel, fixed: Collection[str | None]) -> LinkModel:
 def _merge_point(
     link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], fixed: Collection[str | None]
 ) -> str | None:
-    """Return a point at which two beams of a link can be merged, or None."""
+    """Return a point at which two beams of a link can be merged, or None if there is no such point."""
     meeting: dict[str, list[int]] = {}
     for number, beam in enumerate(beams):
         for point in (beam.start, beam.end):
@@ -214,7 +218,7 @@ def _far_end(beam: Beam, point: str) -> str:
 
 
 def likely_ground(scene: SceneTable) -> str:
-    """Return a hint if another link seems to be the ground."""
+    """Return a hint for a message if a link with another name seems to be the ground."""
     hint = likely(GROUND, scene.links)
     bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODY_KEYS)]
     name = hint.split(chr(34))[1] if "did you mean" in hint else bare[0] if len(bare) == 1 else ""
@@ -231,7 +235,7 @@ def _ground(table: LinkTable, points: Points) -> LinkModel:
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
     """Return the point masses of each link.
 
-    A point mass under [masses] belongs to the first moving link with the point.
+    A point mass under `[masses]` is given for a point. It belongs to the first moving link with this point.
     """
     by_link: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
@@ -283,7 +287,7 @@ def _moving_body(
 
 
 def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
-    """Return the beams of a link and their cross-sections; empty if the link has no section."""
+    """Return the beams of a link and their cross-sections. Both are empty if the link has no section."""
     table, where = scene.links[name], f"links.{name}"
     if table.beams is None:
         if table.section is None and table.material is not None:
@@ -316,9 +320,11 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
 
 
 def in_order(points: Points, off: float = MAX_OFFSET) -> list[str]:
-    """Return the names of the points in the order of the beams. A point between two earlier points divides their beam.
+    """Return the names of the points of a link in the order in which beams connect them.
 
-    `off` is the largest angle [rad] between the two parts of a divided beam.
+    A point on the beam between two earlier points divides this beam.
+
+    `off` is the largest angle [rad] between the two parts of a beam that a point divides.
     """
     drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
     order: list[str] = []
@@ -330,7 +336,7 @@ def in_order(points: Points, off: float = MAX_OFFSET) -> list[str]:
 
 
 def _connected_ends(where: str, beams: Sequence[Beam]) -> set[str]:
-    """Return the end points of the beams; raise if the beams are not connected."""
+    """Return the names of all end points of beams. Raise SceneError if the beams are not connected."""
     parts: list[set[str]] = []
     for beam in beams:
         touched = [part for part in parts if {beam.start, beam.end} & part]
@@ -342,7 +348,11 @@ def _connected_ends(where: str, beams: Sequence[Beam]) -> set[str]:
 
 
 def _lump(where: str, table: LinkTable, link: Link) -> Lump:
-    """Return the mass, centre and inertia of a rigid link. Missing values follow from its beams or its only point."""
+    """Return the mass, centre and inertia of a rigid link.
+
+    Values that the table does not give are computed from the beams. For a link without beams, the default centre is its
+    only point.
+    """
     points = link.points
     mass: Any
     center: Any
@@ -370,7 +380,7 @@ def _lump(where: str, table: LinkTable, link: Link) -> Lump:
 
 
 def _outline(name: str, table: LinkTable, points: Points) -> tuple[Complex, ...]:
-    """Return the corners of a link's outline in link axes [m]."""
+    """Return the corners of the outline of a link, in link axes [m]."""
     for corner in table.outline:
         if isinstance(corner, str):
             known_point(f"links.{name}", "outline", corner, points, name)

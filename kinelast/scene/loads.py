@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from rigid.analysis import LinkAngle, Slide
     from rigid.dynamics import CurveLaw
 
-COVER_TOLERANCE = 1e-12  # part of the run that a table may leave out / duration of the run
-MIN_SPACING = 1e-12  # smallest distance between two entries / range of the table
+COVER_TOLERANCE = 1e-12  # part of the run that a table may leave out, relative to the duration of the run
+MIN_SPACING = 1e-12  # smallest distance between two entries of a table, relative to the range of the table
 
 
 def build_load(
     number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
 ) -> PointLoad | LineLoad | Resistance:
-    """Return a load. If it has a table over time, the table must cover the duration of the run [s]."""
+    """Return a load. A table over time must cover the duration of the run [s]."""
     where = f"loads[{number}]"
     known_name(where, "link", table.link, links)
     if table.link == GROUND:
@@ -57,7 +57,7 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
-    """Raise unless a link has the point and, if the link has beams, one of them ends there."""
+    """Raise SceneError if a link does not have the point, or if it has beams but none that ends at the point."""
     known_point(where, key, point, link.points, link.name)
     if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
         raise fault(where, key, f'no beam of "{link.name}" ends at the point "{point}": add one')
@@ -75,7 +75,7 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
         if (beam.start, beam.end) == table.beam:
             return LineLoad(link.name, beam_number, start, end, turning, law)
         if (beam.end, beam.start) == table.beam:
-            # the beam axes are reversed if the load is given from the other end
+            # the file may name the ends of the beam in reverse order; the axes of the beam are then reversed
             sense = -1 if turning else 1
             return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
     known = ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none: the link has no section"
@@ -121,7 +121,7 @@ SIZES = {  # units for a linear spring and for a torsion spring
 
 
 def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
-    """Return stiffness, damping and preload of a linear spring (`turning` = 0) or a torsion spring (1)."""
+    """Return stiffness, damping and preload of a linear spring (`turning` = 0) or torsion spring (`turning` = 1)."""
     sizes: list[Real] = []
     for key, units in SIZES.items():
         value = getattr(table, key)
@@ -136,9 +136,11 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
 ) -> CurveLaw | None:
-    """Return the factor of a load or effort; None if it has no table.
+    """Return the function by which a load, or the effort of a drive, is multiplied.
 
-    A table over time must cover the duration of the run [s]. `links` and `sliders` are the names in the scene.
+    It is given by the key `table` in the table of the load or drive. Return None if this key is missing. A table over
+    time must cover the duration of the run [s]. `links` and `sliders` contain the names of all links and sliders of the
+    scene.
     """
     if table.table is None:
         require_absent(where, table, ("against", "extend"), "needs a table: add the key table")
@@ -162,9 +164,10 @@ def factor_law(
     ):
         allowed = "a step is two entries with the same abscissa, in a linear table"
         raise fault(where, "table", f"expected increasing {GROWING[unit]}; {allowed}")
-    at[steps] = np.nextafter(at[steps], -np.inf)  # at a step, use the second entry
+    at[steps] = np.nextafter(at[steps], -np.inf)  # at the abscissa of a step, the second entry applies
     try:
-        # only the check below applies to times, because a search between positions may go slightly beyond the run
+        # root searches may evaluate a table over time slightly beyond the run, so its first and last values hold there;
+        # whether the table covers the run is checked below
         extend = "hold" if coordinate is None else table.extend or "error"
         curve = table_curve(at, factor, table.interpolation, extend, unit == "rad")
     except TableError as error:
@@ -186,14 +189,17 @@ GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
 
 
 def _turned(angle: LinkAngle, middle: float, motion: Motion) -> Reals:
-    """Return angles, shifted to within half a turn of the middle of a table [rad], shape (..., positions)."""
+    """Return the angles of a link [rad], shape (..., positions).
+
+    Whole turns are added or subtracted, so that each angle differs from `middle` by at most half a turn.
+    """
     return middle + angle.difference(motion, middle)
 
 
 def _against(
     where: str, table: LoadTable | DriveTable, links: Collection[str], sliders: Collection[str]
 ) -> tuple[str, LinkAngle | Slide | None]:
-    """Return the unit of a table's abscissa, and its coordinate (None for time)."""
+    """Return the unit of the abscissa of a table, and the angle or travel that is the abscissa (None if it is time)."""
     from rigid.analysis import LinkAngle, Slide
 
     against = table.against

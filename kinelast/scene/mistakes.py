@@ -1,6 +1,7 @@
-"""Find all errors in the text of a scene: report each error, repair it in a copy by a guess, and check again.
+"""Find all errors in the text of a scene.
 
-Errors that result from a repair are not reported.
+Validation stops at the first error, so each error is reported, repaired in a copy by a guess, and the copy is validated
+again. Errors that a wrong guess may have caused are not reported.
 """
 
 import re
@@ -15,7 +16,7 @@ from kinelast.scene.parsing import leaves, parse_toml, read_toml
 from kinelast.scene.parts import PARTS
 
 MAX_MISTAKES = 100  # maximum number of reported errors
-MAX_CHARACTERS = 2_000_000  # maximum number of characters in all repeated checks
+MAX_CHARACTERS = 2_000_000  # maximum total number of characters of all texts that are checked
 Path = tuple[Any, ...]  # path in the tables: names, and indices from 0
 TOP_LEVEL = (
     "run",
@@ -29,7 +30,7 @@ TOP_LEVEL = (
     "units",
     "structure_only",
 )
-STAND_INS = {  # replacements for entries that cannot be repaired, because other entries may refer to them
+STAND_INS = {  # valid tables that replace an invalid one to which other entries may refer
     "masses": 1.0,
     "materials": {"E": 2e11, "density": 8e3, "yield": 2e8, "ultimate": 4e8, "endurance": 1e8},
     "sections": {"shape": "rectangle", "depth": 0.01, "width": 0.01},
@@ -38,17 +39,19 @@ STAND_INS = {  # replacements for entries that cannot be repaired, because other
 }
 UNAFFECTED = re.compile(
     r'expected|there is no|the (point|link) "[^"]*" has no'
-)  # errors that do not depend on other entries
+)  # messages of errors that do not depend on other entries
 TABLE = re.compile(r"\s*\[{1,2}\s*([\w.\s\"-]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tuple[SceneError, ...]:
-    """Return the errors in a TOML text, in the order of the checks. The path of the file is not included.
+    """Return the errors in a TOML text, in the order in which they are found.
+
+    The errors do not contain the path of the file.
 
     Parameters
     ----------
     check
-        Function of the tables that raises SceneError for the first error.
+        Function that validates tables. It raises SceneError for the first error in them.
     """
     errors, kept, left_out = _unreadable(text)
     try:
@@ -60,9 +63,9 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
         try:
             check(copy.tables)
         except SceneError as error:
-            if not copy.repair(error) or error.key == "library":  # without the library, its names are unknown
+            if not copy.repair(error) or error.key == "library":  # names in the library are unknown
                 break
-        except Exception:  # a repaired copy may cause any error
+        except Exception:  # a repaired copy may raise any exception
             break
         else:
             break
@@ -70,7 +73,7 @@ def all_mistakes(text: str, check: Callable[[Mapping[str, Any]], object]) -> tup
 
 
 def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
-    """Return the syntax errors in a text, the text without the invalid lines, and the tables of these lines."""
+    """Return the syntax errors in a text, the text without the invalid lines, and the entries of these lines."""
     errors: list[SceneError] = []
     lines, left_out = text.splitlines(), set()
     while len(errors) < MAX_MISTAKES:
@@ -86,7 +89,7 @@ def _unreadable(text: str) -> tuple[tuple[SceneError, ...], str, set[Path]]:
             left_out.add(() if header else _table_of_line(lines, at))
             lines[at] = ""
             while header and at + 1 < len(lines) and not lines[at + 1].lstrip().startswith("["):
-                at += 1  # the keys would otherwise belong to the table above
+                at += 1  # otherwise, the keys below would belong to the table above
                 lines[at] = ""
     return tuple(errors), "\n".join(lines), left_out
 
@@ -127,14 +130,14 @@ class _Copy:
     found
         Reported errors.
     doubtful
-        Entries with removed or guessed keys. Errors that depend on them are not reported. After an unreadable line, ()
-        stands for any entry.
+        Entries with removed or guessed keys. Errors that depend on these entries are not reported. The path () stands
+        for any entry. It is used if an unreadable line may belong to any table.
     seen
         Paths of the reported errors.
     removed
         Paths of removed entries.
     numbers
-        For each list of tables, the numbers in the file of the tables that remain.
+        For each list of tables, the indices in the file of the remaining tables.
     """
 
     tables: dict[str, Any]
@@ -145,7 +148,10 @@ class _Copy:
     numbers: dict[str, list[int]] = field(default_factory=dict)
 
     def repair(self, error: SceneError) -> bool:
-        """Repair an error, and report it unless it results from another. Return True if it was repaired."""
+        """Repair an error, and report it unless it may result from an earlier repair.
+
+        Return True if it was repaired.
+        """
         path = path_of(error.table, error.key)
         entry = self._entry(path)
         place = self._in_file(entry) + path[len(entry) :]
@@ -153,7 +159,7 @@ class _Copy:
             return self._remove_key(path, entry) or self._remove_entry(entry)
         self.seen.add(place)
         self.found.append(self._numbered(error, path))
-        if path == ("structure_only",):  # the meaning of all other keys depends on it
+        if path == ("structure_only",):  # this key decides which other keys are valid
             return False
         ways = self._rename, self._put_example, self._put_existing
         return (
@@ -161,7 +167,7 @@ class _Copy:
         )
 
     def _follows_repair(self, problem: str, path: Path, entry: Path) -> bool:
-        """Return True if an error may result from a repair."""
+        """Return True if an error may result from an earlier repair."""
         if path[:1] in self.removed or self.removed & {*pairwise(path)} or self._names_removed_entry(problem):
             return True
         if () in self.doubtful and problem.startswith("the table is missing"):
@@ -172,7 +178,10 @@ class _Copy:
         return bool(self.doubtful and depends) and (self._at(path) is None or not UNAFFECTED.match(problem))
 
     def _names_removed_entry(self, problem: str) -> bool:
-        """Return True if the name that a message reports as missing was removed or may be in an unreadable line."""
+        """Return True if a message reports a name as unknown because of a repair.
+
+        The repair removed the name, or an unreadable line may define it.
+        """
         unknown = re.search(r'(?:no|the) (\w+) "([^"]*)"', problem)
         if not unknown or not re.search(r"\bno\b", problem):
             return False
@@ -206,7 +215,7 @@ class _Copy:
 
     def _put_example(self, path: Path, problem: str) -> bool:
         """Replace a wrong value by the example or the first choice in the message."""
-        if path[-1:] == ("shape",):  # the other keys depend on it
+        if path[-1:] == ("shape",):  # the shape decides which other keys are valid
             return self._remove_entry(path[:2])
         example = re.search(r'^expected .*?as in "([^"]*)"', problem)
         choice = re.search(r"^expected one of ([^\s,]+)", problem)
@@ -219,7 +228,7 @@ class _Copy:
         return True
 
     def _put_existing(self, path: Path, problem: str) -> bool:
-        """Replace the name of a missing section, material etc. by an existing name."""
+        """Replace the name of a section, material etc. that does not exist by the name of one that does."""
         value, there = self._at(path), self.tables.get(f"{path[-1]}s") if path else None
         if not isinstance(value, str) or f'"{value}"' not in problem or not isinstance(there, dict) or value in there:
             return False
@@ -228,7 +237,7 @@ class _Copy:
         return bool(there)
 
     def _remove_key(self, path: Path, entry: Path) -> bool:
-        """Remove a key from its table. For an item of a list, remove the whole list."""
+        """Remove a key from its table. If the path leads to an item of a list, remove the whole list."""
         while path and path != entry and not isinstance(path[-1], str):
             path = path[:-1]
         holder = self._at(path[:-1])
@@ -291,13 +300,16 @@ class _Copy:
         return self.numbers.setdefault(name, [*range(len(self.tables[name]))])
 
     def _in_file(self, entry: Path) -> Path:
-        """Return the path of an entry with its number in the file."""
+        """Return the path of an entry in the file.
+
+        In a list, indices differ from those in the copy if tables were removed.
+        """
         if len(entry) == 2 and isinstance(entry[1], int) and isinstance(self.tables.get(str(entry[0])), list):
             return entry[0], self._numbers(str(entry[0]))[entry[1]]
         return entry
 
     def _numbered(self, error: SceneError, path: Path) -> SceneError:
-        """Return an error with the number of its entry in the file."""
+        """Return an error with the path of its entry in the file, see `_in_file`."""
         entry = self._entry(path)
         there = self._in_file(entry)
         if there == entry or not error.table.startswith(f"{entry[0]}["):
@@ -307,7 +319,7 @@ class _Copy:
 
 
 def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
-    """Move the content of a key to another key. Return True if possible."""
+    """Move the content of a key to the key `new`. Return False if `new` has content that cannot be joined with it."""
     there, content = holder.get(new), holder[key]
     if there is None:
         holder[new] = content
@@ -322,7 +334,7 @@ def _joined(holder: dict[str, Any], key: str, new: str) -> bool:
 
 
 def path_of(table: str, key: str) -> Path:
-    """Return the path of the table and key of a message, with indices from 0.
+    """Return the path to the table and key that a message names, with indices from 0.
 
     Examples
     --------

@@ -15,7 +15,7 @@ Drive = PinDrive | SliderDrive
 def moved_joint(
     where: str, inside: str, table: JointNameTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]
 ) -> Drive:
-    """Return the joint to which a table refers. `inside` is a prefix of the keys in messages."""
+    """Return the joint to which a table refers. In messages, `inside` precedes the names of keys."""
     if not table.unique:
         raise fault(where, f"{inside}link", "expected either link or slider")
     if table.turns:
@@ -28,7 +28,7 @@ def moved_joint(
 
 
 def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
-    """Return the pin of a rotating link: the pin `at` or, by default, the only pin that both links share."""
+    """Return the pin of a rotating link: the pin `at` or, by default, the only pin that the two links share."""
     link = table.name
     known_name(where, f"{inside}link", link, links)
     known_name(where, f"{inside}on", table.on, links)

@@ -7,7 +7,7 @@ condition and reports the designs that violate it.
 import cmath
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,9 @@ from rigid.arrays import Complex, Real
 
 
 def real(quantity: Any) -> Any:
-    """Return a quantity as a float, or as an array if it differs between designs.
+    """Return a quantity as a float, or as an array with a value for each design.
 
-    The return type is Any because the type annotations of callers are for a single design.
+    The return type is Any, so that callers can annotate the value as a float although it may be an array.
     """
     each = quantity if isinstance(quantity, np.ndarray) else getattr(quantity, "each", None)
     return float(quantity) if each is None else each
@@ -38,12 +38,12 @@ def direction_of(direction: Any) -> Complex:
 
 
 def phase(way: Complex) -> Real:
-    """Return the angle of a complex number [rad]."""
+    """Return the argument (phase angle) of a complex number [rad]."""
     return np.angle(way) if isinstance(way, np.ndarray) else cmath.phase(way)
 
 
 def quotient(vector: Complex, size: Any) -> Complex:
-    """Divide a vector by a number. In arrays of designs, 0 / 0 gives 0."""
+    """Divide a vector by a number. In arrays of designs, zero divided by zero gives 0."""
     if not isinstance(size, np.ndarray) and not isinstance(vector, np.ndarray):
         return complex(vector) / float(size)
     size = np.where(size == 0.0, 1.0, size)
@@ -56,15 +56,17 @@ def any_nonzero(value: Real | Complex) -> bool:
 
 
 def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str]) -> None:
-    """Raise if a condition does not hold. The error contains the designs that violate it.
+    """Raise SceneError if a condition does not hold.
+
+    The error contains the numbers of the designs that violate the condition.
 
     Parameters
     ----------
     holds
         Condition, bool or array of bool.
     problem
-        Message, or a function that returns it. The function is called with another function, which picks the number of
-        the first invalid design from an array.
+        Message, or a function that returns the message. This function is called with a helper `pick`: `pick(array)`
+        returns the value of the first invalid design.
 
     Raises
     ------
@@ -86,11 +88,11 @@ def require(holds: Any, table: str, key: str, problem: str | Callable[[Any], str
 
 
 def _picked(value: Any, row: int | None) -> Any:
-    """Return the number of one design from an array, or the number itself."""
+    """Return the value of design `row` from an array, or the value itself if it is not an array."""
     return value.ravel()[row if value.size > 1 else 0] if isinstance(value, np.ndarray) else value
 
 
-EXPECTED = {  # expected forms for messages, by SI unit
+EXPECTED = {  # examples of how to write a quantity, quoted in error messages; by SI unit
     "s": 'a time, as in "50 ms"',
     "rad": 'an angle, as in "30 deg"',
     "m": 'a length, as in "20 mm"',
@@ -109,15 +111,15 @@ EXPECTED = {  # expected forms for messages, by SI unit
 
 
 def require_unit(table: str, key: str, value: Any, unit: str) -> None:
-    """Raise if a quantity has another unit. A number without a unit fits every unit."""
+    """Raise SceneError if a quantity has a unit other than `unit`. A number without a unit is accepted."""
     if value.unit not in ("", unit):
         raise fault(table, key, f"expected {EXPECTED[unit]}, got {float(value):g} {value.unit}")
 
 
 MIN_PRINTED_ERROR = 1e-4  # smaller relative errors do not affect the printed digits
-UNRELIABLE = 0.25  # figures with a larger relative error are marked as unreliable
+UNRELIABLE = 0.25  # results with a larger relative error are marked as unreliable
 HOUR = 3600.0  # [s]; longer times are printed in hours
-MIN_PRINTED_STRESS = 1e-3  # in the report's stress unit; smaller stresses are printed with a prefix
+MIN_PRINTED_STRESS = 1e-3  # [stress unit of the report] smaller stresses are printed in Pa
 DisplayUnits = Mapping[str, tuple[float, str]]
 """Display units of a report: conversion factor and name of the unit, by SI unit."""
 SI: DisplayUnits = {}
@@ -125,7 +127,7 @@ PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1")
-RAISED_LENGTH = re.compile(r"m\^(\d)")  # the power also applies to the prefix
+RAISED_LENGTH = re.compile(r"m\^(\d)")  # in m^2, a prefix such as m for milli is squared too
 RAISED_UNIT = re.compile(r"\^(\d)")
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6}
 
@@ -144,7 +146,7 @@ REPORT_UNITS = {  # conversion factor and display unit, by SI unit
 
 
 def scale_of(largest: float, unit: str) -> tuple[float, str]:
-    """Return the conversion factor and the prefixed unit that suit a quantity of this size.
+    """Return a conversion factor, and a unit with a suitable SI prefix for a quantity of the size `largest`.
 
     >>> scale_of(0.00146, "m")
     (1000.0, 'mm')
@@ -162,7 +164,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
 
 
 def _raised(size: float, unit: str, power: int) -> tuple[float, str]:
-    """Return the conversion factor and unit of an area, volume etc., based on the largest suitable length unit."""
+    """Return the conversion factor and unit of a power of a length (area, volume etc.)."""
     if not 0.0 < size < math.inf:
         return 1.0, unit
     name = next((name for name, metres in METRES.items() if size >= metres**power * (1 - 1e-9)), "µm")
@@ -180,6 +182,11 @@ def number(value: float, digits: int = 4) -> str:
         mantissa, power = text.split("e")
         text = f"{mantissa}·10{str(int(power)).translate(RAISED)}"
     return text.replace("-", MINUS)
+
+
+def capitalized(words: str) -> str:
+    """Return words with an initial capital letter. The other letters do not change."""
+    return words[:1].upper() + words[1:]
 
 
 def percent(share: float) -> str:
@@ -215,6 +222,11 @@ def quantity(value: float, unit: str, digits: int = 4, shown_in: DisplayUnits = 
     return f"{number(value * factor, digits)} {unit_words(prefixed)}".strip()
 
 
+def few(names: Sequence[str], most: int) -> list[str]:
+    """Return the first `most` names as text, followed by the number of the other names."""
+    return [*names] if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
+
+
 def unit_words(unit: str) -> str:
     """Format a unit for display. The unit "1" is empty.
 
@@ -225,7 +237,7 @@ def unit_words(unit: str) -> str:
 
 
 def with_limit(value: float, limit: float, unit: str, shown_in: DisplayUnits = SI) -> tuple[str, str]:
-    """Format a figure and its limit. Both have the same unit of time.
+    """Format a value and its limit. If they are times, both have the same unit.
 
     >>> with_limit(6294.0, 7.2e7, "s")
     ('1.748 h', '20000 h')
@@ -235,7 +247,7 @@ def with_limit(value: float, limit: float, unit: str, shown_in: DisplayUnits = S
 
 
 def coordinate(value: float, unit: str, shown_in: DisplayUnits = SI) -> str:
-    """Format the coordinate of a drive: an angle in degrees from 0 to 360, or a travel.
+    """Format the coordinate of a drive: an angle in degrees, from 0 to below 360, or a travel.
 
     >>> coordinate(-0.5 * math.pi, "rad")
     '270°'

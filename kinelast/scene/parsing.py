@@ -30,7 +30,7 @@ AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {"backlash": "play between teeth is", "wear": "wear is", "contact": "contact is", "impact": "impact is"}
 DID = "; did you mean "
-ELSEWHERE = {  # where keys belong that users try in other tables
+ELSEWHERE = {  # keys that users give in a wrong table, with the right place
     "friction": "it belongs under [joints.NAME]",
     "viscosity": "it belongs under [joints.NAME]",
     "clearance": "it belongs under [bearings.NAME]",
@@ -50,7 +50,10 @@ TOO_DEEP = re.compile(rf"{PART}(?:[ \t]*\.[ \t]*{PART}){{{MAX_PARTS}}}")
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raise TOMLDecodeError, also for a key with more than `MAX_PARTS` parts."""
+    """Return the tables of a TOML text.
+
+    Raise TOMLDecodeError if the text is invalid or a key has more than `MAX_PARTS` parts.
+    """
     deep = TOO_DEEP.search(text) if text.count(".") >= MAX_PARTS else None
     if deep is not None:
         line = text.count("\n", 0, deep.start()) + 1
@@ -59,7 +62,10 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; raise SceneError with line and column, or TypeError if it is not a string."""
+    """Return the tables of a TOML text.
+
+    Raise SceneError with line and column if it is invalid, TypeError if it is no string.
+    """
     if not isinstance(text, str):
         raise TypeError(f"expected the text of a scene file, got {shown(text)}")
     try:
@@ -74,7 +80,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 KEY = r"""\s*[\w."'-]+\s*=\s*"""
 HINTS: tuple[
     tuple[str, Callable[[re.Match[str]], str]], ...
-] = (  # patterns of invalid lines, each with the likely correction
+] = (  # patterns of invalid lines, each with a hint on the likely correction
     (
         r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
         lambda found: f'put a text in straight quotes, ", not in {found[1]}',
@@ -94,7 +100,7 @@ HINTS: tuple[
 
 
 def _toml_hint(text: str, message: str) -> str:
-    """Return the likely correction of the line to which a message refers."""
+    """Return a hint on the likely correction of the line that a message of tomllib names."""
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
@@ -103,7 +109,7 @@ def _toml_hint(text: str, message: str) -> str:
 
 
 def leaves(node: Any, kind: type[Value]) -> Iterator[Value]:
-    """Yield all values of a type in tables, lists and parsed tables."""
+    """Yield all values of a type inside a value, which may be a table, a list or a parsed table."""
     if isinstance(node, kind):
         yield node
     elif isinstance(node, msgspec.Struct):
@@ -137,7 +143,10 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
 
 
 def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
-    """Return the tables with some top-level entries parsed again. Errors are the same as in `parse_scene`."""
+    """Return the scene `table`, with its entries `names` replaced by those parsed from the tables `raw`.
+
+    Errors are the same as in `parse_scene`.
+    """
     fields, hook = _fields(SceneTable), partial(read_quantity, per_length=PER_LENGTH[table.units])
     return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
@@ -166,7 +175,7 @@ def _fields(whole: Any) -> dict[str, msgspec.structs.FieldInfo]:
 
 
 def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
-    """Convert a top-level entry table by table, so that messages can name the table."""
+    """Convert a top-level entry of the scene, one table after the other, so that messages can name the table."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
@@ -174,7 +183,7 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
         if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
             example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
             raise fault(name, "", f"expected separate tables, written {example}")
-        for key in value if name != "tolerances" else ():  # keys of tolerances are paths
+        for key in value if name != "tolerances" else ():  # the keys under [tolerances] are paths
             check_name(name, key)
         if leaf:
             return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
@@ -189,7 +198,7 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
 
 
 def check_name(table: str, name: str) -> None:
-    """Raise if a name has characters other than letters, digits, - and _."""
+    """Raise SceneError if a name contains characters other than letters, digits, - and _."""
     if not NAME.fullmatch(name):
         raise fault(table, f'"{name}"', "a name may have the letters A-Z and a-z, digits, - and _")
 
@@ -212,7 +221,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
 
 
 def _found(value: Any, path: str) -> Any:
-    """Return the value at a path with indices from 1, or an empty table."""
+    """Return the value at a path with indices from 1, or an empty table if there is no value."""
     for part in re.findall(r"[^.\[\]]+", path):
         try:
             value = value[int(part) - 1] if isinstance(value, list) else value[part]
@@ -222,13 +231,13 @@ def _found(value: Any, path: str) -> Any:
 
 
 def _path(path: str) -> str:
-    """Convert a path of the validator to indices from 1."""
+    """Convert a path in a message of the validator, with indices from 0, to indices from 1."""
     path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
     return path.replace("[...]", "").lstrip(".")
 
 
 def _message(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
-    """Return the wrong key and the message, given the message of the validator."""
+    """Return the wrong key and a message for the user, made from the message of the validator (msgspec)."""
     inner = f"{path}." if path else ""
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", what):
         if match[1] in NOT_MODELLED:
@@ -276,7 +285,10 @@ def _literals(kind: Any, path: str, value: Any) -> list[str]:
 
 
 def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo]:
-    """Return the fields of the table at a path. If several tables are possible, the shape selects one."""
+    """Return the fields of the table at a path.
+
+    If tables of several types are possible, the key `shape` selects the type.
+    """
     tables = _tables(kind)
     for name in re.findall(r"[^.\[\]]+", re.sub(r"\[\d+\]", "", path)):
         fields = [field for table in tables for field in msgspec.structs.fields(table) if field.encode_name == name]
@@ -293,5 +305,5 @@ def _tables(kind: Any) -> list[Any]:
 
 
 def _words(kind: Any) -> list[str]:
-    """Return the words of a choice, which may be optional."""
+    """Return the words that a key accepts, given its type. The type may also accept None."""
     return [word for each in (kind, *get_args(kind)) for word in get_args(each) if isinstance(word, str)]

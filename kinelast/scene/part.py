@@ -1,13 +1,15 @@
-"""Kinds of machine parts, each with its tables, builder, figures, limits, symbols and descriptions."""
+"""Kinds of machine parts, such as bearings and motors.
+
+`Part` describes a kind: tables, builder, results, limits, symbols.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from msgspec import defstruct
+from msgspec import Struct, defstruct, field
 from msgspec import field as entry
 
 from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
@@ -28,16 +30,15 @@ if TYPE_CHECKING:
     from symbols import Mark
 
 Built = TypeVar("Built")
-ALONE = ""  # name of a part with a single, unnamed table
+ALONE = ""  # name of a part such as `[fatigue]`, which has a single, unnamed table in a scene
 
 
-@dataclass(frozen=True)
-class Assembly:
-    """Input of the part builders: mechanism and tables.
+class Assembly(Struct, frozen=True):
+    """Input of the functions that build machine parts: the mechanism and the tables of the scene.
 
-    `beams` lists every beam by its link and its number in that link. `made_of` gives its section and material. `laws`
-    contains a law or an effort for each drive. Only laws are callable. `materials_of` finds materials by name, and
-    `poisson_of` returns the Poisson's ratio of a material.
+    For every beam, `beams` contains the link and the number of the beam in this link. `made_of` contains the section
+    and the material of every beam. `laws` contains a law or an effort for each drive. A law is callable, an effort is
+    not. `materials_of` finds materials by name, and `poisson_of` returns the Poisson's ratio of a material.
     """
 
     table: SceneTable
@@ -61,66 +62,68 @@ class Assembly:
         return {slider.name: slider for slider in self.mechanism.sliders}
 
 
-@dataclass(frozen=True)
-class Part(Generic[Built]):
-    """A kind of machine part.
+class Part(Generic[Built], Struct, frozen=True, dict=True):
+    """A kind of machine part, such as bearings or motors.
 
     Attributes
     ----------
     key
-        Key of the tables in a scene, such as `stops`.
+        Key of the tables of this kind in a scene, such as `stops`.
     words
-        Description of that key.
+        Description of this key in the reference.
     table
-        Type of the table; None if the data are in the table of the drive.
+        Type of a table of this kind; None if the data are in the table of the drive.
     build
-        Function of the assembly that builds the parts, by name. It raises SceneError.
+        Function of an `Assembly` that returns the built parts by name. It raises SceneError.
     figures
-        Figures of the part. `Figure.limit` is the key of their limit in the table, such as `rolling.life`.
+        Figures of the part, i.e. results such as the life of a bearing. If the table of the part can limit a figure,
+        `Figure.limit` is the key of this limit, such as `rolling.life`.
     row
-        Function of the readings of a run and the name of a part that returns the part's row of the summary, without the
-        figures. None if the summary has no such rows.
+        Function that returns the row of a part in the summary, without its figures. Its arguments are a `Reader` and
+        the name of the part. None if the summary has no rows for such parts.
     section
-        Key of the rows in the summary, if different from `key`.
+        Key of the rows in the summary; empty if it is `key`.
     of_output
-        Function that returns the figures for an output of the machine.
+        Function that returns figures of the output of the machine.
     joint_row
-        Function of the readings of a run and the number of a joint that returns entries for the row of the joint in the
-        summary.
+        Function that returns entries for the row of a joint in the summary. Its arguments are a `Reader` and the number
+        of the joint.
     findings
-        Function that yields the findings on the parts in a run.
+        Function of a `Reader` that yields findings on the parts.
     faults
-        Function of a scene and the values of the figures `needs` that yields reasons why parts do not work, each with
-        flags of shape (...). If a flag is set, no limit can be judged.
+        Function that yields possible reasons why parts do not work, each with flags that are true if the reason
+        applies. If a flag is true, no limit can be judged. Its arguments are the scene and the values of the figures
+        `needs`.
     formulas
-        Description of the formulas. Stated errors do not include their uncertainty.
+        Description of the formulas that the part uses, because stated errors do not include the uncertainty of these
+        formulas.
     columns
-        Function that returns the columns of positions.csv with their units, by name.
+        Function that returns columns for positions.csv: values and unit, by name.
     symbols
         Function that returns the marks of the parts in the drawing of a scene.
     begin
-        Function that returns the keys of a new part for a selection in the editor, given by table and name. It returns
-        None if the part needs another selection.
+        Function that returns the keys of a new part in the editor. Its arguments are the table and the name of the
+        selected object. It returns None if the part cannot be added to this object.
     menu
-        Menu entry of the editor, with the required selection; empty if the part is not added by the menu.
+        Menu entry of the editor, which also says what has to be selected. Empty if the menu does not add such parts.
     checks
-        Validity ranges of the formulas.
+        Checks whether formulas are used within their range of validity.
     loads
         Function that returns the loads of the built parts on the mechanism.
     owned
-        Function that returns the tables by the names of the built parts, if these differ from the names of the tables.
+        Function that returns the tables by the names of the built parts. None if these are the names of the tables.
     drive_row
-        Key of the part in the row of its drive in the summary; empty if it is not there.
+        Key of the part in the row of the drive in the summary; empty if the part does not appear there.
     alone
         True if a scene has a single, unnamed table of this kind.
     on_axis
         True if the numbers in the tables can be arrays of designs.
     more_than_limits
-        Keys that limit one figure and also affect another.
+        Keys of the table that limit a figure but also affect another figure.
     usual
-        Description, usual lower and upper bound, unit, and example of each attribute of a built part.
+        For each attribute of a built part: description, smallest and largest usual value, unit, and example.
     stand_in
-        Replacement for an invalid table; None if no table refers to such a part.
+        Valid table that replaces an invalid one; None if no table refers to such a part.
     """
 
     key: str
@@ -162,7 +165,7 @@ class Part(Generic[Built]):
         return scene.parts[self.key]
 
     def rows(self, reader: Reader) -> dict[str, Any]:
-        """Return the section of the summary with the parts of this kind; empty if there are no rows."""
+        """Return the section of the summary on the parts of this kind, or an empty section if there are no rows."""
         if self.row is None:
             return {}
         keys = [figure.key for figure in self.figures]
@@ -174,13 +177,13 @@ class Part(Generic[Built]):
 
     @cached_property
     def bounded(self) -> tuple[Figure, ...]:
-        """Figures that can be limited by a key of the table, in the order of the keys."""
+        """Figures that a key of the table can limit, in the order of the keys."""
         keys = () if self.table is None else self.table.__struct_fields__
         figures = (each for each in self.figures if each.limit and hasattr(self.table, each.limit.partition(".")[0]))
         return tuple(sorted(figures, key=lambda each: keys.index(each.limit) if each.limit in keys else len(keys)))
 
     def limits(self, table: SceneTable, scene: Scene) -> Iterator[Limit]:
-        """Yield the limits in the tables of this kind."""
+        """Yield the limits that the tables of this kind contain."""
         tables = self.tables(table) if self.owned is None else self.owned(table, scene)
         for name, own in tables.items():
             for each in self.bounded:
@@ -190,27 +193,30 @@ class Part(Generic[Built]):
                     yield Limit(each.key, bound, each.over == LEAST, name, unit, each.of)
 
     def sets_limit(self, key: str) -> bool:
-        """Return True if a key of the table only limits a figure. `required_KEY` stands for a limit with a default."""
+        """Return True if the only effect of a key of the table is to limit a figure.
+
+        If the limit on the figure has a default value, `Figure.limit` is "required_" followed by the key.
+        """
         limits = key, f"required_{key}"
         return key not in self.more_than_limits and any(each.limit in limits for each in self.figures)
 
 
 def _unit(figure: Figure, scene: Scene, item: str) -> str | None:
-    """Return the unit of a figure of an item; None if the item does not have the figure."""
-    if isinstance(figure.unit, str):  # do not list the items, because the mechanism may be invalid
+    """Return the unit of a figure for the item named `item`, or None if the figure has no such item."""
+    if isinstance(figure.unit, str):  # do not call `items_of`, because the mechanism may be invalid
         return figure.unit
     return dict(zip(items_of(scene, figure.of), figure.units(scene), strict=True)).get(item)
 
 
 def _value(table: Any, path: str) -> Any:
-    """Return the value at a dotted key; None if it is missing."""
+    """Return the value in a table at a dotted key, such as "rolling.life", or None if there is no value."""
     for key in path.split("."):
         table = None if table is None else getattr(table, key)
     return table
 
 
-def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) -> type[StrictTable]:
-    """Return a table type that is extended by the tables of parts."""
+def with_parts(table: type[StrictTable], parts: Iterable[Part[Any]]) -> type[StrictTable]:
+    """Return the type `SceneTable`: the type `table` with the keys of the given kinds of machine parts added."""
     known: list[tuple[Part[Any], Any]] = [(part, part.table) for part in parts if part.table is not None]
     by_name: Any = dict
     fields: list[Any] = [
@@ -219,6 +225,6 @@ def with_parts(table: type[StrictTable], name: str, parts: Iterable[Part[Any]]) 
     ]
     words = {part.key: part.words for part, _ in known}
     namespace = {"__doc__": table.__doc__, "key_words": words}
-    made = defstruct(name, fields, bases=(table,), namespace=namespace, module=table.__module__, frozen=True,
+    made = defstruct("SceneTable", fields, bases=(table,), namespace=namespace, module=table.__module__, frozen=True,
                      forbid_unknown_fields=True, kw_only=True)  # fmt: skip
     return made  # type: ignore[return-value]

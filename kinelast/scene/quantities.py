@@ -1,4 +1,7 @@
-"""Kinds of quantities in a scene, with the forms that a file may use and their descriptions in messages."""
+"""Kinds of quantities in a scene, such as lengths and forces.
+
+Each states its units, its bounds and its form in a file.
+"""
 
 from cmath import rect
 from contextlib import suppress
@@ -8,7 +11,7 @@ from typing import Any, ClassVar, Self
 from kinelast.scene.units import Quantity, shown
 
 MAX_LENGTH = 1e4  # [m] longer than any machine; kinelast.figures.inputs warns about links of more than 90 m
-MAX_SIZE_RATIO = 1e3  # largest ratio of a dimension at both ends of a beam
+MAX_SIZE_RATIO = 1e3  # largest ratio of the dimensions at the two ends of a beam
 MAX_COORDINATE = 1e9  # [rad or m] largest drive coordinate; round-off makes larger angles meaningless
 
 
@@ -101,7 +104,7 @@ class Ratio(
     expected='a number (negative for external gears), or for a rack a length per angle, as in "20 mm/rad"',
     units=("rad/rad", "m/rad", "rad/m"),
 ):
-    """Change of one coordinate / change of another [1, m/rad, rad/m]."""
+    """Ratio of the change of one coordinate to the change of another [1, m/rad, rad/m]."""
 
 
 class Mass(Quantity, expected='a mass, as in "200 g" or 0.2', units=("kg",), least=0.0):
@@ -113,7 +116,7 @@ class Inertia(Quantity, expected='a moment of inertia, as in "3e-4 kg m^2" or 3e
 
 
 class MassPerLength(Quantity, expected='a mass per length, as in "0.5 kg/m" or 0.5', units=("kg/m",), least=0.0):
-    """Mass per length [kg/m]."""
+    """Mass per unit length [kg/m]."""
 
 
 class Density(Quantity, expected='a density, as in "7850 kg/m^3" or 7850', units=("kg/m^3",), least=0.0):
@@ -143,7 +146,7 @@ class Moment(Quantity, expected='a moment, as in "3 N m" or 3', units=("N m",)):
 
 
 class ForcePerLength(Quantity, expected='a force per length, as in "40 N/m" or 40', units=("N/m",)):
-    """Component of a force per length [N/m]."""
+    """Component of a force per unit length [N/m]."""
 
 
 class ForceOrMoment(Quantity, expected='a moment, as in "3 N m", or a force, as in "2 kN"', units=("N m", "N")):
@@ -164,7 +167,7 @@ class GearRatio(
     units=("rad/rad", "rad/m", "m/rad"),
     above=0.0,
 ):
-    """Motor angle / driven coordinate [1, rad/m], or the inverse [m/rad]."""
+    """Ratio of motor angle to driven coordinate [1, rad/m], or its inverse [m/rad]."""
 
 
 class Pressure(Quantity, expected='a pressure, as in "160 bar" or 16e6', units=("Pa",), above=0.0):

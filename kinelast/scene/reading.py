@@ -1,10 +1,12 @@
-"""Readings of a run, as in summary.json: figures with unit, error and location. Findings on their reliability."""
+"""Readings and findings for summary.json.
+
+A reading is a value with its unit, error and location in space and time. A finding states how reliable results are.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,24 +23,28 @@ if TYPE_CHECKING:
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
 
-MAX_MARKS = 24  # maximum number of positions that are listed for a fault
+MAX_MARKS = 24  # maximum number of positions in a list, e.g. of positions at which a fault occurs
 
 
 class Reading(Struct, frozen=True, kw_only=True):
-    """A value in its SI unit, or null if it is not finite. JSON omits entries that are UNSET.
+    """A value with its SI unit, error and location.
+
+    The value is null if it is not finite. JSON omits entries that are UNSET.
 
     Attributes
     ----------
     error
-        Error in the same unit. If it is unknown, null, and `error_unknown` gives the reason.
+        Error in the same unit. An unknown error is null, and `error_unknown` is the reason why it is unknown.
     error_measured, unreliable, endless
-        True if, respectively, a check measured the error, the error is large, or the value is infinite.
+        `error_measured` is True if a check measured the error, `unreliable` if the error is large, and `endless` if the
+        value is infinite.
     name, on, label, point
-        Description of the figure, and its item, beam and point.
+        Description of the figure, and the item, the label of the beam and the point to which the value belongs.
     along, xi, fibre
-        Location on the beam: distance from the start, the same relative to the length, and side.
+        Location on the beam: distance from the start of the beam, the same relative to the length of the beam, and
+        "left" or "right" fibre.
     time, drive
-        Time, and coordinates of the drives by name.
+        Time at which the value occurs, and coordinates of the drives at this time, by name of the drive.
     between_positions
         Whether the time lies between the computed positions.
     """
@@ -63,7 +69,7 @@ class Reading(Struct, frozen=True, kw_only=True):
 
 
 def reading(value: Any, unit: str, **more: Any) -> Reading:
-    """Return a value with its unit and other entries of `Reading`.
+    """Return a reading of a value, with its unit and the entries `more`.
 
     >>> reading(float("inf"), "m").value is None
     True
@@ -81,9 +87,11 @@ GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 
 
-@dataclass(frozen=True)
-class Finding:
-    """A finding on reliability, with level, heading and text. `advice` is a short cause and remedy."""
+class Finding(Struct, frozen=True):
+    """A finding on the reliability of results.
+
+    `level` is one of `ORDER`. `advice` is the cause and the remedy in brief.
+    """
 
     level: str
     heading: str
@@ -92,12 +100,11 @@ class Finding:
 
 
 def error_entries(value: float, error: float) -> dict[str, Any]:
-    """Return the error of a figure as entries of its reading."""
+    """Return the error of a value as entries of its reading."""
     return {"error": known(error), **({"unreliable": True} if error > UNRELIABLE * abs(value) else {})}
 
 
-@dataclass(frozen=True)
-class Reader:
+class Reader(Struct, frozen=True):
     """Converts the results of a scene to readings."""
 
     results: Results
@@ -109,11 +116,11 @@ class Reader:
 
     @property
     def cycle(self) -> Cycle:
-        """Values at the computed positions."""
+        """The `Cycle`, from which values at the computed positions are obtained."""
         return self.results.cycle
 
     def coordinates(self, values: Any) -> dict[str, Reading]:
-        """Return the coordinates of the drives by name."""
+        """Return readings of the coordinates of the drives, by name of the drive."""
         pairs = zip(self.results.drive_words, values, strict=True)
         return {name: reading(value, unit) for (name, _, unit, _), value in pairs}
 
@@ -123,39 +130,47 @@ class Reader:
         return {"time": reading(motion.time[position], "s"), "drive": self.coordinates(motion.drive[:, position])}
 
     def at_peak(self, peak: Peak) -> dict[str, Any]:
-        """Return the time and drive coordinates of a peak as entries of a reading; empty if it has no time."""
+        """Return the time and drive coordinates of a peak as entries of a reading.
+
+        They are empty if the peak has no time.
+        """
         if math.isnan(peak.time):
             return {}
         between = {"between_positions": True} if peak.refined else {}
         return {"time": reading(peak.time, "s"), "drive": self.coordinates(peak.drive), **between}
 
     def marks(self, there: Flags) -> list[dict[str, Any]]:
-        """Return the included positions at which `there` is True, or an even selection if there are many."""
+        """Return the time and the drive coordinates of each position at which `there` is True.
+
+        Ill-conditioned positions are left out. If there are more than `MAX_MARKS` positions, return evenly selected
+        ones.
+        """
         at = np.flatnonzero(there & self.results.cycle.counted)
         some = at if len(at) <= MAX_MARKS else at[np.linspace(0, len(at) - 1, MAX_MARKS).astype(int)]
         return [self.at_position(int(position)) for position in some]
 
     def error_of(self, peak: Peak, unit: str) -> dict[str, Any]:
-        """Return the error of a peak in its unit, or the reason why it is unknown, as entries of a reading."""
+        """Return the error of a peak value in `unit`, or the reason why it is unknown, as entries of a reading."""
         if peak.error is None or math.isnan(peak.value):
             return {"error": None}
         if peak.error.unknown:
             return {"error": None, "error_unknown": peak.error.unknown}
         size, figures = peak.error.size, self.results.figures
-        if not figures.rounded(peak.value, unit):
+        value = figures.rounded(peak.value, unit)
+        if not value:
             size = figures.rounded(size, unit)
-        marks = {"error_measured": peak.error.measured, "unreliable": figures.unreliable(peak.value, size, unit)}
+        marks = {"error_measured": peak.error.measured, "unreliable": figures.unreliable(value, size, unit)}
         return {"error": known(size), **{name: True for name, holds in marks.items() if holds}}
 
     def largest(self, peak: Peak, unit: str, **more: Any) -> Reading:
-        """Return a peak with its error, time and drive coordinates."""
+        """Return a reading of a peak value, with its error, time and drive coordinates."""
         if math.isnan(peak.value):
             return reading(math.nan, unit, **more)
         value = self.results.figures.rounded(peak.value, unit)
         return reading(value, unit, **self.error_of(peak, unit), **more, **self.at_peak(peak))
 
     def of_item(self, key: str, name: str) -> Reading | None:
-        """Return a figure of an item, or None if the figure has no such item."""
+        """Return the reading of the figure (result) `key` for an item, or None if the figure has no such item."""
         figure = self.results.figures.by_key[key]
         items = items_of(self.scene, figure.of)
         if name not in items:
@@ -164,12 +179,12 @@ class Reader:
         return self.largest(self.results.figures.peaks[key][at], figure.units(self.scene)[at])
 
     def of_items(self, keys: Any, name: str) -> dict[str, Reading]:
-        """Return the figures that an item has, by key."""
+        """Return the readings of an item by figure key, for those figures that exist for this item."""
         found = {key: self.of_item(key, name) for key in keys}
         return {key: each for key, each in found.items() if each is not None}
 
     def on_beam(self, field: str, peak: Peak, beam: int, **more: Any) -> dict[str, Any]:
-        """Return the peak of a field with its location on a beam, as entries of a reading."""
+        """Return the peak of a field, such as the stress, with its location on a beam, as entries of a reading."""
         unit, length = FIELDS[field].unit, self.results.deflection.length[beam].item()
         return {
             "value": known(self.results.figures.rounded(peak.value, unit)),

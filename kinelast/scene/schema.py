@@ -5,7 +5,6 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import NoneType
@@ -28,7 +27,7 @@ With a common schema, an editor could not locate an error in the file.
 
 
 def scene_schema(file: str = "scene.schema.json") -> dict[str, Any]:
-    """Return a JSON Schema, one of `SCHEMAS`."""
+    """Return the JSON Schema with a file name in `SCHEMAS`."""
     (chosen,), tables = msgspec.json.schema_components(
         (SCHEMAS[file],), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
     )
@@ -51,7 +50,7 @@ WORDS = re.compile(r"#: (.*)")
 def key_words(table: type[Struct]) -> dict[str, str]:
     """Return the descriptions of the keys of a table, from the `#:` comments on its fields and in its base tables.
 
-    A description ends with the default in brackets if the default of the field does not show it.
+    A description ends with the default in brackets, unless it is the default value of the field.
     """
     words: dict[str, str] = {}
     for part in reversed(table.__mro__):
@@ -63,11 +62,14 @@ def key_words(table: type[Struct]) -> dict[str, str]:
 
 @cache
 def _commented(table: type[Struct]) -> Mapping[str, str]:
-    """Return the descriptions of the fields that a table adds. Cached, because `getsource` parses the file."""
+    """Return the descriptions of the fields that a table adds to those of its base tables.
+
+    The result is cached, because `getsource` parses the whole file.
+    """
     from inspect import getsource
 
     words: dict[str, str] = {}
-    if "key_words" in vars(table):  # a table built from parts has no source
+    if "key_words" in vars(table):  # a table that is built at run time has no source text
         return {**vars(table)["key_words"]}
     comments: list[str] = []
     for line in getsource(table).splitlines():
@@ -119,7 +121,7 @@ def _without_null(schema: Any) -> Any:
     if not isinstance(schema, dict):
         return schema
     kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
-    if "prefixItems" in kept:  # a pair; taplo supports an older draft, without `prefixItems`
+    if "prefixItems" in kept:  # a pair of values; taplo supports only an older draft, without `prefixItems`
         parts = kept["prefixItems"]
         alike = all(part == parts[0] for part in parts)
         kept["items"] = parts[0] if alike else {"anyOf": parts}
@@ -132,7 +134,7 @@ def _without_null(schema: Any) -> Any:
     return {**kept, "anyOf": choices} if choices else kept
 
 
-NAMED = {  # keys that accept an object of this class instead of its name
+NAMED = {  # classes by key: in Python, the key accepts an object of the class in place of a name
     "link": "Link", "on": "Link", "links": "Link", "point": "Point", "points": "Point", "through": "Point",
     "anchor": "Point", "at": "Point", "start": "Point", "end": "Point", "center": "Point", "beam": "Point",
     "beams": "Point", "outline": "Point", "slider": "Slider | Slot", "motor": "Motor", "cylinder": "Cylinder",
@@ -147,9 +149,11 @@ ROWS = "Sequence[Sequence[Quantity]]", "Sequence[Sequence[Quantity | float]]"
 HEADER = "@dataclass(frozen=True, eq=False, repr=False)"
 
 
-@dataclass(frozen=True)
-class TableClass:
-    """A Python class for a table. `constants` are class variables; `required` and `optional` are types of fields."""
+class TableClass(Struct, frozen=True):
+    """A Python class for a table.
+
+    `constants` are its class variables. `required` and `optional` are the types of its fields.
+    """
 
     name: str
     base: str
@@ -186,7 +190,7 @@ def table_classes() -> Iterator[TableClass]:
 
 
 def _class_of(table: type[Struct], under: str, base: str) -> TableClass:
-    """Return the class of a table under a key of the scene or inside another table."""
+    """Return the Python class of a table. The table is under the key `under` of the scene, or inside another table."""
     tag, keys = table.__struct_config__.tag, fields(table)
     spelled = {each.name: each.encode_name for each in keys if each.name != each.encode_name}
     constants = {"shape": tag} if tag else {"under": under} if under else {}
@@ -209,12 +213,12 @@ def _class_name(table: type) -> str:
 
 
 def _plain(kind: Any) -> Any:
-    """Return a type without its bounds."""
+    """Return a type without the bounds on its values."""
     return get_args(kind)[0] if get_origin(kind) is Annotated else kind
 
 
 def _inside(kind: Any) -> list[type[Struct]]:
-    """Return the table types in the type of a key."""
+    """Return the types of tables that a key of the type `kind` accepts."""
     kind = _plain(kind)
     if isinstance(kind, type) and issubclass(kind, StrictTable):
         return [kind]
@@ -230,7 +234,7 @@ def _annotation(kind: Any, key: str) -> str:
         return f"Literal[{', '.join(map(repr, get_args(kind)))}]"
     if not get_args(kind):
         return _simple(kind, key)
-    key = "" if float in get_args(kind) else key  # a number or a text instead of the name of a part
+    key = "" if float in get_args(kind) else key  # a text for a number, such as "3 mm", is not a name of an object
     inner = [_annotation(part, key) for part in get_args(kind) if part is not NoneType]
     if get_origin(kind) is dict:
         return f"Mapping[Any, {inner[1]}]"

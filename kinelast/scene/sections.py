@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON, CrossSectionError, outline
@@ -24,8 +26,7 @@ Read = Callable[[str], str]
 """Function that reads a file in the folder of a scene: from its name to its text. Raises SceneError."""
 
 
-@dataclass(frozen=True)
-class Material:
+class Material(Struct, frozen=True):
     """A material: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] and Poisson's ratio.
 
     The yield stress and Poisson's ratio are None if unknown.
@@ -37,9 +38,8 @@ class Material:
     poisson: float | None = None
 
 
-@dataclass(frozen=True)
-class SectionSource:
-    """Origin of a section in the file: name, shape and dimensions [m], and the name of its material, if any."""
+class SectionSource(Struct, frozen=True):
+    """A section as the file gives it: name, shape, dimensions [m], and name of the material, which may be empty."""
 
     section: str
     shape: str
@@ -47,13 +47,12 @@ class SectionSource:
     material: str
 
 
-@dataclass(frozen=True, eq=False)
-class CrossSection:
-    """Section of a beam, with the mass per length at its start [kg/m] and the taper as in `rigid.Beam.mass_taper`.
+class CrossSection(Struct, frozen=True, eq=False):
+    """Section and mass of a beam. `mass_per_length` [kg/m] applies at the start of the beam.
 
-    `rotary` is the density for the rotary inertia [kg/m^3], or 0 if that is neglected or unknown. `source` identifies
-    the
-    section, the material and the free strain in the file.
+    `mass_taper` is defined in `rigid.Beam`. `rotary` is the density for the rotary inertia [kg/m^3], or 0 if rotary
+    inertia is neglected or the density is unknown. `source` identifies the section, the material and the free strain
+    (strain without stress) in the file.
     """
 
     section: Section
@@ -69,7 +68,7 @@ class CrossSection:
         return Beam(start, end, self.mass_per_length, self.mass_taper, inertia, taper.EI if taper else (1.0,))
 
     def continues_as(self, other: CrossSection) -> bool:
-        """Return True if two collinear beams of these sections form a single beam."""
+        """Return True if a beam of this section and a collinear one of the section `other` can be merged."""
         return self.source == other.source and self.section.taper is None
 
     @property
@@ -93,7 +92,7 @@ def cross_section(
     scene
         Scene with the materials, the sections and the beam theory.
     table
-        Name of the link's table, for messages.
+        Name of the table of the link, for messages.
     link, beam
         Tables of the link and the beam. The keys of the beam override those of the link.
     section
@@ -135,7 +134,10 @@ def cross_section(
 def _made(
     shape: forms.SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
-    """Return the section and the mass taper for a shape and a material. `shear` includes shear deformation."""
+    """Return the section, and the mass taper (see `rigid.Beam`), for a shape and a material.
+
+    `shear` is true if shear deformation is included.
+    """
     limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
     if isinstance(shape, forms.Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
@@ -169,7 +171,10 @@ def _outlined(shape: forms.Outline, name: str) -> Shape:
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:
-    """Return Poisson's ratio, as given or from G; None if neither is known."""
+    """Return Poisson's ratio as given or, by default, computed from the shear modulus.
+
+    Return None if neither is given.
+    """
     if stuff.G is None:
         return None if stuff.poisson is None else real(stuff.poisson)
     if stuff.poisson is not None:
@@ -191,7 +196,7 @@ def _strained(
     expansion: float | None,
     material: str = "",
 ) -> Section:
-    """Return a section with the free strain of a beam, which is the given strain plus the thermal strain."""
+    """Return a section with the free strain of a beam: the given strain plus the thermal strain."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
     total = 0.0 if strain is None else real(strain)
@@ -205,7 +210,7 @@ def _strained(
 
 
 def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], dict[str, str]]:
-    """Include the sections and materials from other files in the tables of a scene.
+    """Return the tables of a scene, with sections and materials from other files included.
 
     Parameters
     ----------
@@ -216,9 +221,9 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
 
     Returns
     -------
-    Tables without `library` and with the corners of every drawing (the same tables if there are no files), and the
-    texts
-    of the files.
+    The first value contains the tables. Entries of the library file replace the key `library`, and corners replace
+    drawings. If there are no files, they are the given tables. The second value contains the texts of the files by
+    name.
 
     Raises
     ------
@@ -248,7 +253,7 @@ def with_files(raw: Mapping[str, Any], read: Read) -> tuple[Mapping[str, Any], d
 
 
 def _mapping(raw: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """Return the tables of a kind; empty if there is no such table."""
+    """Return the tables under the key `kind`, or an empty mapping if there are none."""
     tables = raw.get(kind)
     return dict(tables) if isinstance(tables, Mapping) else {}
 
@@ -258,7 +263,7 @@ def read_as(
 ) -> str:
     """Return the text of a file in the folder of the scene.
 
-    A key gives its name, which must have one of the suffixes.
+    The file name is the value of `key` in `table`, and must have one of the suffixes.
     """
     if not name.lower().endswith(suffixes):
         ends = " or ".join(suffixes)
@@ -270,7 +275,7 @@ def read_as(
 
 
 def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
-    """Return the materials and sections from the text of a library."""
+    """Return the tables of materials and sections in the text of a library."""
     try:
         tables = read_toml(text)
     except tomllib.TOMLDecodeError as error:
@@ -280,13 +285,13 @@ def _library_of(text: str, name: str) -> dict[str, dict[str, Any]]:
         raise fault("", "library", f"{name}: a library has only [materials.NAME] and [sections.NAME], got {other}")
     for section, table in _mapping(tables, "sections").items():
         bare = next((key for key, size in table.items() if isinstance(size, int | float)), None)
-        if bare is not None:  # without a unit, the value would depend on the scene
+        if bare is not None:  # without a unit, the meaning of the number would depend on the scene
             raise fault("", "library", f'{name}: {bare} of "{section}" needs a unit, as in "{table[bare]} mm"')
     return {kind: _mapping(tables, kind) for kind in ("materials", "sections")}
 
 
 def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Return the tables of a library that a scene uses but does not define."""
+    """Return the tables of a library that a scene refers to and does not define itself."""
     words = set(leaves(raw, str))
     return {
         kind: {name: table for name, table in tables.items() if name in words and name not in _mapping(raw, kind)}
@@ -295,7 +300,7 @@ def _named_in(raw: Mapping[str, Any], library: Mapping[str, dict[str, Any]]) -> 
 
 
 def _drawn(table: Mapping[str, Any], text: str, where: str, unit: str) -> dict[str, Any]:
-    """Return the table of an outline, with corners from its drawing."""
+    """Return the table of an outline, with corners from the text of a drawing in place of the key `drawing`."""
     from exchange import ExchangeError, section_of_dxf
 
     try:
@@ -314,7 +319,7 @@ def section_source(scene: SceneTable, link: str, number: int) -> SectionSource:
     beam = entry if isinstance(entry, forms.BeamTable) else forms.BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
     section = scene.sections.get(name) or named_section(name)
-    assert section is not None  # otherwise the link cannot be built
+    assert section is not None  # a link with beams has a section, otherwise it cannot be built
     keys = section.__struct_fields__ if isinstance(section, forms.Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)

@@ -29,7 +29,7 @@ def file_bytes(path: Path) -> bytes:
             content = file.read(largest + 1)
     except FileNotFoundError:
         raise MissingFileError(str(path), "", "", "there is no such file") from None
-    except (OSError, ValueError) as error:  # a null character in the name raises ValueError
+    except (OSError, ValueError) as error:  # a null character in the path raises ValueError
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", "", f"not readable: {problem}") from None
     if len(content) > largest:
@@ -38,7 +38,10 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(content: bytes, path: str) -> str:
-    """Return the text of a scene file, or of the scene in a report. Raise SceneError if there is no such text."""
+    """Return the text of a scene, given the bytes of a scene file, or of a report that contains the scene.
+
+    Raise SceneError if the file contains no such text.
+    """
     if content[:15].lower() == b"<!doctype html>":
         return _scene_in_report(content, path)
     try:
@@ -59,7 +62,7 @@ def _scene_in_report(page: bytes, path: str) -> str:
 
 
 class _ReportData(Struct):
-    """The data of a report, of which only the text of the scene is read."""
+    """The data in a report. Only the text of the scene is read."""
 
     text: str = ""
 
@@ -74,7 +77,7 @@ FILES = *COLUMNS, ".toml", ".dxf"  # files to which a scene may refer
 
 
 def reader_in(folder: Path | None) -> sections.Read:
-    """Return a function that reads files in the folder of a scene and its subfolders. All other files are errors.
+    """Return a function that reads files in a folder and its subfolders. It raises SceneError for other files.
 
     Examples
     --------
@@ -112,7 +115,7 @@ def scene_name(path: Path) -> str:
 
 @contextmanager
 def of_file(path: str) -> Iterator[None]:
-    """Add the path of the file to an error message."""
+    """Context manager that adds the path of the file to a SceneError raised inside it."""
     try:
         yield
     except SceneError as error:
@@ -121,7 +124,7 @@ def of_file(path: str) -> Iterator[None]:
         raise SceneError(path, "", "", "lists or tables are nested too deeply") from None
 
 
-DIGITS = range(12, 18)  # numbers of digits that are tried until a number is reproduced exactly
+DIGITS = range(12, 18)  # numbers of digits, tried in this order until the text is read as exactly the same number
 Rows = Iterable[Sequence[str | float]]
 SCHEMA = "#:schema"
 
@@ -129,16 +132,17 @@ SCHEMA = "#:schema"
 def written(
     text: str, table: SceneTable, values: Mapping[str, float], motions: Mapping[int, Rows], head: str = ""
 ) -> str:
-    """Return the text of a scene with changed numbers, given by path [SI unit].
+    """Return the text of a scene with changed numbers.
 
-    A number keeps its unit in the file. The new text reproduces the number exactly.
+    `values` contains the numbers in SI units, by path. A number keeps the unit that it has in the file. The number in
+    the new text has exactly the given value.
 
     Parameters
     ----------
     table
-        Parsed tables with these values and the new title.
+        Parsed tables with the changed numbers and the new title.
     motions
-        Motions from other files, by the index of the drive. They are written into the text.
+        Motions from CSV files, by index of the drive. They are written into the text in place of the file names.
     head
         Comment for the first line.
     """
@@ -163,7 +167,7 @@ def written(
 
 
 def with_tables(text: str, tables: Mapping[str, Any]) -> str:
-    """Return the text of a scene in which the given sections and materials replace the library."""
+    """Return the text of a scene in which the given sections and materials replace the key `library`."""
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -179,7 +183,7 @@ def with_tables(text: str, tables: Mapping[str, Any]) -> str:
 
 
 def _token(number: int) -> str:
-    """Return the placeholder for the motion of a drive."""
+    """Return the text that stands for the motion of a drive until the motion is written."""
     return f"motion of the drive {number}"
 
 
@@ -212,7 +216,10 @@ def _value(table: SceneTable, place: variables.Place, written: Any) -> float | N
 
 
 def _forms(place: variables.Place, there: Any, value: float) -> Iterator[Any]:
-    """Yield forms of a value: in the unit of the old value with increasing digits, and finally in the SI unit."""
+    """Yield texts for a value with more and more digits, in the unit of the old value `there`.
+
+    The last text is in SI.
+    """
     unit = place.variable.unit
     for digits in () if isinstance(place.leaf, int) else DIGITS:
         if isinstance(there, str) and units.FORM.fullmatch(there.translate(units.TYPESET)):

@@ -44,7 +44,7 @@ watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
-COMMON_FACTORS = {  # the most frequent units, which are converted without pint because it takes 0.2 s to load
+COMMON_FACTORS = {  # common units, which are converted without the package pint, because it takes 0.2 s to load
     "m": (1.0, "m"), "mm": (0.001, "m"), "cm": (0.01, "m"), "kg": (1.0, "kg"), "g": (0.001, "kg"), "s": (1.0, "s"),
     "ms": (0.001, "s"), "rad": (1.0, "rad"), "deg": (0.017453292519943295, "rad"), "rad/s": (1.0, "rad/s"),
     "rpm": (0.10471975511965977, "rad/s"), "m/s": (1.0, "m/s"), "N": (1.0, "N"), "kN": (1000.0, "N"),
@@ -52,9 +52,9 @@ COMMON_FACTORS = {  # the most frequent units, which are converted without pint 
     "kg/m^3": (1.0, "kg/m^3"), "kg m^2": (1.0, "kg m^2"),
     "N m^2": (1.0, "N m^2"), "MN": (1e6, "N"), "kN/m": (1000.0, "N/m"),
 }  # fmt: skip
-MAX_BITS = 10_000  # maximum number of bits of an integer that is printed
+MAX_BITS = 10_000  # maximum number of bits of an integer in a message
 MAX_CHARACTERS = 80  # maximum number of characters of a quantity in a message
-MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # the fourth power, as in a second moment of area, is finite
+MIN_SIZE, MAX_SIZE = 1e-50, 1e50  # the fourth power of a value, e.g. of an area moment, is finite
 # only exponents with one digit and no powers of powers, because the parser of pint evaluates any power
 POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
@@ -83,14 +83,14 @@ class Quantity(float):
     units
         SI units of the accepted dimensions.
     above, least, most
-        Bounds: exclusive lower bound, inclusive lower bound, and exclusive bound of the magnitude.
+        Bounds on the value: value > `above`, value >= `least`, and |value| < `most`.
     unit
         Unit of the instance, one of `units`. It is empty for a number without a unit if there are several `units`.
     per_length
         Metres per length unit of the file if `unit` is empty, otherwise 1.
     each
-        Values for several designs, shape (designs, 1), or None. If given, the value of the instance is nan. See
-        `kinelast.scene.numbers`.
+        Values for several designs, shape (designs, 1), or None for a single design. If given, the float itself is nan.
+        See `kinelast.scene.numbers`.
     written
         Unit as written in the file; empty for a number without a unit.
     """
@@ -122,8 +122,7 @@ class Quantity(float):
         ------
         ValueError
             The value is neither a number nor a string, has an unknown unit or the wrong dimension, or is out of bounds.
-            The
-            message describes the expected value.
+            The message describes the expected value.
 
         Examples
         --------
@@ -163,14 +162,19 @@ class Quantity(float):
 
     @classmethod
     def many(cls, each: Any, unit: str) -> Self:
-        """Return a quantity for several designs. `each` is in one of `units`, shape (designs, 1)."""
+        """Return a quantity for several designs.
+
+        `each` contains the value of each design in `unit`, shape (designs, 1).
+        """
         quantity = cls(nan)
         quantity.unit, quantity.per_length, quantity.each = unit, 1.0, each
         return quantity
 
     @classmethod
     def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
-        """Convert a number, or a text with a unit, to an SI unit ("1" is dimensionless). `per_length` is as in `read`.
+        """Convert a number, or a text with a unit, to the SI unit `unit` ("1" for dimensionless numbers).
+
+        `per_length` is as in `read`.
 
         Raises
         ------
@@ -183,7 +187,10 @@ class Quantity(float):
         return float(kind.read(value, per_length))
 
     def within(self, unit: str) -> Any:
-        """Return the number in one of `units`. A length without a unit is in the length unit of the file."""
+        """Return the number in `unit`, which is one of `units`.
+
+        A length without a unit is in the length unit of the file.
+        """
         number = float(self) if self.each is None else self.each
         return number * (self.per_length if unit == "m" and not self.unit else 1.0)
 
@@ -209,9 +216,10 @@ class Quantity(float):
 
 @cache
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
-    """Return the conversion factor to the SI unit of the same dimension, and the SI unit; None if not found.
+    """Return the factor from the unit `name` to one of `units`, and this SI unit.
 
-    Cached, because pint takes longer than the computation of the deflection. Raises the errors of its parser.
+    Return None if no unit has the same dimension. The result is cached, because pint takes longer than the computation
+    of a deflection. Errors of the parser of pint are not caught.
     """
     if name in COMMON_FACTORS and COMMON_FACTORS[name][1] in units:
         return COMMON_FACTORS[name]
@@ -223,7 +231,7 @@ def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
 
 
 def _float(value: float) -> float:
-    """Return a float; inf if an integer is too large."""
+    """Return a number as a float, or inf if an integer is too large for a float."""
     try:
         return float(value)
     except OverflowError:
@@ -250,18 +258,18 @@ def shown(value: object) -> str:
         return f'"{plain(value, MAX_CHARACTERS)}"'
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int) and value.bit_length() > MAX_BITS:  # Python may refuse to print it
+    if isinstance(value, int) and value.bit_length() > MAX_BITS:  # Python may refuse to print such an integer
         return f"a whole number of some {value.bit_length() * 3 // 10} digits"
     return "a table" if isinstance(value, dict) else plain(str(value), MAX_CHARACTERS)
 
 
 def written_like(there: Any, value: float, unit: str, digits: int, per_bare: float = 1.0) -> str | float:
-    """Return a value as text in the unit of the value that it replaces, or as a number if that has no unit.
+    """Return a value as text in the unit of `there`, which it replaces, or as a number if `there` has no unit.
 
     Parameters
     ----------
     per_bare
-        Value of the number 1 without a unit, in the SI unit.
+        SI value of the number 1 if it is written without a unit.
 
     Raises
     ------

@@ -7,12 +7,12 @@ its link or slider if that is unique. Components are x and y, or [1] and [2].
 import cmath
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
+from msgspec import Struct
 
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
@@ -26,16 +26,15 @@ from rigid.arrays import Flags
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
-STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that describe studies and not the machine
-NAMED = {  # keys that contain the name of a table, with advice on the paths of the numbers in that table
+STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that describe studies instead of the machine
+NAMED = {  # keys whose value is the name of a table, with advice on the paths of the numbers in this table
     "section": 'write [sections.NAME] with shape, depth and width, and use paths such as "sections.NAME.depth"',
     "material": 'write [materials.NAME] with E and density, and use paths such as "materials.NAME.E"',
 }
-MAX_COMPARED = 3000  # maximum number of paths that are compared with a misspelt path
+MAX_COMPARED = 3000  # maximum number of paths with which a misspelt path is compared
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """A number of a scene: path, SI unit, and value in the file."""
 
     path: str
@@ -43,8 +42,7 @@ class Variable:
     base: float
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(Struct, frozen=True):
     """Location of a number in the tables.
 
     Attributes
@@ -69,7 +67,7 @@ class Place:
 
     @property
     def per_bare(self) -> float:
-        """Value of the number 1 without a unit at this location, in the SI unit."""
+        """SI value of the number 1 if it is written without a unit at this location."""
         return self.per_length if self.variable.unit == "m" else 1.0
 
 
@@ -105,7 +103,7 @@ def in_file(place: Place, value: float) -> Any:
 
 
 def keep_unit(before: Place, after: Place) -> None:
-    """Copy the unit in the file from a number to its changed value, because the report uses it for figures."""
+    """Copy the unit that a number has in the file to the changed number, because the report uses this unit."""
     if isinstance(before.leaf, Quantity) and isinstance(after.leaf, Quantity):
         after.leaf.written = before.leaf.written
 
@@ -128,7 +126,7 @@ def place_of(table: SceneTable, path: str, absent: bool = False) -> Place:
     Parameters
     ----------
     absent
-        Allow a number without a value in the file. Its `base` is nan.
+        Whether the file may lack the key. If it is, `base` of the number is nan.
 
     Raises
     ------
@@ -177,7 +175,7 @@ def _drawn_length(table: SceneTable, link: LinkTable, path: str) -> Size:
 
 
 def _without_value(table: msgspec.Struct, key: str) -> int | float | Quantity | None:
-    """Return an unknown number of the type of a key; None if the key is not for a number."""
+    """Return a placeholder number of the type that a key accepts, or None if the key does not accept numbers."""
     kinds = [kind for kind in get_args(get_type_hints(type(table))[key]) if isinstance(kind, type)]
     quantity = next((kind for kind in kinds if issubclass(kind, Quantity)), None)
     if quantity:
@@ -212,12 +210,15 @@ def _numbers(node: Any, path: str) -> Iterator[str]:
 
 
 def _called(entry: Any) -> str | None:
-    """Return the name by which paths can refer to a table in a list: its link or slider."""
+    """Return the name of the link or slider in a table of a list. Paths can refer to the table by this name."""
     return getattr(entry, "link", None) or getattr(entry, "slider", None)
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Return the key, the name in the file, and the value for a part of a path. Raise LookupError if not found."""
+    """Return the key, the name in the file, and the value to which one part of a path, such as `loads[1]`, leads.
+
+    Raise LookupError if there is no such part.
+    """
     if isinstance(node, msgspec.Struct) and name is not None:
         names = dict(zip(node.__struct_encode_fields__, node.__struct_fields__, strict=True))
         return names[name], name, getattr(node, names[name])
@@ -245,7 +246,7 @@ def _unknown(table: SceneTable, path: str) -> SceneError:
 
 
 def _read(place: Place, text: Any) -> Any:
-    """Read a value according to the type of the value at a location."""
+    """Read a value as a quantity of the same kind, such as a length, as the value at a location."""
     if isinstance(place.leaf, Sizes):
         return Size.read(text, place.per_length)
     if isinstance(place.leaf, Direction):
@@ -266,7 +267,10 @@ def _base(leaf: Any, unit: str) -> float:
 
 
 def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
-    """Return the SI unit of a number. If several units are possible, the context of the number decides."""
+    """Return the SI unit of a number.
+
+    If the key accepts several units, other keys of the scene decide which one applies.
+    """
     if isinstance(leaf, Sizes | Direction):
         return "m" if isinstance(leaf, Sizes) else "rad"
     if not isinstance(leaf, Quantity):
@@ -291,7 +295,7 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
 
 
 def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
-    """Return whether dimensionless values are within the bounds of the format, bool, shape of `values`."""
+    """Return, for each dimensionless value, whether it is within the bounds of the file format at a location."""
     node: Any = table
     for key in place.keys[:-1]:
         node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]

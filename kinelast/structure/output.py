@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 
 from kinelast import __version__
 from kinelast.outputs.outbox import add_to
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class StructureScene:
+class StructureScene(Struct, frozen=True, eq=False):
     """A scene for a structural analysis: a planar mechanism, or joints in space.
 
     Attributes

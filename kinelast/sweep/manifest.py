@@ -6,11 +6,13 @@ import hashlib
 import json
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import asdict
 
 from kinelast import __version__
 from kinelast.outputs.sealed import json_bytes
@@ -21,8 +23,7 @@ NAME = "manifest.json"
 MAX_VALUE_CHARACTERS = 60  # maximum number of characters of a value in a message
 
 
-@dataclass(frozen=True)
-class ChunkChecksum:
+class ChunkChecksum(Struct, frozen=True):
     """Number of designs, number of bytes, and SHA-256 of a chunk."""
 
     rows: int
@@ -39,8 +40,7 @@ class ChunkChecksum:
         return len(content) == self.size and hashlib.sha256(content).hexdigest() == self.sha256
 
 
-@dataclass(frozen=True)
-class Manifest:
+class Manifest(Struct, frozen=True):
     """State of a sweep.
 
     A chunk is complete if its content matches the checksum in the store.

@@ -148,8 +148,7 @@ def _folders(
     """Write the folders of the selected designs, either all or none of them.
 
     Returns the designs with a page, the exit status, and error messages. The pages show full answers by the theory of
-    the
-    scene.
+    the scene.
     """
     request, target = Request(positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}

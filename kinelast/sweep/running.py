@@ -10,12 +10,13 @@ import time
 import traceback
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.outputs.outbox import locked
 from kinelast.scene.error import plain
@@ -41,8 +42,7 @@ class Compute(Protocol):
         """Return columns of shape (last - first,) for designs `first` to `last` - 1, and the reasons for nan."""
 
 
-@dataclass(frozen=True)
-class SweepState:
+class SweepState(Struct, frozen=True):
     """State of a sweep: folder, manifest, and number of stored designs."""
 
     folder: Path
@@ -50,8 +50,7 @@ class SweepState:
     kept: int
 
 
-@dataclass(frozen=True)
-class Chunk:
+class Chunk(Struct, frozen=True):
     """A computed chunk: content of its file, names of the columns, and number of designs."""
 
     content: bytes
@@ -59,8 +58,7 @@ class Chunk:
     rows: int
 
 
-@dataclass(frozen=True)
-class ChunkWork:
+class ChunkWork(Struct, frozen=True):
     """Function that computes and encodes a chunk in any process."""
 
     compute: Compute
@@ -119,8 +117,7 @@ def run_plan(
     ------
     RequestError
         The folder contains another sweep, or this sweep and `resume` is False; another run has locked the folder; it
-        cannot
-        be written; or too many chunks fail.
+        cannot be written; or too many chunks fail.
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)

@@ -9,12 +9,12 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from kinelast.outputs.outbox import UNFINISHED, put
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes

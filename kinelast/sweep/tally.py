@@ -6,12 +6,13 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
@@ -31,8 +32,7 @@ IN_FULL, ERROR = " in full", " error"  # suffixes of column names
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # numbers in reasons
 
 
-@dataclass(frozen=True)
-class Aim:
+class Aim(Struct, frozen=True):
     """A figure to be minimised, or maximised if `largest`."""
 
     figure: str
@@ -44,13 +44,11 @@ class Aim:
         return -1.0 if self.largest else 1.0
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(Struct, frozen=True, dict=True):
     """Function that computes the rows of a sweep, see `kinelast.sweep.running.Compute`.
 
     A row contains quasi-static figures in the display units of the scene, and cells for the full answer (theory,
-    figures
-    with errors, verdict), which are filled later for selected designs.
+    figures with errors, verdict), which are filled later for selected designs.
     """
 
     evaluation: Evaluation
@@ -196,8 +194,7 @@ class FullAnswers:
 
     The ratio of the full to the quasi-static figure in the last answer predicts whether other designs meet their limits
     (see `adjusted_bound`). First, the best design by this prediction is computed, until no better one is left. Then
-    follow
-    designs whose predicted outcome differs from the quasi-static one, and designs that may still be the best.
+    follow designs whose predicted outcome differs from the quasi-static one, and designs that may still be the best.
     """
 
     rows: Rows

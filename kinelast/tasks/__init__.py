@@ -66,7 +66,7 @@ class Option:
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
     """Define a dataclass field as an option.
 
-    Without `metavar` and `choices` it is a switch, which is off by default.
+    Without `metavar` and `choices`, the option is a switch, which is off by default.
     """
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
@@ -106,7 +106,7 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def are_checks(text: str) -> bool:
-    """Return True if a text is a list of checks, so that it cannot be a scene."""
+    """Return True if a text is a list of checks, and therefore not the name of a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
@@ -193,6 +193,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message lists all names itself
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the list of all names follows below
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

@@ -1,4 +1,4 @@
-"""Parallel work in processes. They are restarted if they die, and end with this process."""
+"""Parallel work in processes. A process that dies is replaced by a new one. All processes end with this process."""
 
 import multiprocessing
 import os
@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
-EXIT_DELAY = 2.0  # [s] time within which a worker ends by itself
+EXIT_DELAY = 2.0  # [s] time for a worker to end; after this time, it is killed
 T = TypeVar("T")
 A = TypeVar("A")
 
@@ -47,18 +47,18 @@ class _Worker:
 def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
-    """Run tasks in parallel processes, and yield each task with its result, in the order of completion.
+    """Run tasks in parallel processes. Yield each task with its result as soon as it is complete.
 
-    The tasks of processes that died are run again first. A process receives its next task before its last result is
-    yielded. All processes end with the generator.
+    If a process dies, its task is run again before new tasks. A process receives its next task before its previous
+    result is yielded. All processes end with the generator.
 
     Parameters
     ----------
     work
-        Function of a task, which is sent to every process once. The function, the tasks and the results must be
+        Function that runs a task. It is sent to every process once. The function, the tasks and the results must be
         picklable. A task must not be None.
     tries
-        Number of attempts at a task if its process dies. After that, the result is `Lost`.
+        Number of attempts at a task whose process dies. After the last attempt, the result is `Lost`.
     """
     new, again, deaths, workers = iter(tasks), deque[T](), Counter[T](), list[_Worker]()
 
@@ -101,7 +101,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # starts before interrupts are blocked, because its start unblocks them
+    resource_tracker.ensure_running()  # must start before interrupts are blocked, because starting it unblocks them
     with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()
@@ -109,7 +109,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
 
 
 def _dismiss(workers: list[_Worker], worker: _Worker) -> None:
-    """Close the connection of a worker, which then ends."""
+    """Close the connection of a worker, so that the worker ends."""
     workers.remove(worker)
     worker.line.close()
 

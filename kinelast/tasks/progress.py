@@ -25,7 +25,7 @@ class Progress:
         """Report a sentence to the user."""
 
     def within(self, name: str) -> Progress:
-        """Return a callback that puts a name before stages and sentences."""
+        """Return a callback that adds a name in front of stages and sentences."""
         return _NamedProgress(self, name)
 
 
@@ -54,7 +54,7 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] time after which a lost stop is raised again
+AGAIN = 0.5  # [s] if a `StoppedError` is lost, it is raised again after this time
 _received: list[int] = []
 """Numbers of the signals received so far."""
 
@@ -72,7 +72,8 @@ def stoppable() -> Iterator[None]:
     """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
     Ignored signals stay ignored. C libraries may replace or clear an exception while they are imported. After a stop
-    signal, any exception is converted to the stop (see `stops_kept`), and a cleared `StoppedError` is raised again.
+    signal, any exception is therefore converted to a `StoppedError` or KeyboardInterrupt (see `stops_kept`), and a
+    `StoppedError` that was cleared is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -116,7 +117,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def stops_kept() -> Iterator[None]:
-    """Convert any exception to the stop after a stop signal, because libraries may have replaced it."""
+    """After a stop signal, convert any exception to the exception of the signal, which libraries may have replaced."""
     try:
         yield
     except Exception as error:
@@ -126,7 +127,7 @@ def stops_kept() -> Iterator[None]:
 
 
 def _is_handled(kind: type[BaseException]) -> bool:
-    """Return True while an exception of a type, or an exception caused by it, is being handled."""
+    """Return True while an exception of type `kind` is being handled, or an exception that it caused."""
     error = sys.exception()
     while error is not None and not isinstance(error, kind):
         error = error.__context__
@@ -148,7 +149,7 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNALS)) -> Iterator[None]:
-    """Block stop signals during steps that belong together. Processes that start meanwhile inherit this."""
+    """Block stop signals during steps that must not be interrupted. New processes inherit the block."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -161,10 +162,10 @@ def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNAL
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit linear algebra to one thread, as a context manager or decorator.
+    """Limit linear algebra to one thread. This is a context manager, and can also be used as a decorator.
 
-    The command sets an environment variable before it imports numpy. In a Python session, numpy may be imported
-    already.
+    The command sets an environment variable for this before it imports numpy. In a Python session, numpy may already be
+    imported, and the variable would have no effect.
     """
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
@@ -176,7 +177,7 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=2)
 def _controller(_: bool) -> ThreadpoolController | None:
-    """Return the thread controller, or None without the package threadpoolctl. Cached until scipy adds its library."""
+    """Return the thread controller, or None without the package threadpoolctl. Cached until scipy is loaded."""
     try:
         from threadpoolctl import ThreadpoolController
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""Requests: options for a single scene, and for a run over several scenes.
+"""Requests: options for one scene, and options for a run over several scenes.
 
 The command line is built from these fields.
 """
@@ -15,7 +15,7 @@ from kinelast.tasks import Option, at_least, checks, option, size, speeds
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-MAX_POSITIONS = 1_000_000  # as for positions under [run]
+MAX_POSITIONS = 1_000_000  # same limit as for the key `positions` of [run]
 MAX_STATIONS = 10_001
 MAX_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
@@ -119,7 +119,7 @@ class Request:
 
     @property
     def nonlinear(self) -> bool:
-        """True if the check of the whole mechanism with geometric nonlinearity and vibration is requested."""
+        """True if the nonlinear check is requested: whole mechanism with geometric nonlinearity and vibration."""
         return "nonlinear" in self.checks
 
     @property
@@ -131,7 +131,9 @@ class Request:
         """Return the requested theory, by default that of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
-        return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
+        from msgspec import structs
+
+        return structs.replace(scene.theory, name=self.theory, accuracy=self.accuracy)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Scenes that arguments name, their tasks and outcomes, and the live editor. An error only stops its own scene."""
+"""Scenes named by arguments, tasks and outcomes of scenes, and the live editor. An error only stops its own scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinelast.tasks.request import RequestError
 if TYPE_CHECKING:
     from kinelast.figures.report import Report
 
-MAX_ARGUMENT = 200  # maximum number of characters of an argument in a message
+MAX_ARGUMENT = 200  # longer arguments are shortened to this number of characters in messages
 FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # file extensions of other programs
 MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
@@ -34,7 +34,7 @@ def shipped_structures() -> dict[str, Path]:
 
 
 def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
-    """Return the scene files that arguments name, without duplicates, and messages about invalid arguments."""
+    """Return the scene files for the arguments, without duplicates, and messages about invalid arguments."""
     paths: dict[str, Path] = {}
     problems = []
     for argument in arguments:
@@ -43,7 +43,7 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
             continue
         try:
             named = _paths(argument)
-        except (OSError, ValueError) as error:  # no permission, or an invalid name
+        except (OSError, ValueError) as error:  # no permission, or invalid file name
             reason = getattr(error, "strerror", None) or str(error)
             problems.append(f'"{plain(argument, MAX_ARGUMENT)}" cannot be read: {reason.lower()}')
             continue
@@ -86,7 +86,7 @@ def _paths(argument: str) -> list[Path] | str:
 
 
 def foreign_words(argument: str) -> str:
-    """Return advice on a file or web link of another program; empty for other arguments."""
+    """Return advice if an argument is a file or web link of another program, otherwise an empty string."""
     linked = argument.startswith(("http://", "https://")) and "?" in argument
     if linked or Path(argument).suffix.lower() in FOREIGN:
         return f"of another program: --import {plain(argument, MAX_ARGUMENT)!r} writes its scene"
@@ -100,9 +100,9 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def result_names(paths: Sequence[Path]) -> list[Path] | str:
-    """Return unique names for the results of scenes: file names, with folders if necessary.
+    """Return a unique name for the results of each scene: the file name, with folders if necessary.
 
-    If two scenes would nevertheless share a folder, return an error message.
+    If two scenes would still share a folder for results, return an error message instead.
     """
     count = Counter(path.stem for path in paths)
     names = []
@@ -130,7 +130,7 @@ FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # maximum number of characters per line of a message
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # name of the distribution by name of the module, if they differ
+TO_INSTALL = {  # distribution by module, if both names differ
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -179,9 +179,9 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
     Parameters
     ----------
     fewer
-        Items of which the user should request fewer if memory runs out.
+        Items that the user should reduce if memory runs out.
     place
-        Folder for the results, which is reported for disk errors without a file name.
+        Folder for the results. It is reported if a disk error contains no file name.
     """
     try:
         with stops_kept():
@@ -209,7 +209,7 @@ def _printable(text: str) -> str:
 
 
 def missing_package(error: BaseException) -> str:
-    """Return a message about a package that is not installed; empty for other errors."""
+    """Return a message if the error is a missing package; empty for all other errors."""
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""
@@ -218,7 +218,7 @@ def missing_package(error: BaseException) -> str:
     return f'the package "{name}"{of} is not installed: pip install "{install}"'
 
 
-GROUP = "kinelast.editor"  # an entry point that names a module
+GROUP = "kinelast.editor"  # group of entry points; each entry point is a module
 
 
 class NoEditorError(LookupError):
@@ -233,7 +233,7 @@ def installed_editor() -> Any:
     NoEditorError
         No package provides an editor.
     """
-    from importlib.metadata import entry_points  # imported here because the help does not need it
+    from importlib.metadata import entry_points  # imported here, because --help does not need this module
 
     for entry in entry_points(group=GROUP):
         return entry.load()

@@ -1,9 +1,44 @@
-// Draws the grid, and the mechanism with its motion, deflection and stress.
-import { fill } from "./layers.js";
+// Draws the grid, and the mechanism with its symbols, motion, deflection and stress.
 import { inCylinder, isMiddle, loop } from "./links.js";
-import { symbols } from "./marks.js";
 import { around, BELOW, besideLine, placedBoxes } from "./placing.js";
-import { drawnNow, gridStep, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
+import { isUnder, markAttributes, markLines } from "./symbols.js";
+import { drawnNow, enlarged, gridStep, pairAt, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
+
+// Layers of the drawing, from back to front, and the marks in them.
+const svg = document.getElementById("svg"), NS = "http://www.w3.org/2000/svg";
+const NAMES = "grid trace paths under chosen drawn rigid last bent symbols names sizes guides pins";
+const layers = Object.fromEntries(
+  NAMES.split(" ").map((name) => {
+    const layer = document.createElementNS(NS, "g");
+    layer.setAttribute("class", name === "grid" ? "grid" : "");
+    layer.id = `layer-${name}`;
+    svg.append(layer);
+    return [name, layer];
+  }),
+);
+
+// Draws the marks of a layer. If their number is unchanged, the elements are reused and only attributes are updated.
+function fill(name, marks) {
+  const layer = layers[name];
+  while (layer.childNodes.length > marks.length) layer.lastChild.remove();
+  marks.forEach(([tag, attributes, words], k) => {
+    let node = layer.children[k];
+    if (!node || node.tagName !== tag) {
+      const fresh = document.createElementNS(NS, tag);
+      if (node) node.replaceWith(fresh);
+      else layer.append(fresh);
+      node = fresh;
+    }
+    for (const attribute of [...node.attributes]) {
+      if (!(attribute.name in attributes)) node.removeAttribute(attribute.name);
+    }
+    for (const [key, value] of Object.entries(attributes)) {
+      if (node.getAttribute(key) !== String(value)) node.setAttribute(key, value);
+    }
+    if (words !== undefined && node.textContent !== words) node.textContent = words;
+  });
+}
+
 const STOPS = [[33, 102, 172], [217, 183, 74], [178, 24, 43]]; // colours of the smallest, middle and largest stress
 
 const colour = (share) => {
@@ -183,3 +218,50 @@ function sizes(sheet, place, rigid) {
 }
 
 const crosshair = (/** @type {number[]} */ [x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
+
+// Symbols and points of the drawing or of the moving scene.
+const NEAR_UNIT = 8.5; // [pixels] size of a symbol
+
+// Draw the marks of the moving scene, or of its tables if it cannot move, and return their lines.
+function symbols(sheet, place, live, picture, i) {
+  const local = ({ link, local: [x, y] }) => {
+    const [ox, oy] = pairAt("origin", link, i),
+      [c, s] = pairAt("direction", link, i),
+      [u, v] = pairAt("shift", link, i);
+    const arm = [c * x - s * y, s * x + c * y],
+      { values, shape } = picture.arrays.angle,
+      turn = values[link * shape[1] + i];
+    return enlarged([ox + arm[0], oy + arm[1]], [u - turn * arm[1], v + turn * arm[0]]);
+  };
+  const way = ({ x_axis: number, axis }) => {
+    if (live && number !== null) return pairAt("x_axis", number, i);
+    if (!axis) return [1, 0];
+    const [c, s] = live ? pairAt("direction", axis.link, i) : [1, 0], [x, y] = axis.way;
+    return [c * x - s * y, s * x + c * y];
+  };
+  const frame = {
+    scale: view.scale,
+    unit: NEAR_UNIT,
+    at: (spot) => {
+      const spotPlace = spot.point ? place(spot.point) : local(spot);
+      return spotPlace && toScreen(spotPlace);
+    },
+    way,
+    mirrored: (drive) => live && picture.arrays.rate.values[drive * picture.positions + i] < 0,
+    colour: () => "var(--ink)",
+  };
+  const path = (mark, more = {}) => ["path", { ...markAttributes(mark, frame), ...more }];
+  const marks = [...(live ? picture.marks : sheet.marks ?? []), ...sheet.discs];
+  const under = marks.filter(isUnder).map((mark) => path(mark));
+  const over = marks.filter((mark) => !isUnder(mark)).map((mark) => path(mark));
+  fill("under", under);
+  fill("symbols", over);
+  const pins = sheet.pins.filter(({ at }) => place(at.point)),
+    chosen = view.chosen?.kind === "point" && view.chosen.name;
+  const points = pins.map((mark) => {
+    const name = mark.at.point, kind = `mark ${mark.kind}${mark.kind === "pin" ? "" : " pin"}`;
+    return path(mark, { "data-point": name, class: name === chosen ? `${kind} picked` : kind });
+  });
+  fill("pins", points);
+  return [...under, ...over, ...points].flatMap(([, attributes]) => markLines(attributes));
+}

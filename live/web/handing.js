@@ -7,7 +7,7 @@ import { changed } from "./requests.js";
 import { show } from "./shown.js";
 import { $, make, state } from "./state.js";
 
-export async function copyLink() {
+async function copyLink() {
   const link = state.opens + (await share.fragment(text.text()));
   const how = "opens by a click as long as this editor runs; in any other editor, paste it on the page";
   try {
@@ -23,7 +23,7 @@ export async function copyLink() {
 }
 
 // Opens a scene from another source at once if the drawing is empty, otherwise after confirmation.
-export async function offer(found) {
+async function offer(found) {
   try {
     const whole = await found, before = text.text();
     if (whole === null || whole === before) return;

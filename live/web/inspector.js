@@ -1,8 +1,8 @@
-// The input fields of the selected link or drive.
+// The input fields of the selected link or drive, and its entries in the file.
 import { quantity, view } from "./view.js";
 import { edit } from "./requests.js";
 import { $, hold, labelled, make, options, state } from "./state.js";
-import { listEntries } from "./entries.js";
+import { placeOfChosen, tableAt } from "./parts.js";
 
 export function inspect() {
   listEntries();
@@ -12,7 +12,7 @@ export function inspect() {
   // keep the focus when the user moves from field to field
   if (held >= 0) /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("input, select"))[held]?.focus();
 }
-export function fillInspector(box) {
+function fillInspector(box) {
   const { chosen, sheet } = view;
   const link = chosen?.kind === "link" && sheet.links.find(({ name }) => name === chosen.name);
   $("delete").disabled = !chosen;
@@ -27,9 +27,9 @@ export function fillInspector(box) {
 }
 
 // The motion of a drive: a constant speed, or a curve with given travel and duration, optionally with return.
-export const CONSTANT = "constant speed", SPLINE = "spline through points";
-export const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
-export function inspectDrive(at, box) {
+const CONSTANT = "constant speed", SPLINE = "spline through points";
+const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
+function inspectDrive(at, box) {
   const { law, speed, slider, effort, motion } = view.sheet.drives[at], [first, second] = law ?? [];
   if (
     effort !== undefined ||
@@ -67,7 +67,7 @@ export function inspectDrive(at, box) {
   );
 }
 // Times and coordinates in CSV format, typed in or read from a file.
-export function inspectSpline(at, box, curve) {
+function inspectSpline(at, box, curve) {
   const { motion, slider } = view.sheet.drives[at],
     area = hold(
       make("textarea", { className: "points", rows: 5 }),
@@ -105,7 +105,7 @@ export function inspectSpline(at, box, curve) {
   }
 }
 // The largest rate, acceleration and jerk of a drive's law.
-export function peakWords(at) {
+function peakWords(at) {
   const { peaks, unit } = view.picture?.drives[at] ?? {}, words = make("span", { className: "soft" });
   if (peaks) {
     words.textContent = `up to ${quantity(peaks[0], `${unit}/s`)}, ${quantity(peaks[1], `${unit}/s²`)}, jerk ${
@@ -113,4 +113,47 @@ export function peakWords(at) {
     }`;
   }
   return words;
+}
+
+// The entries of the selected part in the file, followed by those that can be added.
+const written = (
+  value,
+) => (typeof value === "string"
+  ? value
+  : Array.isArray(value)
+  ? `[${value.map((each) => (typeof each === "string" ? JSON.stringify(each) : written(each))).join(", ")}]`
+  : value && typeof value === "object"
+  ? `{${
+    Object.entries(value).map(([key, each]) =>
+      `${/^[\w-]+$/.test(key) ? key : JSON.stringify(key)} = ${
+        typeof each === "string" ? JSON.stringify(each) : written(each)
+      }`
+    ).join(", ")
+  }}`
+  : String(value ?? ""));
+function listEntries() {
+  const list = $("key"),
+    before = list.value,
+    [path, kind] = placeOfChosen(),
+    found = tableAt(path),
+    table = path.length && found && typeof found === "object" && !Array.isArray(found) ? found : {},
+    known = path.length ? state.keys[kind] ?? [] : [],
+    more = known.filter(([key]) => !(key in table));
+  list.replaceChildren(
+    ...Object.keys(table).map((key) => new Option(key, key)),
+    ...more.map(([key]) => new Option(`+ ${key}`, key)),
+  );
+  for (const option of list.options) option.title = known.find(([key]) => key === option.value)?.[1] ?? "";
+  list.disabled = $("entry").disabled = !list.options.length;
+  if ([...list.options].some(({ value }) => value === before)) list.value = before;
+  showEntry();
+}
+export function showEntry() {
+  const [path, kind] = placeOfChosen(), key = $("key").value;
+  hold($("entry"), key ? written(tableAt([...path, key])) : "");
+  $("words").textContent = (key && state.keys[kind]?.find(([each]) => each === key)?.[1]) || "";
+}
+export function enter() {
+  const [path] = placeOfChosen(), key = $("key").value;
+  if (key && path.length) edit({ do: "entry", path: [...path, key], value: $("entry").value });
 }

@@ -6,7 +6,7 @@ import { $, make, state } from "./state.js";
 
 const FIRST_LIMITS = 5; // tiles of limits above those of figures
 
-export const stopWords = (words) =>
+const stopWords = (words) =>
   `${words[0].toUpperCase()}${
     words.slice(1)
   }. Dashed: the last position in reach. The figures cover the positions up to it.`;
@@ -46,7 +46,7 @@ export function show() {
 
 export const tile = (kind, name, value, more) =>
   make("div", { className: `tile ${kind}` }, name, make("b", {}, value), more);
-export const NO_ERROR = 1e-6; // smallest relative error that is shown
+const NO_ERROR = 1e-6; // smallest relative error that is shown
 const LEAST_SHARE = 1e-4; // smaller relative errors are below the printed digits
 /** Error in per cent, or with a unit if it exceeds the figure, as in the report. */
 export function errorWords(value, error, unit) {
@@ -55,13 +55,13 @@ export function errorWords(value, error, unit) {
   if (share > 1) return `± ${quantity(error, unit, 2)}`;
   return share < LEAST_SHARE ? "± < 0.01 %" : `± ${Number((100 * share).toPrecision(2))} %`;
 }
-export const figureTile = ({ key, name, value, unit, on, error }) => {
+const figureTile = ({ key, name, value, unit, on, error }) => {
   const more = [errorWords(value, error, unit), on ?? ""].filter(Boolean).join(", ");
   const box = tile("", name, quantity(value, unit), more);
   Object.assign(box.dataset, { figure: key, value });
   return box;
 };
-export const limitTile = ({ name, on, bound, value, unit, kept, outcome }) =>
+const limitTile = ({ name, on, bound, value, unit, kept, outcome }) =>
   tile(
     kept ? "kept" : "broken",
     `limit: ${name}${on ? ` of ${on}` : ""}`,

@@ -93,7 +93,7 @@ export async function full(text, done) {
   try {
     const response = await request("full", { text, number: asked }, mine.signal);
     if (asked !== number) return;
-    if (response.status === 409) {
+    if (response.status === 204) {
       setTimeout(() => asked === number && mine === whole && full(text, done), 700);
       return;
     } // another window's drag

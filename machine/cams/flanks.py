@@ -1,15 +1,15 @@
-"""Cam geometry from the motion of the follower: pitch curve, profile, pressure angle, curvature, force and torque.
+"""Cam geometry, contact force and torque from the motion of the follower.
 
 A cam rotates with its shaft at constant speed about a fixed centre. The follower is a roller or a flat face of any
-link, and the profile is the envelope of the follower in cam axes. Tangents and curvatures are computed from exact
+link. The profile is the envelope of all follower positions in cam axes. Tangents and curvatures are computed from exact
 velocities and accelerations, without numerical differentiation.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complex, Complexes, Flags, Real, Reals
@@ -17,11 +17,10 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
-MAX_DISTANCES = 2_000_000  # distances computed at a time, which limits the memory
+MAX_DISTANCES = 2_000_000  # number of distances computed at a time; limits the memory
 
 
-@dataclass(frozen=True, eq=False)
-class Cam:
+class Cam(Struct, frozen=True, eq=False):
     """A cam and its follower.
 
     Attributes
@@ -39,8 +38,8 @@ class Cam:
     face
         Two points of the flat face in link axes [m], for a follower without a roller.
     flank
-        `INNER` if the profile lies between the shaft and the follower, `OUTER` for a ring around the path of the
-        roller, `BOTH` for a groove.
+        `INNER` if the profile lies between the shaft and the follower, `OUTER` if the profile is a ring around the path
+        of the roller, `BOTH` if the cam is a groove.
     width
         Contact width [m]; nan if unknown.
     modulus
@@ -65,27 +64,26 @@ class Cam:
 
     @property
     def designs(self) -> tuple[int, ...]:
-        """Shape of the values: () or (designs, 1)."""
+        """Common shape of all values except `yield_stress`: () or (designs, 1)."""
         numbers = (self.centre, self.speed, self.roller, self.radius, *(self.face or ()), self.width, self.modulus)
         return np.broadcast_shapes(*(np.shape(each) for each in numbers))
 
     @property
     def flanks(self) -> tuple[bool, ...]:
-        """Whether each flank is an outer one."""
+        """One flag per flank: True for an outer flank, False for an inner flank."""
         return {INNER: (False,), OUTER: (True,), BOTH: (False, True)}[self.flank]
 
 
-@dataclass(frozen=True, eq=False)
-class CamFlank:
-    """One flank of a cam over a motion. Vectors are complex, in ground axes, with shape (..., positions).
+class CamFlank(Struct, frozen=True, eq=False, dict=True):
+    """One flank of a cam over a motion. Vectors are complex numbers in ground axes, with shape (..., positions).
 
     Attributes
     ----------
     cam
         The cam.
     turn
-        Unit vector of the cam's x axis. The cam axes have their origin at the shaft, and are parallel to the ground
-        axes at time 0.
+        Unit vector of the cam's x axis. The cam axes have their origin at the shaft. At time 0, they are parallel to
+        the ground axes.
     follower
         Vector from the shaft to the roller centre, or to the first point of the face [m].
     contact
@@ -93,16 +91,16 @@ class CamFlank:
     normal
         Unit normal at the contact, pointing from the cam to the follower.
     influence
-        Displacement of the follower at the contact (or of the roller centre) per unit of the drive coordinate.
+        Displacement of the roller centre, or of the face at the contact, per unit of the drive coordinate.
     pitch_curvature
         Curvature of the roller centre's path in cam axes [1/m], positive where this flank of the cam is convex; nan
         for a face.
     radius
-        Radius of curvature of the cam [m], negative if concave; meaningless if `undercut`.
+        Radius of curvature of the cam [m], negative if concave or `undercut`.
     undercut
-        Whether the profile would turn back on itself.
+        True where the profile would turn back on itself.
     along
-        Distance of the contact from the first point of a face [m]; nan for a roller.
+        Position of the contact along a face: distance from the first point of the face [m]; nan for a roller.
     """
 
     cam: Cam
@@ -128,14 +126,15 @@ class CamFlank:
 
     @cached_property
     def lever(self) -> Reals:
-        """Normal component of `influence`, which equals drive effort / contact force."""
+        """Normal component of `influence`. It equals (torque or force of the drive) / (contact force)."""
         return np.asarray(dot(self.normal, self.influence))
 
     @property
     def pressure_angle(self) -> Reals:
         """Angle from -pi/2 to pi/2 between the normal and the direction in which the follower moves [rad].
 
-        The direction is that of `influence`, so the angle is also defined in a dwell. It is nan if `influence` is zero.
+        This direction is taken from `influence`, so that the angle is also defined in a dwell. The angle is nan if
+        `influence` is zero.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -144,26 +143,27 @@ class CamFlank:
 
     @property
     def convex_radius(self) -> Reals:
-        """Radius of curvature of convex parts [m], negative if undercut; infinite elsewhere."""
+        """Radius of curvature [m] where the cam is convex, negative if undercut; infinite where the cam is concave."""
         if self.cam.roller is None:
             return self.radius
         return np.where(self.pitch_curvature > 0.0, 1.0 / self.pitch_curvature - self.cam.radius, np.inf)
 
     @property
     def hollow_radius(self) -> Reals:
-        """Radius of curvature of concave parts [m]; infinite elsewhere."""
+        """Radius of curvature [m] where the cam is concave; infinite where the cam is convex or undercut."""
         return np.where((self.radius < 0.0) & ~self.undercut, -self.radius, np.inf)
 
     def force(self, effort: Any) -> Reals:
-        """Return the normal contact force that replaces a drive effort [N]; negative if the cam would have to pull.
+        """Return the normal contact force [N] equivalent to the torque or force `effort` of a drive.
 
-        The force follows from virtual work, so it is also defined at rest.
+        The force is negative where the cam would have to pull the follower. It is computed from virtual work, so that
+        it is also defined at rest.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
-        """Return the torque of the shaft on the cam that balances a contact force [N m], positive counter-clockwise."""
+        """Return the torque [N m] of the shaft on the cam that balances a contact force, positive counter-clockwise."""
         with np.errstate(invalid="ignore"):  # an infinite force may act along a line through the shaft
             return np.asarray(force * cross(self.contact, self.normal))
 
@@ -179,12 +179,12 @@ class CamFlank:
         return np.where(self.undercut, np.nan, sum_)
 
     def preload(self, effort: Any) -> Reals:
-        """Return the smallest spring effort that maintains contact [N m or N], at least 0."""
+        """Return the smallest torque or force [N m or N] of a spring at the drive with which contact is maintained."""
         return np.asarray(np.maximum(-np.asarray(effort) * np.sign(self.lever), 0.0))
 
     @property
     def face_margin(self) -> Reals:
-        """Distance from the contact to the nearer end of the face [m], negative beyond the end; nan for a roller."""
+        """Distance from the contact to the nearer end of the face [m], negative off the face; nan for a roller."""
         if self.cam.face is None:
             return self.along
         start, end = self.cam.face
@@ -197,9 +197,9 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     Parameters
     ----------
     pace
-        Ratio of the cam's speed during this motion to its nominal speed; broadcasts to (..., positions).
+        (Speed of the cam in this motion) / (nominal speed `Cam.speed`); may differ between designs.
     outer
-        Whether the flank is an outer one: that of a ring, or the outer flank of a groove.
+        True for the flank of a ring and for the outer flank of a groove.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)
@@ -228,12 +228,12 @@ def _of_roller(motion: Motion, cam: Cam, speed: Any, turn: Any, outer: bool) -> 
 
 
 def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
-    """Return the contact of a flat face, at the point where the relative velocity is along the face.
+    """Return the contact of a flat face. The velocity of the contact relative to the cam is along the face.
 
     The face passes through P along the unit vector e, with the normal n = i e. Let u be the velocity of P relative to
     the cam and D the angular velocity of the face relative to the cam. The contact is then at the distance s = -n.u/D
-    from P. If n points away from the cam, the radius of curvature of the cam is -v/D, where v is the component
-    along e of the velocity of the contact relative to the cam.
+    from P. If n points away from the cam, the radius of curvature of the cam is -v/D. Here, v is the velocity of the
+    contact relative to the cam, in the direction of e.
     """
     assert cam.face is not None
     start, end = cam.face
@@ -256,10 +256,10 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
 
 def cut_depth(flank: CamFlank) -> Reals:
-    """Return the largest depth of each profile point inside the follower, over all positions of the follower [m].
+    """Return for each point of the profile how deep the follower cuts into it [m]: the maximum over all positions.
 
-    The result has the shape (positions,). The depth is zero for a feasible cam, within the resolution of the positions.
-    The flank must be of a single design over one turn of the cam.
+    The result has the shape (positions,), because the profile has one point per position. The depth is zero if the cam
+    is feasible, within the resolution of the positions. The flank must be of a single design over one turn of the cam.
     """
     profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
     lines = np.ravel(flank.normal * np.conj(flank.turn))

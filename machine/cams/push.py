@@ -1,11 +1,12 @@
 """Contact between cam and follower: forces that replace drive efforts, and Hertz pressure."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from machine.cams.flanks import Cam, CamFlank, cam_flank
 from machine.ranges import Range
@@ -15,7 +16,7 @@ from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-MIN_DETERMINANT = 1e-12  # relative determinant of the levers, below which the forces of several cams are undetermined
+MIN_DETERMINANT = 1e-12  # contact forces are undetermined if the levers have a smaller relative determinant
 HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
     outside="the softer body yields below its surface: use a harder material or a wider contact",
@@ -23,24 +24,23 @@ HERTZ_RANGE = Range(
 """Hertz pressure / yield stress for which the contact is elastic."""
 
 
-@dataclass(frozen=True, eq=False)
-class CamPush:
-    """Load of cams: the contact forces that replace the drive efforts of the rigid mechanism.
+class CamPush(Struct, frozen=True, eq=False):
+    """Load on the followers of cams: contact forces that replace the efforts of the drives that the cams move.
 
-    At positions where a cam has no lever, its drive keeps its effort.
+    At positions where the contact force of a cam has no lever, the drive keeps its effort.
 
     Attributes
     ----------
     cams
         The cams with contact forces.
     laws
-        Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The normals follow
-        from these laws even if the mechanism is at rest in the same positions.
+        Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The contact normals
+        depend on the rates. They are computed with these laws, so that they are also known if the mechanism is at rest.
     names
         Names of the cams.
     differ
-        Zeros of shape (designs, 1) if a cam differs between designs. The mechanism reads the number of designs from
-        this shape.
+        Zeros of shape (designs, 1) if the cams differ between designs, otherwise 0. The mechanism reads the number of
+        designs from this shape.
     """
 
     cams: tuple[Cam, ...]
@@ -50,11 +50,11 @@ class CamPush:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Points of application: the roller centre, or both ends of a face, which share the force by the lever rule."""
+        """Points of application: the roller centre, or both ends of a face with a share of the force at each end."""
         return [(cam.follower, point) for cam in self.cams for point in cam.points]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
-        """Yield link, point, force and moment of each force on a follower, in ground axes."""
+        """Yield link, point, force and moment of each contact force on a follower, in ground axes."""
         flanks = self._flanks(motion)
         for cam, flank, force in zip(self.cams, flanks, self._pressing(motion, flanks), strict=True):
             push = force * flank.normal
@@ -75,7 +75,7 @@ class CamPush:
         return [cam_flank(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
     def _pressing(self, motion: Motion, flanks: Sequence[CamFlank]) -> Reals:
-        """Solve for the contact forces by virtual work: the drives that cams move need no effort."""
+        """Solve for the contact forces by virtual work, so that the drives moved by the cams need no effort."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [motion.units[cam.drive] for cam in self.cams]
@@ -99,7 +99,7 @@ def _lever(unit: Motion, flank: CamFlank) -> Any:
 
 
 def _solved(levers: Reals, efforts: Reals) -> Reals:
-    """Return the forces of several cams [N], shape (cams, ..., positions); 0 if undetermined."""
+    """Return the contact forces of several cams [N], shape (cams, ..., positions); 0 where they are undetermined."""
     matrices, sides = np.moveaxis(levers, (0, 1), (-2, -1)), np.moveaxis(efforts, 0, -1)[..., None]
     known: Any = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(sides[..., 0]).all(axis=-1)
     sizes = np.abs(matrices).max(axis=(-2, -1), initial=0.0) ** len(levers)
@@ -130,7 +130,7 @@ def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poiss
 
 
 def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals:
-    """Return the largest pressure between two cylinders [Pa], shape of the force; nan without compression.
+    """Return the largest pressure between two cylinders [Pa], in the shape of `force`; nan if they are not compressed.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
     width
         Length of the contact line [m].
     curvature
-        Sum of both curvatures [1/m], negative for a concave surface.
+        Sum of the curvatures of both surfaces [1/m]. The curvature of a concave surface is negative.
     modulus
         E* [Pa], see `contact_modulus`.
 

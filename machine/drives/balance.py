@@ -6,9 +6,9 @@ and in the preload moment. Derivation: docs/machine.md.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from machine.drives.motors import root_mean_square
 from rigid import Motion, structure
@@ -19,8 +19,7 @@ from rigid.plane import cross, dot
 ROUND_OFF = 1e-10  # relative cutoff for small singular values
 
 
-@dataclass(frozen=True, eq=False)
-class Balance:
+class Balance(Struct, frozen=True, eq=False):
     """Counterweights or springs that minimize the mean square of a quantity.
 
     Attributes
@@ -28,7 +27,7 @@ class Balance:
     amounts
         Minimum-norm solution: one amount per influence, in the unit of the influence, shape (influences,).
     before, after
-        The quantity without and with the amounts (real or complex), shape (..., positions).
+        The quantity before and after balancing (real or complex), shape (..., positions).
     """
 
     amounts: Numbers
@@ -37,19 +36,19 @@ class Balance:
 
     @property
     def share(self) -> float:
-        """Root mean square after / before balancing; 0 if the quantity is zero."""
+        """(Root mean square after balancing) / (root mean square before balancing); 0 if the quantity is zero."""
         before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
         return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
 
 
 def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | float = 1.0) -> Balance:
-    """Return the real amounts of influences that minimize the mean square of a quantity.
+    """Return the amount of each influence with which the mean square of a quantity is smallest.
 
     Parameters
     ----------
     quantity, influences
-        Real or complex arrays of shape (..., positions). The balanced quantity is `quantity` plus the sum of amounts
-        times `influences`.
+        Real or complex arrays of shape (..., positions). The balanced quantity is `quantity` + sum of (amount *
+        influence). The amounts are real numbers.
     weight
         Time weight of every position, shape (positions,).
     """
@@ -66,7 +65,7 @@ def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | f
 
 
 def pivoted_links(motion: Motion) -> dict[int, str]:
-    """Return the names of the pins between links and the ground, by link index."""
+    """Return the name of the pin between each pivoted link and the ground, by link index."""
     joints = structure(motion.mechanism).joints
     return {joint.child: joint.name for joint in joints if joint.parent == 0 and joint.turns and joint.freedoms}
 
@@ -87,13 +86,13 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Return the shaking forces for a unit first moment of a link along x' and along y' (complex) [N/(kg m)]."""
+    """Return the shaking forces due to a first moment of 1 kg m along x', and along y' (complex) [N/(kg m)]."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 
 
 def weight_effort(motion: Motion) -> Reals:
-    """Return the efforts that hold the mechanism at rest under gravity [N m or N], shape (drives, ..., positions)."""
+    """Return the drive efforts that hold the mechanism at rest under gravity [N m or N], (drives, ..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     weight = mass * motion.mechanism.gravity
     tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)
@@ -102,7 +101,7 @@ def weight_effort(motion: Motion) -> Reals:
 
 
 def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
-    """Return the drive efforts for a unit first moment of a link along x' and along y', (drives, ..., positions)."""
+    """Return the drive efforts due to a first moment of 1 kg m along x', and along y', (drives, ..., positions)."""
     arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, motion.units
     along, across = (
         -np.array([unit.angular_velocity[link] * cross(part * arm, gravity) for unit in units]) for part in (1.0, 1j)
@@ -111,10 +110,10 @@ def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
 
 
 def spring_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
-    """Return the drive efforts for a torsion spring between a link and the ground, shape (drives, ..., positions).
+    """Return the drive efforts due to a torsion spring between a link and the ground, (drives, ..., positions) each.
 
-    The first array is for a unit stiffness [N m/rad], with the spring relaxed at the first position. The second is for
-    a unit moment against the link [N m].
+    The first array is for a stiffness of 1 N m/rad, with the spring relaxed at the first position. The second array is
+    for a constant preload, which is a clockwise moment of 1 N m on the link.
     """
     angle = np.unwrap(np.angle(motion.direction[link]), axis=-1)
     turned = np.array([unit.angular_velocity[link] for unit in motion.units])

@@ -1,9 +1,9 @@
 """Cylinders as drives: working pressure, flow rate, and buckling of the rod."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from machine.ranges import Range
 from rigid.arrays import Real, Reals
@@ -16,8 +16,7 @@ ROD_RANGE = Range(
 """Slenderness of the rod for which Euler's formula applies."""
 
 
-@dataclass(frozen=True, eq=False)
-class Cylinder:
+class Cylinder(Struct, frozen=True, eq=False):
     """A hydraulic or pneumatic cylinder; unknown data are nan.
 
     Attributes
@@ -31,7 +30,7 @@ class Cylinder:
     pressure, flow
         Available pressure [Pa] and flow [m^3/s].
     buckling_safety
-        Required Euler load / push force.
+        Required ratio (Euler load / push force).
     """
 
     bore: Real
@@ -73,7 +72,7 @@ def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
-    """Return the flow into the cylinder for a piston speed [m^3/s].
+    """Return the flow into the cylinder [m^3/s] at a given piston speed.
 
     Range: incompressible fluid without leakage, any speed.
     """
@@ -81,7 +80,7 @@ def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
 
 
 def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:
-    """Return Euler load / push force, infinite if the rod pulls. Range: `ROD_RANGE`."""
+    """Return (Euler load) / (push force); infinite if the rod pulls. Range: `ROD_RANGE`."""
     push = np.maximum(force, 0.0)
     with np.errstate(divide="ignore"):
         safety: Reals = np.where(push > 0, cylinder.buckling_load / np.where(push > 0, push, 1.0), np.inf)

@@ -15,7 +15,7 @@ UNEVENNESS_RANGE = Range(
 
 
 def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
-    """Return the energy fluctuation over a cycle: largest minus smallest stored energy [J], shape (...).
+    """Return the energy fluctuation over a cycle [J], shape (...): largest minus smallest stored kinetic energy.
 
     The drive is assumed to supply the mean effort at all times.
 
@@ -26,7 +26,7 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
     coordinate
         Coordinate of the drive [rad], shape (..., positions).
     travel
-        Change of the coordinate over a cycle [rad].
+        Change in the coordinate over a cycle [rad].
 
     References
     ----------
@@ -42,9 +42,10 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Return the total inertia for a given unevenness [kg m^2]: (largest - smallest) / mean speed.
+    """Return the total inertia [kg m^2] with which the speed has a given unevenness.
 
-    The total includes flywheel, machine, motor and gear; `added_inertia` gives the flywheel alone.
+    The unevenness is (largest speed - smallest speed) / mean speed. The total includes flywheel, machine, motor and
+    gear; `added_inertia` returns the inertia of the flywheel alone.
 
     References
     ----------
@@ -57,14 +58,15 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 
 
 def added_inertia(total: Any, machine: Any) -> Reals:
-    """Return the inertia to add to a machine to reach a total inertia [kg m^2], at least 0, shape (...).
+    """Return the inertia that must be added to a machine to reach a total inertia [kg m^2], at least 0, shape (...).
 
-    If the inertia of the machine varies, its smallest value is used, so that the fluctuation stays within the limit.
+    If the inertia of the machine varies, its smallest value is used, so that the speed fluctuation stays within the
+    limit.
 
     Parameters
     ----------
     total
-        As returned by `flywheel_inertia`, shape (...).
+        Total inertia from `flywheel_inertia` [kg m^2], shape (...).
     machine
         Inertia of links, motor and gear, reduced to the drive [kg m^2], shape (..., positions).
     """

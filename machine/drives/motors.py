@@ -1,18 +1,17 @@
 """Motors with gearboxes (torque, speed, inertia, best gear ratio), and averages over time."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")
-MAX_DIFFERENCE = 1e-6  # relative difference up to which two time steps count as equal
+MAX_DIFFERENCE = 1e-6  # two time steps count as equal up to this relative difference
 
 
-@dataclass(frozen=True, eq=False)
-class Motor:
+class Motor(Struct, frozen=True, eq=False):
     """A motor with its gearbox; unknown data are nan.
 
     Attributes
@@ -29,7 +28,7 @@ class Motor:
     efficiency
         Efficiency of the gearbox, the same in both directions.
     inertia_ratio
-        Largest allowed load inertia / (motor + gearbox inertia).
+        Largest allowed ratio (load inertia) / (motor + gearbox inertia).
     """
 
     rated_torque: Real = UNKNOWN
@@ -55,29 +54,31 @@ class Motor:
 
 
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
-    """Return the effort including gearbox losses, not yet divided by the gear ratio [N m or N].
+    """Return the effort of the drive including gearbox losses [N m or N].
 
-    The effort is divided by the efficiency if the motor drives, and multiplied by it if the load drives. Range: an
-    efficiency that is the same in both directions, and at any load and speed.
+    The effort is divided by the efficiency if the motor drives the load, and multiplied by the efficiency if the load
+    drives the motor. It is not divided by the gear ratio. Range: an efficiency that is the same in both directions, and
+    at any load and speed.
 
     Parameters
     ----------
     effort, rate
-        Effort of the drive without rotor inertia [N m or N], and rate of the drive, shape (..., positions).
+        Effort of the drive without the rotor's inertia [N m or N], and rate of the drive coordinate, shape (...,
+        positions).
     """
     drives = np.asarray(effort) * rate > 0
     return np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
 
 
 def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Reals:
-    """Return the motor torque for the load and the rotor inertia [N m], shape (..., positions).
+    """Return the motor torque that moves the load and accelerates rotor and gearbox [N m], shape (..., positions).
 
     The rotor and the gearbox are rigid and have no backlash. Range: see `gear_effort`.
 
     Parameters
     ----------
     effort, rate, acceleration
-        Effort of the drive without rotor inertia, and rate and acceleration of the drive coordinate.
+        Effort of the drive without the rotor's inertia, and rate and acceleration of the drive coordinate.
     """
     ratio = motor.gear_ratio
     return gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
@@ -95,10 +96,11 @@ def available_torque(motor: Motor, speed: Any) -> Reals:
 def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, weight: Any = 1.0) -> Reals:
     """Return the gear ratio that minimizes the rms motor torque, shape (...).
 
-    The mean square of the torque is A / n^2 + 2 B + C n^2, where A is the mean square of the effort at the gearbox and
-    C the mean square of the torque that accelerates rotor and gearbox. The minimum is at n^4 = A / C. The ratio is
-    limited to the value at which the motor reaches its rated or top speed; a drive without acceleration gets this
-    limit. Range: efficiency and rotor do not depend on the ratio.
+    For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
+    the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
+    is at n^4 = A / C. The ratio is limited to the value at which the motor reaches its rated or top speed. If the drive
+    has no acceleration, the result is this limit. Range: the efficiency and the inertia of rotor and gearbox do not
+    depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -112,7 +114,7 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
 
 def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
-    """Return the gear ratio that accelerates a load with the least torque: sqrt(load inertia / motor inertia).
+    """Return the gear ratio with which a load is accelerated with the least torque: sqrt(load inertia / motor inertia).
 
     Range: a constant inertia as the only load.
 
@@ -146,7 +148,7 @@ def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Return the weighted mean of the positive part. For a power, this times the duration is the consumed energy."""
+    """Return the weighted mean of max(values, 0). For a power, the consumed energy is this mean times the duration."""
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 

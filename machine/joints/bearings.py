@@ -1,8 +1,7 @@
 """Rolling and plain bearings, pins and eyes: loads, life and stresses due to the joint force."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from machine.joints.histories import JointHistory
 from machine.ranges import Range
@@ -14,7 +13,7 @@ LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99:
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
 MIN_LOADS = {"ball": 0.01, "roller": 0.02}
 """Minimum load that prevents skidding of the rolling elements, relative to C (bearing makers)."""
-SHEAR_FACTOR = 4.0 / 3.0  # largest / mean shear stress of a solid round section
+SHEAR_FACTOR = 4.0 / 3.0  # (largest shear stress) / (mean shear stress) of a solid round section
 BEARING_LIFE = "life of a rolling bearing"
 LOAD_RANGE = Range(
     BEARING_LIFE, "equivalent load over C", "ISO 281:2007, least of C0 and 0.5 C", most=0.5,
@@ -56,8 +55,7 @@ EDGE_RANGE = Range(
 """Edge distance / width for which the eye formula applies."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rolling:
+class Rolling(Struct, frozen=True, eq=False):
     """A rolling bearing under a radial load.
 
     Attributes
@@ -91,7 +89,7 @@ class Rolling:
         return history.mean_force(self.exponent)
 
     def revolutions(self, history: JointHistory) -> Reals:
-        """Return the life in revolutions, shape (...). A swing counts with the angle covered back and forth.
+        """Return the life in revolutions, shape (...). For a swinging bearing, the angle covered back and forth counts.
 
         References
         ----------
@@ -106,7 +104,7 @@ class Rolling:
     def life(self, history: JointHistory) -> Reals:
         """Return the life [s], shape (...); infinite if the bearing does not turn.
 
-        For a swinging bearing, the angle covered is converted to revolutions. Ranges: see `revolutions`.
+        For a swinging bearing, the angle covered back and forth is converted to revolutions. Ranges: see `revolutions`.
 
         References
         ----------
@@ -117,26 +115,26 @@ class Rolling:
             return np.asarray(np.where(per_second > 0.0, self.revolutions(history) / per_second, np.inf))
 
     def static_safety(self, history: JointHistory) -> Reals:
-        """Return C0 / largest load, shape (...) (ISO 76:2006). Range: any load."""
+        """Return C0 / (largest load), shape (...) (ISO 76:2006). Range: any load."""
         with np.errstate(divide="ignore"):
             return np.asarray(of_designs(self.static) / history.size.max(axis=-1))
 
     def load_share(self, history: JointHistory) -> Reals:
-        """Return equivalent load / C, shape (...)."""
+        """Return (equivalent load) / C, shape (...)."""
         return np.asarray(self.equivalent_load(history) / of_designs(self.dynamic))
 
     def overlap(self, history: JointHistory) -> Reals:
-        """Return swing / critical swing, at which each rolling element reaches the next one's place, shape (...).
+        """Return swing / critical swing, shape (...).
 
-        The elements move half as far as the ring, so the critical swing of Z elements is 4 pi / Z. The result is nan
-        at rest, or if the number of elements is unknown.
+        At the critical swing, each rolling element just reaches the initial place of its neighbour. The elements move
+        half as far as the ring, so the critical swing of a bearing with Z elements is 4 pi / Z. The result is nan if
+        the joint is at rest, or if the number of elements is unknown.
         """
         turning = np.where(history.travel > 0.0, self.elements, np.nan)
         return np.asarray(history.swing * turning / (4.0 * np.pi))
 
 
-@dataclass(frozen=True, eq=False)
-class Plain:
+class Plain(Struct, frozen=True, eq=False):
     """A plain bearing, with diameter and width [m]."""
 
     diameter: Real
@@ -156,23 +154,22 @@ class Plain:
         return history.mean(product)
 
 
-@dataclass(frozen=True, eq=False)
-class Guide:
+class Guide(Struct, frozen=True, eq=False):
     """A guide of a block with two bearing sides: length along the sliding direction, and width [m]."""
 
     length: Real
     width: Real
 
     def _parts(self, history: JointHistory) -> tuple[Reals, Reals]:
-        """Return the pressures due to the transverse force and, at the ends, the moment [Pa], (..., positions) each."""
+        """Return the uniform pressure due to the force, and the pressure at the ends due to the moment [Pa]."""
         even = np.abs(history.across) / (self.length * self.width)
         return even, np.abs(history.moment) * 6.0 / (self.width * np.square(self.length))
 
     def pressure(self, history: JointHistory) -> Reals:
-        """Return the largest pressure, at an end of the block: F/(l b) + 6 M/(l^2 b) [Pa], shape (..., positions).
+        """Return the largest pressure [Pa], which is at an end of the block: F/(l b) + 6 M/(l^2 b), (..., positions).
 
-        The pressure varies linearly along a rigid block. With the eccentricity e = M/F it is F/(l b) (1 + 6 e/l). If e
-        exceeds l/6, one end bears on the opposite side.
+        The pressure varies linearly along a rigid block. In terms of the eccentricity e = M/F, the largest pressure is
+        F/(l b) (1 + 6 e/l). If e exceeds l/6, one end bears on the opposite side.
 
         References
         ----------
@@ -190,7 +187,7 @@ class Guide:
         """Return the mean of p v over time and area [W/m^2], shape (...), which governs the heating of the guide.
 
         If both sides bear, the pressure varies linearly from f - m to f + m, with f = F/(l b) and m = 6 M/(l^2 b). The
-        mean of its magnitude is (f^2 + m^2)/(2 m).
+        mean of the magnitude of the pressure is then (f^2 + m^2)/(2 m).
         """
         even, ends = self._parts(history)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -199,9 +196,8 @@ class Guide:
         return history.mean(product)
 
 
-@dataclass(frozen=True, eq=False)
-class Pin:
-    """A round pin through an eye between two cheeks, or overhung from one.
+class Pin(Struct, frozen=True, eq=False):
+    """A round pin through an eye, supported by two cheeks, or overhung from one cheek.
 
     Attributes
     ----------
@@ -210,7 +206,7 @@ class Pin:
     gap
         Gap between eye and cheek [m].
     overhung
-        Whether the pin is supported on one side only.
+        True if the pin is supported on one side only.
     yield_stress
         Yield stress [Pa]; nan if unknown.
     """
@@ -223,7 +219,7 @@ class Pin:
     yield_stress: Real = np.nan
 
     def shear(self, history: JointHistory) -> Reals:
-        """Return the largest shear stress, 4/3 of the mean, at the neutral axis [Pa], shape (..., positions)."""
+        """Return the largest shear stress [Pa], shape (..., positions): 4/3 of the mean stress, at the neutral axis."""
         area = np.pi * np.square(self.diameter) / 4.0
         return np.asarray(SHEAR_FACTOR * np.abs(history.force) / ((1.0 if self.overhung else 2.0) * area))
 
@@ -242,14 +238,13 @@ class Pin:
         return np.asarray(32.0 * np.abs(history.force) * lever / (np.pi * np.power(self.diameter, 3)))
 
     def safety(self, history: JointHistory) -> Reals:
-        """Return yield stress / larger of bending stress and sqrt(3) times shear stress, shape (..., positions)."""
+        """Return (yield stress) / max(bending stress, sqrt(3) * shear stress), shape (..., positions)."""
         worst = np.maximum(self.bending(history), np.sqrt(3.0) * self.shear(history))
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
 
 
-@dataclass(frozen=True, eq=False)
-class Eye:
+class Eye(Struct, frozen=True, eq=False):
     """An eye: a plate with a hole for a pin.
 
     Attributes
@@ -275,7 +270,7 @@ class Eye:
 
     @property
     def stress_concentration(self) -> Reals:
-        """Stress at the hole / stress in the net section, for a close fit and tension along the plate.
+        """(Largest stress at the hole) / (mean stress in the net section), for a close fit and tension along the plate.
 
         References
         ----------
@@ -293,7 +288,7 @@ class Eye:
     def net(self, history: JointHistory) -> Reals:
         """Return the tensile stress in the net section, F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
-        The full force is used for any direction.
+        The full force is used, whatever its direction.
         """
         return np.asarray(np.abs(history.force) / self.net_area)
 
@@ -305,15 +300,14 @@ class Eye:
         return np.asarray(np.abs(history.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 
     def safety(self, history: JointHistory) -> Reals:
-        """Return yield stress / largest of bearing, net and sqrt(3) times tear-out stress, shape (..., positions)."""
+        """Return (yield stress) / max(bearing, net, sqrt(3) * tear-out stress), shape (..., positions)."""
         shear = np.sqrt(3.0) * self.tear_out(history)
         worst = np.maximum(np.maximum(self.bearing(history), self.net(history)), shear)
         with np.errstate(divide="ignore"):
             return np.asarray(self.yield_stress / worst)
 
 
-@dataclass(frozen=True, eq=False)
-class JointParts:
+class JointParts(Struct, frozen=True, eq=False):
     """Parts of a joint: bearings, pin, eye and clearance [m]. Missing parts are None."""
 
     rolling: Rolling | None = None

@@ -1,11 +1,11 @@
 """Force and motion of a joint over a run: mean force, swing, sense of rotation, and effects of clearance."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid import JointForces, Motion
 from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
@@ -13,13 +13,12 @@ from rigid.closures import displacements
 from rigid.plane import ZERO
 
 BALL_EXPONENT = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # a joint with fewer net turns in a run swings, but does not rotate
-MIN_FORCE = 0.01  # contact counts as lost below this force, relative to the largest
+MIN_TURNS = 0.5  # a joint with fewer net turns in a run counts as swinging
+MIN_FORCE = 0.01  # contact counts as lost below this force; relative to the largest force
 DIRECTIONS = 180  # number of directions in the search for the largest displacement of a point
 
 
-@dataclass(frozen=True, eq=False)
-class JointHistory:
+class JointHistory(Struct, frozen=True, eq=False, dict=True):
     """Force and motion of a joint over a run.
 
     Attributes
@@ -29,13 +28,14 @@ class JointHistory:
     child, parent
         Directions of the x' axes of both links (complex), same shape.
     rate
-        Rate of the child relative to the parent [rad/s], or sliding rate [m/s], same shape.
+        Angular velocity of the child relative to the parent [rad/s], or sliding velocity [m/s], same shape.
     weight
         Time weight of each position [s], same shape.
     turns
-        Whether the joint coordinate is an angle.
+        True if the joint coordinate is an angle, False if it is a distance.
     across, moment
-        For a slider: transverse force [N], and moment about the slider's point [N m], on the child, same shape.
+        For a slider: transverse force [N] on the child, and moment on the child about the slider's point [N m], same
+        shape.
     """
 
     force: Complexes
@@ -59,7 +59,7 @@ class JointHistory:
 
     @cached_property
     def path(self) -> Reals:
-        """Distance covered during the time weight of each position [rad or m], shape (..., positions)."""
+        """Distance covered in the time that belongs to each position [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     def mean(self, values: Reals) -> Reals:
@@ -72,7 +72,7 @@ class JointHistory:
         return np.asarray(self.path.sum(axis=-1))
 
     def mean_force(self, exponent: float = BALL_EXPONENT) -> Reals:
-        """Return the constant force that gives the same life [N], shape (...): the power mean over the distance.
+        """Return the constant force with the same effect on life [N], shape (...): the power mean over the distance.
 
         For a joint at rest, the power mean is over time.
 
@@ -96,7 +96,7 @@ class JointHistory:
 
     @property
     def swing(self) -> Reals:
-        """Angle between the extreme positions, or net angle if larger [rad], shape (...)."""
+        """Angle between the extreme positions, or net angle of rotation if this is larger [rad], shape (...)."""
         return np.asarray(np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns)))
 
     @property
@@ -111,15 +111,14 @@ class JointHistory:
         return np.where(np.abs(turns) >= MIN_TURNS, np.sign(turns), 0.0).astype(int)
 
     def polar(self, of_child: bool) -> Complexes:
-        """Return the polar load diagram: the force on a link in its own axes (complex) [N], shape (..., positions)."""
+        """Return the polar load diagram: the force on a link in the link's axes (complex) [N], (..., positions)."""
         return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
         """Return how many turns the force makes in a link's axes during a run, shape (...).
 
-        If the number is about 0, the force stays on one side of the ring. This is a point load, which allows a loose
-        fit. If it is 1 or more, the force moves around the ring. This is a circumferential load, which needs a tight
-        fit.
+        If the number is about 0, the force stays on one side of the ring: a point load, which allows a loose fit. If
+        the number is 1 or more, the force moves around the ring: a circumferential load, which needs a tight fit.
         """
         force = self.polar(of_child)
         known = np.where(np.isfinite(force) & (np.abs(force) > 0.0), force, 1.0)
@@ -157,9 +156,10 @@ def joint_history(motion: Motion, forces: JointForces, number: int, weight: Real
 def contact_losses(history: JointHistory, closed: bool) -> Flags:
     """Return whether contact is lost between each position and the next, shape (..., positions).
 
-    The force is interpolated linearly between positions. Contact is lost if the force falls below `MIN_FORCE` of its
-    maximum, or if it turns by more than a right angle. The pin then moves to the other side of the hole and knocks.
-    The force direction is in ground axes, so a link that rotates under a constant force does not lose contact.
+    The force is interpolated linearly between positions. Contact is lost if the force falls below (`MIN_FORCE` *
+    maximum force), or if its direction changes by more than a right angle between the two positions. The pin then moves
+    to the other side of the hole and knocks. The force direction is in ground axes, so a link that rotates under a
+    constant force does not lose contact.
     """
     now = history.force
     after = np.roll(now, -1, axis=-1)
@@ -184,11 +184,11 @@ def knocks(lost: Flags, closed: bool) -> Integers:
 def clearance_effects(
     motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
 ) -> tuple[Reals, Reals]:
-    """Return the displacements of a point [m] or angle [rad] due to joint clearance, shape (..., positions) each.
+    """Return the displacements of a point [m], or changes in an angle [rad], due to clearance, (..., positions) each.
 
-    The links are rigid and the result is of first order in the clearances: each pin displaces the output by its offset
-    in the hole times the displacement per unit joint gap. Range: clearances and displacements that are small compared
-    with the links, away from dead points.
+    The links are rigid, and the result is of first order in the clearances: each pin displaces the output by (offset of
+    the pin in its hole) * (displacement of the output per unit joint gap). Range: clearances and displacements that are
+    small compared with the links, away from dead points.
 
     Parameters
     ----------
@@ -201,8 +201,9 @@ def clearance_effects(
 
     Returns
     -------
-    The worst displacement, and the displacement when the joint forces press all pins against their holes. The worst
-    displacement is the sum of the largest contributions of all pins in the least favourable direction.
+    Two displacements: the worst one, and the one at which the joint forces press all pins against their holes. The
+    worst displacement is the sum of the largest contributions of all pins, in the direction in which this sum is
+    largest.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():

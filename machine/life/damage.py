@@ -11,8 +11,8 @@ from rigid.arrays import Integers, Reals
 def cycles_of(stress: Any) -> Reals:
     """Count the rainflow cycles of a repeating stress.
 
-    The count starts and ends at the largest value, so that the largest range goes from peak to valley and all cycles
-    are complete.
+    The count starts and ends at the largest value. The largest cycle then goes from the highest peak to the lowest
+    valley, and all cycles are complete.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def reversals(stresses: Any) -> Integers:
 
 
 def damage(stress: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
-    """Return Miner's sum of one repetition of a stress: the consumed share of the life.
+    """Return Miner's sum for one repetition of a stress: the share of the life that is consumed.
 
-    The sum is zero if no cycle exceeds the endurance limit. Otherwise smaller cycles also count (see
-    `FatigueStrength.cycles`).
+    The sum is zero if no cycle exceeds the endurance limit. If a cycle exceeds this limit, the smaller cycles also
+    count (see `FatigueStrength.cycles`).
 
     Parameters
     ----------

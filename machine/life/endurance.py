@@ -1,9 +1,9 @@
 """Fatigue strength: material data, factors for a part's surface, size and reliability, and effect of mean stress."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from machine.ranges import Range
 from rigid.arrays import Real, Reals
@@ -18,7 +18,7 @@ SURFACES = {
 }
 """Coefficients (a, b) of Marin's surface factor of steel, k_a = a (S_ut / MPa)^b."""
 MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter of the size factor, and limit between its two formulas
-RELATIVE_SPREAD = 0.08  # standard deviation / mean of endurance limits
+RELATIVE_SPREAD = 0.08  # (standard deviation) / (mean) of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
     "surface factor", "modulus in GPa", f"{SHIGLEY}, table 6-2: steel", 190.0, 220.0, "give the factor as a number"
@@ -40,8 +40,7 @@ YIELD_RANGE = Range(
 """Yield stress / stress for which the S-N line applies."""
 
 
-@dataclass(frozen=True, eq=False)
-class FatigueStrength:
+class FatigueStrength(Struct, frozen=True, eq=False):
     """Fatigue strength of a beam. All values have shape () or (designs, 1).
 
     Attributes
@@ -53,8 +52,8 @@ class FatigueStrength:
     slope, knee
         Exponent k and number of cycles N_D of the S-N line N = N_D (endurance / amplitude)^k.
     second_knee, second_slope
-        End of a second line that starts at the knee, in cycles, and exponent of this line: 10^8 and 15 for aluminium
-        and austenitic steel. `second_knee` is nan if there is only one knee.
+        A second S-N line can follow after the knee: number of cycles at its end, and its exponent. These are 10^8 and
+        15 for aluminium and austenitic steel. `second_knee` is nan if there is no second line.
 
     References
     ----------
@@ -82,8 +81,9 @@ class FatigueStrength:
         Parameters
         ----------
         below
-            Whether amplitudes below the limit do damage, as in a spectrum that exceeds the limit. The line then
-            continues with the slope 2 k - 1, or the second line is extended.
+            True if amplitudes below the limit also do damage, because other amplitudes of the same spectrum exceed the
+            limit. The second line is then extended. If there is no second line, the first line continues with the
+            exponent 2 k - 1.
 
         References
         ----------
@@ -98,12 +98,12 @@ class FatigueStrength:
             return np.where(endless, np.inf, lines)
 
     def of_mean(self, criterion: str) -> Real:
-        """Return the strength for the mean stress [Pa]: yield for Soderberg's criterion, else ultimate strength."""
+        """Return the strength that limits the mean stress [Pa]: yield stress for Soderberg, else ultimate strength."""
         return self.yield_stress if criterion == SODERBERG else self.ultimate
 
 
 def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
-    """Return the fully reversed amplitude that is as damaging as an amplitude with a mean stress [Pa].
+    """Return the amplitude of fully reversed stress [Pa] that is as damaging as a given amplitude and mean stress.
 
     A compressive mean stress counts as zero. The result is infinite if the mean stress reaches the strength.
 
@@ -121,12 +121,12 @@ def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, c
 def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
     """Return the factor by which amplitude and mean stress can be scaled together up to the endurance limit.
 
-    The result is infinite without stress. A compressive mean stress counts as zero.
+    The result is infinite if there is no stress. A compressive mean stress counts as zero.
 
     Parameters
     ----------
     amplitude, mean
-        Amplitude and mean of the stress [Pa], which broadcast with the strength.
+        Amplitude and mean of the stress [Pa]. Their shapes must broadcast with the shape of the strength.
 
     References
     ----------
@@ -176,7 +176,7 @@ def surface_factor(finish: str, ultimate: Any) -> Reals:
 
 
 def size_factor(diameter: Any) -> Reals:
-    """Return the size factor on the endurance limit of a rotating bar in bending with a diameter [m], at most 1.
+    """Return the factor on the endurance limit due to the diameter [m] of a rotating bar in bending, at most 1.
 
     References
     ----------
@@ -188,7 +188,7 @@ def size_factor(diameter: Any) -> Reals:
 
 
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
-    """Return the diameter of a rotating bar with the same area above 95 % of the largest stress [m].
+    """Return the diameter of the rotating bar [m] in which an equal area has more than 95 % of the largest stress.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Return the reliability factor: endurance limit that a given share of all parts reaches / mean endurance limit.
+    """Return (endurance limit that the share `reliability` of all parts reaches) / (mean endurance limit).
 
     References
     ----------

@@ -1,22 +1,22 @@
 """Fatigue of beams: stresses in both outer fibres at all stations, safety factor and damage."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
 from elastic import Deflection, Largest, sample
 from machine.life.damage import damage, reversals
 from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
 from rigid.arrays import Integers, Real, Reals
 
-STATIONS = np.linspace(0.0, 1.0, 21)  # positions along a beam / length
+STATIONS = np.linspace(0.0, 1.0, 21)  # stations along a beam, relative to its length
 
 
-@dataclass(frozen=True, eq=False)
-class FatigueTask:
+class FatigueTask(Struct, frozen=True, eq=False):
     """Input of a fatigue analysis.
 
     Attributes
@@ -47,23 +47,23 @@ class FatigueTask:
         return factors
 
 
-@dataclass(frozen=True, eq=False)
-class Fatigue:
+class Fatigue(Struct, frozen=True, eq=False, dict=True):
     """Fatigue of each beam at its critical point.
 
     Attributes
     ----------
     safety
         Smallest safety factor over both fibres and all stations, shape (beams, ...). `row` is 0 for the left fibre and
-        1 for the right. `position` is the one with the largest stress.
+        1 for the right fibre. `position` is the index of the position with the largest stress.
     amplitude, mean
-        Stress at this point, including the notch [Pa], shape (beams, ...).
+        Amplitude and mean of the stress at the point with the smallest safety factor, including the notch [Pa], shape
+        (beams, ...).
     task
         Input of the analysis.
     stresses, excess
-        `stresses`: stresses in the left and right fibres without notches, shape (beams, ..., positions, stations) each.
-        `excess`: equivalent amplitude / endurance limit, shape (2, beams, ..., stations); infinite if the stress
-        without notches reaches the ultimate strength.
+        `stresses`: stresses in the left and right fibres without notches, each of shape (beams, ..., positions,
+        stations). `excess`: equivalent amplitude / endurance limit, shape (2, beams, ..., stations); infinite if the
+        stress without notches reaches the ultimate strength.
     """
 
     safety: Largest
@@ -76,7 +76,7 @@ class Fatigue:
     @cached_property
     def damage(self) -> Largest:
         """Largest Miner's sum of one run for each beam, with its location; infinite if the beam breaks."""
-        excess = _places(self.excess)  # (beams, ..., places)
+        excess = _by_point(self.excess)  # (beams, ..., places)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
         total[np.isnan(excess).any(axis=-1)] = np.nan
@@ -89,14 +89,15 @@ class Fatigue:
             histories = np.concatenate([side[cell] * along for side in self.stresses], axis=-1)
             good = np.isfinite(histories).all(axis=-1)
             total[cell], place[cell] = _largest_damage(histories[good].T, excess[cell], strength, self.task.criterion)
-        return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
+        return Largest(total, np.where(np.isnan(total), -1, 0), *_station_and_fibre(place))
 
 
 def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
     """Return the fatigue of the beams due to the normal stress in the outer fibres.
 
-    Positions with unknown stress are ignored. The safety factor is that of the largest cycle, from peak to valley. It
-    is the worst for any criterion, because a smaller cycle has a lower peak and a smaller equivalent amplitude.
+    Positions with unknown stress are ignored. The safety factor is computed for the largest stress cycle, which goes
+    from the highest peak to the lowest valley. All other cycles have a larger safety factor with any criterion, because
+    they have a lower peak and a smaller equivalent amplitude.
     """
     strengths, criterion = task.strengths, task.criterion
     sides = sample(bent, "left", STATIONS), sample(bent, "right", STATIONS)
@@ -114,8 +115,8 @@ def fatigue(bent: Deflection, task: FatigueTask) -> Fatigue:
         none = np.zeros((0, *least.shape[2:-1]))
         return Fatigue(Largest(none, np.zeros(none.shape, int)), none, none, task, sides, least)
     safety, excess = (np.stack(rows, axis=1) for rows in zip(*parts, strict=True))
-    worst, index = _least_place(safety)
-    xi, fibre = _place(index)
+    worst, index = _smallest_with_index(safety)
+    xi, fibre = _station_and_fibre(index)
     at = np.nan_to_num(_stress_histories(sides, index), nan=-np.inf).argmax(axis=-1)
     smallest = Largest(worst, np.where(np.isnan(worst), -1, at), xi, fibre)
     return Fatigue(smallest, _taken(amplitude, index), _taken(mean, index), task, sides, excess)
@@ -133,39 +134,39 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
 
 
 def _stress_histories(sides: Sequence[Any], index: Any) -> Reals:
-    """Return the stress histories at points given by index, shape (beams, ..., positions)."""
+    """Return the stress history of each beam at the point `index` of `_by_point`, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
     return np.where(fibre[..., None] == 0, left, right)
 
 
-def _least_place(safety: Any) -> tuple[Reals, Any]:
-    """Return the smallest value over fibres and stations, shape (beams, ...), and its index; nan if unknown."""
-    rows = _places(safety)
+def _smallest_with_index(safety: Any) -> tuple[Reals, Any]:
+    """Return the smallest value over fibres and stations and its index, each of shape (beams, ...); nan if unknown."""
+    rows = _by_point(safety)
     index = rows.argmin(axis=-1)
     return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
 
 
-def _places(values: Reals) -> Reals:
+def _by_point(values: Reals) -> Reals:
     """Reshape values from (2, beams, ..., stations) to (beams, ..., points)."""
     moved = np.moveaxis(values, 0, -2)
     return moved.reshape(*moved.shape[:-2], moved.shape[-2] * moved.shape[-1])
 
 
 def _taken(values: Reals, index: Integers) -> Reals:
-    return np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
+    return np.take_along_axis(_by_point(values), index[..., None], -1)[..., 0]
 
 
-def _place(index: Integers) -> tuple[Reals, Integers]:
-    """Return the abscissa and the fibre of points given by index."""
+def _station_and_fibre(index: Integers) -> tuple[Reals, Integers]:
+    """Return the station xi and the fibre of each point index (see `_by_point`)."""
     return STATIONS[index % len(STATIONS)], index // len(STATIONS)
 
 
 def _largest_damage(histories: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
     """Return the largest Miner's sum of stress histories, shape (points, positions), and the index of the point.
 
-    A stress history is counted only if its upper bound exceeds the largest sum so far. The bound is the damage of the
-    largest cycle times half the number of turning points.
+    Cycles are counted only in histories with an upper bound above the largest sum so far. The upper bound is (damage of
+    the largest cycle) * (number of turning points) / 2.
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
@@ -185,4 +186,4 @@ def _of_design(strength: FatigueStrength, design: tuple[int, ...], columns: tupl
         wide = np.broadcast_to(np.asarray(value, float).reshape(-1) if np.ndim(value) else value, columns)
         return float(wide[design])
 
-    return FatigueStrength(*(number(value) for value in vars(strength).values()))
+    return FatigueStrength(*(number(value) for value in astuple(strength)))

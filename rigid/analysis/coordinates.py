@@ -1,9 +1,9 @@
 """Coordinates of a motion and their rates: link angles, slides, point positions, distances."""
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Complexes, Real, Reals
 from rigid.joints import Joint
@@ -28,13 +28,12 @@ class Coordinate(Rated, Protocol):
         ...
 
     def difference(self, motion: Motion, value: Real) -> Reals:
-        """Return the difference from a value, for angles in (-pi, pi]; shape (..., positions)."""
+        """Return the difference from a value, shape (..., positions). Differences of angles are in (-pi, pi]."""
         ...
 
 
-@dataclass(frozen=True)
-class LinkAngle:
-    """Angle of a link relative to another [rad], positive counter-clockwise, unwrapped over the positions."""
+class LinkAngle(Struct, frozen=True):
+    """Angle of a link relative to another link [rad], positive counter-clockwise, unwrapped over the positions."""
 
     link: str
     on: str = GROUND
@@ -68,8 +67,7 @@ class _Plain:
         return self.value(motion) - value
 
 
-@dataclass(frozen=True)
-class Slide(_Plain):
+class Slide(_Plain, Struct, frozen=True):
     """Slide of a slider along its line [m]."""
 
     slider: str
@@ -93,8 +91,7 @@ class Slide(_Plain):
         raise MechanismError(f'there is no slider "{self.slider}"', joints=(self.slider,))
 
 
-@dataclass(frozen=True)
-class PointCoordinate(_Plain):
+class PointCoordinate(_Plain, Struct, frozen=True):
     """Component of a point's position along a unit vector [m]: x, or y with `along = 1j`."""
 
     link: str
@@ -110,9 +107,8 @@ class PointCoordinate(_Plain):
         return dot(self.along, velocity_of(motion, self.link, self.point))
 
 
-@dataclass(frozen=True)
-class Offset(_Plain):
-    """Offset of one point from another along a unit vector [m]; vertical by default."""
+class Offset(_Plain, Struct, frozen=True):
+    """Offset of `point` from `other_point` along the unit vector `along` [m]; upwards by default."""
 
     link: str
     point: str
@@ -138,8 +134,7 @@ class Offset(_Plain):
         )
 
 
-@dataclass(frozen=True)
-class Distance(_Plain):
+class Distance(_Plain, Struct, frozen=True):
     """Distance between two points [m]."""
 
     link: str
@@ -162,8 +157,7 @@ class Distance(_Plain):
         return position_of(motion, self.link, self.point) - position_of(motion, self.other_link, self.other_point)
 
 
-@dataclass(frozen=True)
-class PathLength:
+class PathLength(Struct, frozen=True):
     """Length of a point's path [m]. Only its rate, the speed [m/s], is available."""
 
     link: str

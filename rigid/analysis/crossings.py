@@ -1,10 +1,10 @@
 """Zeros of a quantity between the positions of a motion."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.analysis.coordinates import Rated
 from rigid.arrays import Integers, Reals
@@ -13,13 +13,12 @@ from rigid.kinematics import motion as compute_motion
 from rigid.parts import MechanismError
 from rigid.postures import Posture
 
-CLOSING_TOLERANCE = 1e-6  # closing error up to which a motion is a cycle, relative to the range of each drive
+CLOSING_TOLERANCE = 1e-6  # largest closing error of a cycle, relative to the range of each drive
 MAX_STEPS = 60  # maximum number of iterations for a zero
 FINAL_STEP = 1e-10  # [intervals] stop after a step this small: the remaining error is below 1e-16
 
 
-@dataclass(frozen=True, eq=False)
-class Intervals:
+class Intervals(Struct, frozen=True, eq=False):
     """Intervals between neighbouring positions. The drive coordinates are linear in each interval.
 
     If the motion is a closed cycle, the last interval leads back to the first position.
@@ -31,7 +30,8 @@ class Intervals:
     left, right
         Indices of the positions at the ends of each interval, shape (intervals,).
     low, change
-        Drive coordinates at the left end, and their change over the interval, shape (drives, intervals).
+        Drive coordinates at the left end of each interval, and change over the interval, shape (drives, intervals)
+        each.
     """
 
     motion: Motion
@@ -51,7 +51,7 @@ class Intervals:
         return compute_motion(self.motion.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
     def rates(self, coordinate: Rated) -> tuple[Reals, Reals]:
-        """Return the rates of a coordinate at the left and at the right end of each interval, per interval."""
+        """Return the rates of a coordinate at both ends of each interval; the time unit is one interval."""
         influence = np.array([coordinate.rate(unit) for unit in self.motion.units])
         low, high = ((influence[:, at] * self.change).sum(axis=0) for at in (self.left, self.right))
         return low, high

@@ -1,12 +1,13 @@
-"""Period of a mechanism: the common period of its drives, times the number of such periods until the links return."""
+"""Period of a mechanism: the common period of the drives, times the number of such periods until the links return."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isclose, lcm, nan, pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import Real, Reals
 from rigid.kinematics import by_laws, postures
@@ -16,22 +17,21 @@ from rigid.parts import MechanismError
 from rigid.table_laws import RepeatedLaw, TableLaw
 
 MAX_ROUNDS = 32  # maximum number of drive turns or periods in a cycle (360 positions then give 11 for each)
-RATIO_TOLERANCE = 1e-9  # relative difference up to which two ratios count as equal
+RATIO_TOLERANCE = 1e-9  # largest relative difference between ratios that count as equal
 TURNS = (1, 2, 4, 8)  # numbers of periods to try for a mechanism without gears
 CLOSING_TOLERANCE = 1e-7  # largest closing error, relative to the mechanism's size
 NEAR_STEPS = 72  # steps per turn, fine enough that a mechanism far from change points needs no tracking
 STEPS_PER_TURN = 64  # steps per turn or period with several drives, whose path must be tracked
 
 
-@dataclass(frozen=True, eq=False)
-class Repetition:
+class Repetition(Struct, frozen=True, eq=False):
     """Repetition of a mechanism or of its drives.
 
     Attributes
     ----------
     turn
-        Duration of one turn of the first drive at constant speed [s]. Without such a drive, longest time after which a
-        repeated law returns its drive. None without either.
+        Duration of one turn of the first drive that turns at constant speed [s]. Without such a drive, longest time
+        after which a repeated law returns its drive to the start. None if there is neither.
     period
         Common period [s], or nan. Shape (designs, 1) if designs differ.
     reason
@@ -81,7 +81,7 @@ def drives_repeat(mechanism: Mechanism, laws: Sequence[MotionLaw | None]) -> Rep
 def common_period(periods: Sequence[Real]) -> Real:
     """Return the least common multiple of durations [s], or nan.
 
-    Each duration may fit into it up to `MAX_ROUNDS` times. Durations of shape (designs, 1) give one result per design.
+    The result is at most `MAX_ROUNDS` times each duration. Durations of shape (designs, 1) give one result per design.
     """
     if not any(isinstance(period, np.ndarray) for period in periods):
         return _least_common([float(period) for period in periods])
@@ -91,7 +91,7 @@ def common_period(periods: Sequence[Real]) -> Real:
 
 
 def _least_common(periods: Sequence[float]) -> float:
-    """Return the least common multiple of durations; nan if a duration fits into it more than `MAX_ROUNDS` times."""
+    """Return the least common multiple of durations; nan if it exceeds `MAX_ROUNDS` times the shortest duration."""
     first = periods[0]
     if len(periods) == 1 or not np.isfinite(periods).all():
         return first
@@ -105,10 +105,10 @@ def _least_common(periods: Sequence[float]) -> float:
 
 
 def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], drives: Repetition) -> Repetition:
-    """Return the period of the mechanism, which is the smallest multiple of the drives' period that closes.
+    """Return the period of the mechanism: the smallest multiple of the drive period after which the links return.
 
-    Several drive periods may be needed with gears, or if the links change their assembly. If the mechanism cannot move
-    through the first period, `drives` is returned unchanged.
+    With gears, or if the links change their assembly branch, this may take several drive periods. If the mechanism
+    cannot move through the first period, `drives` is returned unchanged.
     """
     if drives.reason or drives.turn is None:
         return drives
@@ -133,7 +133,10 @@ def mechanism_repeats(mechanism: Mechanism, laws: Sequence[MotionLaw | None], dr
 
 
 def _away(mechanism: Mechanism, laws: Sequence[MotionLaw], drives: Repetition, most: int) -> Reals:
-    """Return the largest distance of the links from their start after each period [m], shape (..., most)."""
+    """Return the largest distance of a link from its start after each period [m], shape (..., most).
+
+    The distance includes the difference of the unit vectors of the link, times the size of the mechanism.
+    """
     one = NEAR_STEPS if most == 1 else 1
     steps = STEPS_PER_TURN * int(np.max(np.ceil(drives.period / drives.turn))) if len(laws) > 1 else one
     times = np.asarray(drives.period * (np.arange(most * steps + 1) / steps))

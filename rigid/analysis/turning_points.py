@@ -1,9 +1,9 @@
 """Extreme positions and dead points of a motion, time and velocity ratios, and drive coordinates for a given value."""
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.analysis.coordinates import Coordinate, LinkAngle, Rated
 from rigid.analysis.crossings import Intervals, intervals, positions, turn_closes, zeros
@@ -17,12 +17,11 @@ from rigid.transmission import transmission_angles
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # inverse golden ratio
 MAX_ITERATIONS = 80  # number of golden-section steps, enough for full precision
-TOUCH_TOLERANCE = 64 * np.finfo(float).eps  # distance up to which a value counts as reached / size of the coordinate
+TOUCH_TOLERANCE = 64 * np.finfo(float).eps  # largest distance at which a value is reached / size of coordinate
 
 
-@dataclass(frozen=True, eq=False)
-class LimitPosition:
-    """Extreme value of a coordinate. A drive of this coordinate would have a dead point here.
+class LimitPosition(Struct, frozen=True, eq=False):
+    """Extreme value of a coordinate. If a drive prescribed the coordinate, this position would be a dead point.
 
     Attributes
     ----------
@@ -39,8 +38,7 @@ class LimitPosition:
     drive: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class DeadPoint:
+class DeadPoint(Struct, frozen=True, eq=False):
     """A position at which the drives do not determine the motion.
 
     Attributes
@@ -50,7 +48,8 @@ class DeadPoint:
     drive
         Drive coordinates at the position [rad or m], shape (drives,).
     joint
-        Name of the joint between the links that become aligned, or of the joint that opens.
+        At a singular position, name of the joint between the links that become aligned. At a stop, name of the joint
+        that opens.
     """
 
     kind: Literal["stop", "singular"]
@@ -125,7 +124,7 @@ def time_ratio(motion: Motion, coordinate: Coordinate) -> float:
 
 
 def velocity_ratio(motion: Motion, output: Rated, source: Rated) -> Reals:
-    """Return rate of one coordinate / rate of another, shape (..., positions).
+    """Return the rate of `output` / rate of `source`, shape (..., positions).
 
     With a single drive, the ratio does not depend on the drive rate, which may be zero. With several drives, the rates
     of the motion are used.
@@ -139,8 +138,8 @@ def velocity_ratio(motion: Motion, output: Rated, source: Rated) -> Reals:
 def dead_points(motion: Motion) -> list[DeadPoint]:
     """Return the stops of a mechanism, and the singular positions that it passes.
 
-    The motion must have a single design. Singular positions are found as minima of the sine of the angle between links.
-    They are detected only if the positions are close enough.
+    The motion must have a single design. Singular positions are found as minima of `Motion.sine`. They are detected
+    only if the positions of the motion are close enough together.
     """
     points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(motion)]
     between = intervals(motion)
@@ -158,7 +157,10 @@ def dead_points(motion: Motion) -> list[DeadPoint]:
 
 
 def _lowest(between: Intervals, number: int) -> Motion:
-    """Return the position of smallest sine within one interval of an interval's start, by golden-section search."""
+    """Return the position with the smallest sine near the start of an interval, by golden-section search.
+
+    The search covers this interval and the previous one.
+    """
 
     def at(place: float) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
@@ -182,7 +184,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
 
 
 def aligned_joint(place: Motion) -> str:
-    """Return the name of the joint at which a motion of one position is closest to singular."""
+    """Return the name of the joint at which a mechanism is closest to singular; `place` has one position."""
     worst, name = np.inf, ""
     for transmission in transmission_angles(place):
         if transmission.angle[0] < worst:

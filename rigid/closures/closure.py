@@ -7,11 +7,11 @@ the joints by given gaps? Joint forces solve its transpose. Derivation: docs/the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.decomposition.groups import LINK_CONSTRAINTS, Group
@@ -19,17 +19,16 @@ from rigid.joints import JointPlace
 from rigid.plane import ZERO, number
 
 
-@dataclass(frozen=True, eq=False)
-class Closure:
-    """A placed group of links.
+class Closure(Struct, frozen=True, eq=False):
+    """A placed group of links, i.e. a group with known positions.
 
     Attributes
     ----------
     tree, cut, rings
         Placed joints of the group (see `Group`).
     duals
-        Complex, shape (free, cuts, ..., positions). To open the cut joints by r_c, free tree joint k must move by
-        Im(sum over c of duals[k, c] r_c).
+        Complex, shape (free, cuts, ..., positions). To open each cut joint c by r_c (complex as in `JointPlace.row`),
+        free tree joint k must move by Im(sum over c of duals[k, c] r_c).
     tensions
         tensions[s][c] is the multiplier of cut joint c in self-stress s. There is one self-stress per redundant
         constraint.
@@ -37,7 +36,7 @@ class Closure:
         For a dyad, sine of the angle between its links; for other groups, see `sine_of`. nan if the group does not
         close.
     whole
-        The closure before `marked` set singular positions to nan, or None.
+        Closure with the solutions at singular positions, if `without_singular` set these to nan here; else None.
     """
 
     group: Group
@@ -76,7 +75,7 @@ def closure(
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:
-    """Return the gap at cut joint c per unit of free coordinate k, as columns[k][c]."""
+    """Return columns[k][c], the gap at cut joint c per unit of the coordinate of free joint k."""
     effects: list[list[Columns]] = [[ZERO] * len(cut) for _ in group.free]
     carrier = {link: number for number, link in enumerate(group.links)}
     for c, closing in enumerate(cut):
@@ -100,7 +99,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        first, second = (number(effect) for (effect,) in effects)  # number: aligned joints give zero instead of nan
+        first, second = (number(effect) for (effect,) in effects)  # `number` converts ZERO to 0.0
         across = np.conj(second)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = 1.0 / np.asarray((across * first).imag)
@@ -149,7 +148,7 @@ def _inverse(matrix: Reals) -> Reals:
 
 
 def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
-    """Return the vector to the last joint of a chain, from the origin of the first joint's child (complex) [m]."""
+    """Return the vector from the origin of the first joint's child to the last joint of a chain (complex) [m]."""
     reach = closed.tree[chain[0]].arm_child
     for below, above in pairwise(chain):
         reach = reach - closed.tree[below].arm_parent + closed.tree[above].arm_child

@@ -4,11 +4,11 @@ Derivation: docs/theory.md, "Accuracy".
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache, reduce
 from typing import Protocol
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Complexes, Flags, Numbers, Reals
 from rigid.closures.closure import Closure
@@ -19,7 +19,7 @@ from rigid.plane import ZERO, number
 SINGULAR = 1e12
 """Condition number above which the velocities and forces of a position are set to nan."""
 MIN_REGULAR_SINE = 1e-2  # positions with a larger sine are never singular
-MIN_CANCELLATION = 4.0  # ignore cancellation up to this ratio of the terms to the sum
+MIN_CANCELLATION = 4.0  # cancellation is ignored if the terms are at most this many times larger than the sum
 TINY = np.finfo(float).tiny  # replaces a zero divisor
 
 
@@ -76,7 +76,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 
 
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
-    """Return the largest rotation of a free pin per displacement [rad/m] and per rotation of a cut joint."""
+    """Return the largest rotation of a free pin per displacement [rad/m], and per rotation, of cut joint c."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO
@@ -84,7 +84,7 @@ def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
 
 
 def _displacement_ratio(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
-    """Return displacement of the links' ends / opening of a cut joint that causes it, at least 1."""
+    """Return the largest displacement of a link end / opening of cut joint c that causes it; at least 1."""
     sizes = extents(mechanism)
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
@@ -103,7 +103,7 @@ def _pins(closed: Closure) -> list[int]:
 
 
 def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
-    """Return the sine of a group, which is also limited by short levers at sliders that close the group."""
+    """Return the sine of a group. At a cut slider, a short lever arm also reduces the sine."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
         if not closing.turns:
@@ -140,13 +140,13 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
     """Return the condition number of each group, shape (..., positions). Relative errors are eps times this number.
 
     At rest, the number is 1/s^2 for the sine s of the group, and larger if an earlier group is nearly singular. At a
-    smooth passage through a singular position it is r^2 times the corresponding ratio of accelerations. Here r is the
-    largest rotation that the openings allow / the actual rotation.
+    smooth passage through a singular position, the number is r^2 R. Here r is the largest angular velocity that the
+    openings allow / the actual angular velocity, and R is the corresponding ratio for `Motion.turning`.
 
     Parameters
     ----------
     openings
-        Openings that `displacements` returns for the velocities and for the accelerations.
+        Openings of the cut joints that `displacements` returns for the velocities, and for the accelerations.
     """
     conditions: list[Columns] = []
     before: Columns = 1.0
@@ -170,7 +170,10 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
-    """Return the growth of relative round-off by cancellation: upper bound of a result / its size, at least 1."""
+    """Return the growth of relative round-off by cancellation: bound / (`MIN_CANCELLATION` done), at least 1.
+
+    `bound` is an upper bound of the magnitude of a result, and `done` is the magnitude itself.
+    """
     return np.maximum(1.0, bound / (MIN_CANCELLATION * np.maximum(done, TINY)))
 
 
@@ -179,7 +182,7 @@ def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
     return (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
 
 
-def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
+def without_singular(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
     """Return the groups with solutions set to nan at positions with a condition number above SINGULAR."""
     groups = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):

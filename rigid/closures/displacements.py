@@ -29,16 +29,16 @@ def displacements(
         For each joint of `Structure.joints`: displacement (complex) and rotation of the child relative to the parent.
         Components that the joint leaves free are ignored.
     turning
-        For each link: factor that, times an arm, gives the displacement of the arm's end. For small displacements it
-        is i times the rotation, with the initial value ZERO. For accelerations it is i eps - w^2, with the initial
-        value -w^2.
+        Initial value of a complex factor for each link. The factor times a vector on the link is the displacement of
+        the end of this vector relative to its start. For small displacements, the factor is i times the rotation, and
+        the initial value is ZERO. For accelerations, the factor is i eps - w^2, and the initial value is -w^2.
     flank
         Loaded flanks of gear teeth (see `JointForces`). If given, the teeth stay in contact for any gaps. Otherwise
         the gear ratios apply, as in a motion without gaps.
 
     Returns
     -------
-    Displacements (complex) and `turning` of all links, shape (..., positions) each, ZERO for the ground; and the
+    Displacements (complex) and `turning` of all links, each of shape (..., positions), ZERO for the ground; and the
     openings of the cut joints. The imaginary part of `turning` is the rotation.
     """
     shift: list[Columns] = [ZERO] * len(turning)
@@ -74,7 +74,10 @@ def displacements(
 def _gear_input(
     place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
 ) -> Columns:
-    """Return the motion that a gear imposes on its follower. `at_joint` is the child's displacement so far."""
+    """Return the motion that a gear imposes on its follower.
+
+    `at_joint` is the displacement of the child at the joint without this motion.
+    """
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:
@@ -94,7 +97,7 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
 def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """Return the opening of a cut joint: displacement, and rotation if the joint prevents rotation."""
+    """Return the opening of a cut joint: required minus actual displacement, and rotation (ZERO at a pin)."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
     if closing.turns:
@@ -106,7 +109,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
     """Move the free tree joints so that the cut joints close."""
     for k, number in enumerate(closed.group.free):
         hinge = closed.tree[number]
-        rotation: Columns = ZERO  # its imaginary part is the joint coordinate
+        rotation: Columns = ZERO  # i times the motion along the joint coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
         if hinge.turns and rotation.ndim:
@@ -141,7 +144,7 @@ def _carry(
     shift: list[Columns],
     turning: list[Columns],
 ) -> None:
-    """Move the links that a tree joint carries. The imaginary part of `rotation` is the joint coordinate."""
+    """Move the links that a tree joint carries. The imaginary part of `rotation` is the joint motion."""
     for link, chain in carried:
         if hinge.turns:
             shift[link] = shift[link] - rotation * reach_from(closed, chain)

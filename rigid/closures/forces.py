@@ -1,10 +1,10 @@
 """Joint forces in equilibrium with given loads on the links (the transpose of `rigid.closures.displacements`)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct, field
 
 from rigid.arrays import Columns, Flags
 from rigid.closures.closure import Closure, reach_from
@@ -18,9 +18,8 @@ MAX_UNSTRESSED = 1e-9
 """Largest component of a unit self-stress at a joint that counts as zero."""
 
 
-@dataclass(frozen=True, eq=False)
-class JointForces:
-    """Force and moment of each joint on its child link. The opposite acts on the parent.
+class JointForces(Struct, frozen=True, eq=False, dict=True):
+    """Force and moment of each joint on its child. The opposite force and moment act on the parent.
 
     Attributes
     ----------
@@ -29,21 +28,22 @@ class JointForces:
     force
         For each joint of `Structure.joints`, force (complex) [N] of shape (..., positions).
     moment
-        Moment about the joint's point [N m]; 0.0 for a free pin. If the joint coordinate follows a gear, the component
-        along it is the effort of the gear. This effort acts through the teeth and not on the parent (see
-        `rigid.closures.gears.gear_loads`).
+        Moment about the joint's point [N m]; 0.0 for a free pin. If the joint follows a gear, the component of `force`
+        or `moment` along the joint coordinate is the effort of the gear. This effort acts through the teeth and not on
+        the parent (see `rigid.closures.gears.gear_loads`).
     ground_load
         Load on the ground from springs, gears and other loads, without the joints: force (complex) [N], and moment
         about the origin of coordinates [N m].
     flank
         Loaded flank (sign of the effort) of each toothed gear, by index of the follower's joint.
     friction
-        Friction: the component of `force` or `moment` along the free motion [N or N m], by joint index.
+        Friction effort on the child along the free motion, included in `force` or `moment` [N or N m], by joint index.
     sliding
         Sliding rate of the child relative to the parent, which friction opposes [rad/s or m/s], by joint index.
     feedback
-        Loop gain of friction, shape (..., positions): the growth of friction by the loads that it causes. If the gain
-        is 1 or more, the mechanism may lock: there is no equilibrium or more than one, and all forces are nan.
+        Loop gain of friction, shape (..., positions): the relative growth of friction due to the joint forces that
+        friction itself causes. If the gain is 1 or more, the mechanism may lock: there is no equilibrium or more than
+        one, and all forces are nan.
     """
 
     closures: tuple[Closure, ...]
@@ -105,14 +105,14 @@ def joint_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Return the joint forces in equilibrium with a force and a moment about the origin on each link.
+    """Return the joint forces in equilibrium with given loads on the links.
 
     Parameters
     ----------
     closures
         Placed groups in the order of solution. They are processed in reverse.
     force, moment
-        For each link: force (complex) [N] and moment [N m], shape (..., positions).
+        For each link: force (complex) [N] and moment about the origin of the link [N m], shape (..., positions).
     tension
         Self-stress to add: index of the group, and index of the self-stress in the group (see `Closure.redundancy`).
     flank
@@ -168,7 +168,11 @@ def joint_forces(
 
 
 def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
-    """Return the load on the child of a weld that closes a ring: a unit load for its three self-stresses, else zero."""
+    """Return the load on the child of a weld that closes a ring.
+
+    Such a weld has three self-stresses, of which the first has the index `number`. Each is a unit load. The load is
+    zero if `stressed` is the index of a different self-stress.
+    """
     if stressed is None or not number <= stressed < number + LINK_CONSTRAINTS:
         return ZERO, ZERO
     return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
@@ -204,7 +208,7 @@ def _balance(
 ) -> tuple[Columns, Columns]:
     """Return the force and moment of tree joint `at` on its child. All other loads on the child must be known.
 
-    `by_gear` tells whether to add the loads of the joint's own gear to the other links.
+    If `by_gear` is True, the loads of the joint's own gear are added to the other links.
     """
     child = hinge.joint.child
     if by_gear and hinge.joint.gear is not None:
@@ -234,7 +238,7 @@ def _load_along(
     force: Sequence[Columns],
     moment: Sequence[Columns],
 ) -> Columns:
-    """Return the generalised force on a tree joint due to the loads on the links that it carries."""
+    """Return the generalised force on a tree joint due to the loads on the links that the joint carries."""
     total: Columns = ZERO
     for link, chain in carried:
         if hinge.turns:
@@ -266,7 +270,7 @@ def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
 def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:
     """Return the self-stresses: joint forces without loads, one set per redundant constraint.
 
-    `flank` gives the loaded flanks of gear teeth (see `JointForces`). By default they follow from each set.
+    `flank` gives the loaded flanks of gear teeth (see `JointForces`). By default, each set determines its own flanks.
     """
     if not any(closed.redundancy for closed in closures):
         return []

@@ -4,7 +4,8 @@
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from rigid.arrays import Columns
 from rigid.joints import Joint, JointPlace
@@ -14,8 +15,7 @@ Moved = Callable[[Joint, int], tuple[Columns, Columns]]
 """Function that returns the displacement (complex) [m] and the rotation [rad] of a link at a joint."""
 
 
-@dataclass(frozen=True, eq=False)
-class GearLoad:
+class GearLoad(Struct, frozen=True, eq=False):
     """Load of a gear on a link, in addition to the force and moment of the follower's joint.
 
     Attributes
@@ -45,8 +45,8 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
     moved
         Function that returns the displacements of the links.
     flank
-        Loaded flank, +1 or -1. The teeth then stay in contact along the line of action even if the wheels are
-        displaced. With None, the gear ratio holds, as in a motion without joint gaps.
+        Loaded flank, +1 or -1: the teeth stay in contact along the line of action even if the wheels are displaced.
+        None: the gear ratio holds, as in a motion without joint gaps.
     """
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
@@ -73,7 +73,7 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
-    """Return the loads of a gear on all links, in addition to the force of the follower's joint on both its links.
+    """Return the loads of a gear on all links, in addition to the force of the follower's joint.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Decomposition of a mechanism into groups of links, in the order of solution."""
+"""Decomposition of a mechanism into groups of links, in the order in which their positions are computed."""
 
 from rigid.decomposition.assur import AssurGroup, assur_groups
 from rigid.decomposition.groups import Group, Structure

@@ -2,7 +2,8 @@
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from rigid.decomposition.groups import Group
 from rigid.decomposition.order import structure
@@ -13,28 +14,29 @@ from rigid.names import counted
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
 
-@dataclass(frozen=True)
-class AssurGroup:
-    """A group of links that are solved together.
+class AssurGroup(Struct, frozen=True):
+    """Group of links that are positioned together (Assur group).
 
     Attributes
     ----------
     links
         Names of the links, in the order of the mechanism.
     drives
-        Indices of the drives of joints inside the group, or between the group and placed links.
+        Indices of the drives of joints inside the group, or between the group and links of earlier groups.
     group_class
-        1 for links that are placed by drives or welds only, and 2 for a dyad. For larger groups, the order of the
-        largest contour: the number of links in a loop of the group, or of inner joints on one link. 0 for
-        overconstrained links, which are not an Assur group.
+        Class 0: overconstrained links, which are not an Assur group. Class 1: links that are positioned by drives or
+        welds only. Class 2: a dyad, i.e. two links with three joints. The class of a larger group is the larger of two
+        numbers: the largest number of links in an independent loop of the group, and the largest number of inner joints
+        on one link.
     order
-        Number of joints between the group and placed links.
+        Number of joints between the group and links of earlier groups. In groups of class 2 or higher, joints with
+        drives do not count.
     signature
         For a dyad, the types of its outer, inner and outer joint, such as "RRP"; otherwise "".
     surplus
         Number of redundant constraints.
     fixed
-        Whether the links are placed by welds only.
+        Whether the links are positioned by welds only.
     """
 
     links: tuple[str, ...]
@@ -60,7 +62,7 @@ class AssurGroup:
 
 
 def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
-    """Return the groups of a mechanism in the order of solution. Their highest class is that of the mechanism.
+    """Return the groups of a mechanism in the order of solution. The highest class is the class of the mechanism.
 
     Two links of a group with a driven joint or a weld between them count as one body.
 
@@ -106,7 +108,10 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
 
 
 def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
-    """Map each link to the body that it forms with links at driven joints; -1 if a placed link belongs to it."""
+    """Map each link to the index of its body, i.e. a set of links that are connected by driven joints or welds.
+
+    The index of a body is its smallest link index, or -1 if it contains a link of an earlier group.
+    """
     body = {link: link for link in links}
     for joint in joints:
         if joint.moved:
@@ -117,10 +122,11 @@ def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
 
 
 def _greatest_contour(edges: list[tuple[int, int]]) -> int:
-    """Return the number of links in the largest loop of a minimal cycle basis, or 0.
+    """Return the number of links in the largest loop of a minimal cycle basis, or 0 without loops.
 
-    Horton's method: candidates are the shortest loops through each edge and each link. A loop joins the basis if it is
-    independent of the shorter ones.
+    `edges` are pairs of bodies that a joint connects. Horton's method: the candidates are the shortest loops through
+    each pair of an edge and a body. They are added to the basis in ascending order of length. A candidate is skipped if
+    it depends on the loops in the basis.
     """
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
@@ -143,7 +149,10 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
 
 
 def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Return the edges on a shortest path from a body to each other body, as the bits of a number."""
+    """Return for each body the edges on a shortest path from `root`, as a bit mask.
+
+    Bit k of the mask is 1 if the path contains edge k.
+    """
     path = {root: 0}
     waiting = deque([root])
     while waiting:

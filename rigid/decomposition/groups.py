@@ -1,12 +1,16 @@
-"""Groups of links that are solved together, in the order of solution.
+"""Groups of links that are solved together for their positions, in the order of solution.
 
-A group is a minimal set of links that is determined by previously placed links: a driven link, a dyad, or a larger
-Assur group. The *tree* joints of a group attach each of its links to a previous link. Each tree joint leaves one
-freedom, unless it is driven. The *cut* joints close the loops, which determines these freedoms.
+A group is a minimal set of links whose positions follow from the positions of earlier groups: a driven link, a dyad, or
+a larger Assur group.
+
+The *tree* joints of a group connect each of its links to an earlier link of the tree, or to a link
+of an earlier group. The other joints are *cut* joints, which close loops. A tree joint without drive, gear or weld is
+*free*. The coordinates of the free joints are determined by the condition that the gaps of the cut joints are zero.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
+
+from msgspec import Struct
 
 from rigid.arrays import Reals
 from rigid.joints import Body, Joint
@@ -14,19 +18,19 @@ from rigid.joints import Body, Joint
 LINK_CONSTRAINTS = 3  # number of constraints that fix a link in the plane
 
 
-@dataclass(frozen=True, eq=False)
-class GearLoop:
-    """Mutually driving gears of a group: each driver depends on the followers' motion.
+class GearLoop(Struct, frozen=True, eq=False):
+    """Gears of a group that drive each other: the motion of each driver depends on the motions of the followers.
 
     Attributes
     ----------
     followers
-        Indices of the tree joints that follow the gears.
+        Indices of the tree joints that are followers of gears.
     carried
-        Links that each follower carries, as in `Group.carried`.
+        For each follower, the links that move with it, as in `Group.carried`.
     release
-        Motion of each follower (child relative to parent) per prescribed motion of each gear, shape (followers,
-        followers). The prescribed motion is that with all other followers fixed. The rows are Willis' equations.
+        Matrix R with y = R r, shape (followers, followers). y are the motions of the followers (child relative to
+        parent). Entry k of r is the motion of follower k if all other followers are fixed. R is the inverse of the
+        matrix of Willis' equations.
     """
 
     followers: tuple[int, ...]
@@ -34,25 +38,26 @@ class GearLoop:
     release: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Links that are solved together.
+class Group(Struct, frozen=True, eq=False, dict=True):
+    """Links that are solved together for their positions.
 
     Attributes
     ----------
-    links, tree
-        Links, and the tree joint that carries each link.
+    links
+        Indices of the links, in the order of the tree.
+    tree
+        For each of `links`, the tree joint that has this link as child.
     cut
         Joints that close the loops.
     free
-        Indices of the undriven tree joints.
+        Indices in `tree` of the joints without drives, gears or welds.
     carried
-        For each free joint, the links that it carries, each with the indices of the tree joints from the link back to
-        the free joint.
+        For each free joint, the links that move with it. Each entry is a pair: a link, and the indices of the tree
+        joints on the way from this link back to the free joint.
     rings
-        Welds that close loops of welds.
+        Welds that connect links that other welds connect already.
     loop
-        Mutually driving gears, or None.
+        Gears that drive each other, or None.
     """
 
     links: tuple[int, ...]
@@ -65,7 +70,7 @@ class Group:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """Tree joints, cut joints, and welds that close rings."""
+        """All joints of the group: tree joints, cut joints, and `rings`."""
         return self.tree + self.cut + self.rings
 
     @property
@@ -98,12 +103,12 @@ class Group:
 
     @cached_property
     def angles(self) -> tuple[bool, ...]:
-        """Whether each free coordinate is an angle (otherwise it is a slide)."""
+        """For each free joint, whether its coordinate is an angle (otherwise it is a displacement)."""
         return tuple(self.tree[number].turns for number in self.free)
 
     @cached_property
     def guides(self) -> tuple[bool, ...]:
-        """Whether each cut joint prevents relative rotation."""
+        """For each cut joint, whether it prevents relative rotation of its links."""
         return tuple(not joint.turns for joint in self.cut)
 
     @cached_property
@@ -112,9 +117,8 @@ class Group:
         return not self.free or self.dyad is not None
 
 
-@dataclass(frozen=True, eq=False)
-class Structure:
-    """Groups of a mechanism in the order of solution, and all joints, group by group."""
+class Structure(Struct, frozen=True, eq=False, dict=True):
+    """Groups of a mechanism in the order of computation, and all joints, group by group."""
 
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]
@@ -126,12 +130,15 @@ class Structure:
 
     @property
     def closed_form(self) -> bool:
-        """Whether each position on a known branch can be solved without its neighbours."""
+        """Whether each position can be computed without the positions before it, on a known branch (assembly).
+
+        This requires that all groups have closed forms, and that no undriven joint drives a gear.
+        """
         return all(group.closed_form for group in self.groups) and not self.measured_drivers
 
     @cached_property
     def measured_drivers(self) -> tuple[tuple[str, int, int], ...]:
-        """Name, parent and child of each undriven joint that drives a gear."""
+        """Name, parent and child of each joint that has no drive but drives a gear."""
         drivers = [driver for joint in self.joints if joint.gear for _, driver in joint.gear.sources]
         return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))
 

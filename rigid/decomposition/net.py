@@ -1,4 +1,4 @@
-"""Joints between the links, and sets of links with as many constraints as freedoms."""
+"""Joints between the links, and search for sets of links that have as many constraints as degrees of freedom."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
@@ -9,11 +9,11 @@ from rigid.decomposition.groups import LINK_CONSTRAINTS
 from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
 
-MAX_PARALLEL_SINE = 1e-9  # sine of the angle up to which two lines count as parallel
+MAX_PARALLEL_SINE = 1e-9  # largest sine of the angle between two lines that count as parallel
 
 
 class Net:
-    """Links and the joints between them: pins by point, sliders, welds, drives, gears."""
+    """Links and the joints between them: pins, sliders and welds, with their drives and gears."""
 
     def __init__(
         self,
@@ -53,14 +53,17 @@ class Net:
             self.geared[key] = (gear, self._driver(gear.driver))
 
     def _require_grounded(self, gear: Gear) -> None:
-        """Raise MechanismError if a gear uses a slider on a moving link, because the slide is then ambiguous."""
+        """Raise MechanismError if a gear uses a slider on a moving link.
+
+        The motion of such a slider relative to the carrier of the gear is ambiguous.
+        """
         for end in (gear.driver, gear.follower):
             if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
                 message = f'gear: slider "{end.slider}" runs on a moving link, but a rack must slide on the ground'
                 raise MechanismError(message, kind="gear", joints=(end.slider,))
 
     def _driver(self, driver: PinDrive | SliderDrive) -> Joint:
-        """Return the joint that drives a gear, with the reference link as parent."""
+        """Return the joint that drives a gear. Its coordinate is measured relative to its parent."""
         name, _ = self._key(driver)
         if isinstance(driver, PinDrive):
             return self.pin(name, self.index[driver.on], self.index[driver.link])
@@ -68,7 +71,7 @@ class Net:
         return self.slide(name, on, link)
 
     def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Coupling | None, object]:
-        """Return the drive number or the gear coupling of a joint, and the drive or gear end at this joint."""
+        """Return the drive index, the gear coupling, and the drive or follower at a joint; each may be None."""
         number = self.driven.get((name, ends))
         if number is not None:
             return number, None, self.drives[number]
@@ -78,7 +81,7 @@ class Net:
         return None, Coupling(gear.ratio, driver, gear.pressure_angle), gear.follower
 
     def _key(self, drive: object) -> tuple[str, frozenset[int]]:
-        """Return the name and the links of the joint of a drive or gear end."""
+        """Return the name and the links of the joint of `drive` (a drive, or the driver or follower of a gear)."""
         if isinstance(drive, PinDrive):
             ends = frozenset((self.index[drive.link], self.index[drive.on]))
             if not ends <= set(self.pins.get(drive.at, ())) or len(ends) < 2:
@@ -107,7 +110,10 @@ class Net:
         return PinJoint(point, parent, child, *ends, sense, drive, gear)
 
     def turned(self, link: int) -> Joint:
-        """Return a driven pin between a link and the ground, or a virtual one that measures the link's angle."""
+        """Return a driven or geared pin between a link and the ground.
+
+        If there is none, return a virtual pin whose coordinate is the angle of the link.
+        """
         ends = frozenset((0, link))
         points = [point for point, pair in (*self.driven, *self.geared) if pair == ends and point in self.pins]
         return self.pin(points[0], 0, link) if points else PinJoint("", 0, link, 0.0, 0.0)
@@ -121,7 +127,10 @@ class Net:
         return SliderJoint(name, parent, child, *ends, 1 if parent == on else -1, drive, gear, slider=slider)
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
-        """Return the joints within `links` and from `links` to `known`, without redundant pins at shared points."""
+        """Return the joints that connect two of `links`, or one of `links` and one of `known`.
+
+        A pin of n links is n - 1 joints.
+        """
         joints: list[Joint] = []
         for point, ends in self.pins.items():
             inside = [end for end in ends if end in links]
@@ -137,7 +146,11 @@ class Net:
         return joints
 
     def _star(self, point: str, inside: list[int], known: list[int]) -> Iterator[Joint]:
-        """Yield the joints of all links at a point, each to a link with a weld, drive or gear, or else to the hub."""
+        """Yield the joints of links at a common point.
+
+        A link with a weld, drive or gear relative to another link at this point is joined to that link. All other links
+        are joined to one common link.
+        """
         hub = known[0] if known else inside[0]
         placed = list(known) if known else [hub]
         paired = self.welds.keys() | self.driven.keys() | self.geared.keys()
@@ -158,12 +171,12 @@ class Net:
             waiting.remove(child)
 
     def determined(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield minimal sets of unknown links with as many constraints as freedoms."""
+        """Yield sets of unknown links that have as many constraints as degrees of freedom, the smallest sets first."""
         for links in self._connected(known, unknown):
             joints = self.joints(links, known)
             drives = sum(joint.moved for joint in joints)
             drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-            # mutually driving gears are solved together if all other joints of the links are driven
+            # links with gears that drive each other form a group if all their other joints are driven
             driven = drivers <= known or (drivers <= known | set(links) and len(joints) == len(links))
             if 2 * len(joints) + drives != 3 * len(links) or not driven or _unsolvable(joints, links):
                 continue
@@ -171,7 +184,10 @@ class Net:
                 yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield minimal overconstrained sets of unknown links, which can move if their dimensions fit."""
+        """Yield overconstrained sets of unknown links, the smallest first.
+
+        Such links can move only with special dimensions, for example parallel cranks.
+        """
         for links in self._connected(known, unknown):
             joints, freedoms = self.joints(links, known), 3 * len(links)
             moved = sum(joint.moved for joint in joints)
@@ -209,7 +225,7 @@ class Net:
         return 2 * (pins + len(lines)) + welds, 2 if parallel else LINK_CONSTRAINTS
 
     def _connected(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Yield connected sets of unknown links with a joint to a known link, smaller sets first."""
+        """Yield sets of unknown links that are connected to each other and to a known link, smaller sets first."""
         for size in range(1, len(unknown) + 1):
             links: tuple[int, ...] = ()
             for links in self._connected_sets(size, known, unknown):
@@ -243,7 +259,10 @@ class Net:
 
 
 def _unsolvable(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
-    """Return whether two links have sliders only, or the known links overconstrain one of several links."""
+    """Return whether links cannot form a group.
+
+    Two links with sliders only cannot form a group. Several links cannot if the known links overconstrain one of them.
+    """
     if len(links) == 2 and not any(joint.turns for joint in joints):
         return True
     return any(

@@ -1,11 +1,11 @@
-"""Order of solution of a mechanism: groups of links, each with a tree of joints."""
+"""Order in which the positions of links are computed: groups of links, each with a tree of joints."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.decomposition.groups import GearLoop, Group, Structure
 from rigid.decomposition.net import Net
@@ -15,12 +15,12 @@ from rigid.names import counted
 from rigid.parts import MechanismError
 
 MAX_NAMED = 3  # maximum number of points listed in a message
-RANK_TOLERANCE = 1e-9  # singular value of mutually driving gears that counts as zero, relative to the largest entry
+RANK_TOLERANCE = 1e-9  # largest singular value or coefficient that counts as zero, relative to the largest entry
 
 
 @lru_cache(maxsize=64)
 def structure(mechanism: Mechanism) -> Structure:
-    """Return the groups of a mechanism in the order of solution.
+    """Return the groups of a mechanism in the order in which their positions are computed.
 
     The result does not depend on the drawing, masses or loads.
 
@@ -29,12 +29,16 @@ def structure(mechanism: Mechanism) -> Structure:
     MechanismError
         If there are too few or too many drives or joints, or if a drive is at an unknown joint.
     """
-    return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears, mechanism.welds)
+    drives = tuple(replace(drive, inertia=0.0) for drive in mechanism.drives)
+    return _structure(mechanism.links, drives, mechanism.sliders, mechanism.gears, mechanism.welds)
 
 
 @lru_cache(maxsize=64)
 def _structure(*parts: Any) -> Structure:
-    """Return the structure for the topological parts; cached for all drawings of a mechanism."""
+    """Return the structure for links, drives, sliders, gears and welds.
+
+    The cached result is used for all drawings of a mechanism, because the drawing is not an argument.
+    """
     net = Net(*parts)
     known, groups = {0}, []
     unknown = set(range(1, len(net.links)))
@@ -53,7 +57,11 @@ def _structure(*parts: Any) -> Structure:
 
 
 def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
-    """Build the tree of a set of links: welds first, then driven joints, then joints to known links."""
+    """Choose the tree joints and cut joints of a set of links, and return the group.
+
+    Joints are added to the tree unless they close a loop. The order is: welds, driven joints, joints to known links,
+    other joints.
+    """
     root = {link: link for link in links}
 
     def top(link: int) -> int:
@@ -87,7 +95,7 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
 def _directed(
     links: tuple[int, ...], tree: list[Joint], cut: list[Joint], rings: list[Joint], known: set[int]
 ) -> Group:
-    """Direct the tree away from the known links, and list the links that each free joint carries."""
+    """Return the group with the tree joints in order, each with its child farther from the known links."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
     free: list[int] = []
@@ -108,10 +116,11 @@ def _directed(
 
 
 def _with_loop(net: Net, group: Group) -> Group:
-    """Add the laws of the followers and the release matrix to a group with mutually driving gears.
+    """Add the release matrix, and the joints that prescribe each follower, to a group with gears that drive each other.
 
-    The motions y of the followers (child relative to parent) satisfy y = r + M y, where r is due to drives and
-    previously placed links.
+    The motions y of the followers (child relative to parent) satisfy y = r + M y. Entry k of r is the motion of
+    follower k if all other followers are fixed; it is due to drives and to links of earlier groups. Therefore y = R r
+    with the release matrix R = (I - M)^-1.
     """
     tree, followers = group.tree, [k for k, joint in enumerate(group.tree) if joint.gear]
     chains = _chains(group)
@@ -144,7 +153,7 @@ def _with_loop(net: Net, group: Group) -> Group:
 
 
 def _chains(group: Group) -> dict[int, tuple[int, ...]]:
-    """Return the tree joints from each link of a group back to a placed link."""
+    """Return the indices of the tree joints from each link of a group back to a link of an earlier group."""
     chains: dict[int, tuple[int, ...]] = {}
     for k, joint in enumerate(group.tree):
         chains[joint.child] = (k, *chains.get(joint.parent, ()))
@@ -152,7 +161,10 @@ def _chains(group: Group) -> dict[int, tuple[int, ...]]:
 
 
 def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int, k: int) -> float:
-    """Return the motion of a gear's follower (child relative to parent) per motion of tree joint k."""
+    """Return the motion of the follower of a gear per unit motion of tree joint k.
+
+    Both are motions of the child relative to the parent.
+    """
     gear = tree[follower].gear
     assert gear is not None
     if gear.driver.turns != tree[k].turns:
@@ -164,10 +176,10 @@ def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follow
 def _sources(
     net: Net, tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int
 ) -> Iterator[tuple[float, Joint]]:
-    """Yield the factors and joints that prescribe the motion of a follower while all other followers are fixed.
+    """Yield the joints that prescribe the motion of a gear's follower while all other followers are fixed.
 
-    The motion is that of the child relative to the parent. The joints are drives, or joints that measure the angle of
-    a previously placed link.
+    Each item contains a factor and a joint. The motion is that of the child relative to the parent. Each joint either
+    has a drive, or its coordinate is the angle of a link of an earlier group.
     """
     gear = tree[follower].gear
     assert gear is not None
@@ -185,7 +197,7 @@ def _sources(
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
-    """Return the error for a mechanism without a further group, with the cause."""
+    """Return the error, with its cause, for unknown links among which no group can be found."""
     joints = net.joints(sorted(unknown), known)
     freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
     names = net.names(unknown)
@@ -206,7 +218,7 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
 
 
 def _unshared(net: Net, links: set[int]) -> str:
-    """Return a note on points that belong to one link only, where a joint may be missing."""
+    """Return a note for an error message: points that belong to one link only, at which a joint may be missing."""
     joined = {*net.pins, *(slider.point for slider, _, _ in net.sliders.values())}
     alone = [name for at in sorted(links) for name in net.links[at].points if name not in joined]
     if not alone:
@@ -216,7 +228,7 @@ def _unshared(net: Net, links: set[int]) -> str:
 
 
 def _require_all(net: Net, joints: Sequence[Joint]) -> None:
-    """Raise MechanismError if the groups leave out a joint or drive of the mechanism."""
+    """Raise MechanismError if a joint or drive of the mechanism is not in the joints of the groups."""
     for point, links in net.pins.items():
         used = sum(joint.name == point and joint.turns for joint in joints)
         if used < len(links) - 1:

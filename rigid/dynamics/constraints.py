@@ -1,14 +1,15 @@
 """All joints of a mechanism as constraints on the coordinates (x, y, angle) of the moving links.
 
-This formulation does not use groups, dyads or an order of solution. It implements joint and gear constraints a second
-time on purpose, so that the two formulations check each other. Derivation: docs/dynamics.md.
+This formulation does not use groups, dyads or an order of solution. The joint and gear constraints are also implemented
+in `rigid.joints` and `rigid.closures`. The duplication is intended: each implementation checks the other. Derivation:
+docs/dynamics.md.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Complexes, Flags, Integers, Reals
 from rigid.constants import per_row
@@ -16,42 +17,49 @@ from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 
-DRIVE_WEIGHT = 1e6  # weight of the rows of drives, so that they are chosen as independent rows
+# factor of the Jacobian rows of drives, gears and welds: the QR decomposition then keeps these rows, and drops only
+# rows of joints as redundant
+DRIVE_WEIGHT = 1e6
 
 
-@dataclass(frozen=True, eq=False)
-class ConstraintTable:
+class ConstraintTable(Struct, frozen=True, eq=False):
     """All joints of a mechanism, as arrays (joints, ..., 1) that broadcast to (joints, ..., positions).
 
-    The joints are followed by the pairs of links whose relative coordinates drive gears, which add no constraints. For
-    a slider, the owner is the link with the line and the block is the sliding link. For a pin, they are parent and
-    child.
+    After the joints, the arrays also contain a row for the driver of each gear. Such a row adds no constraints. Each
+    joint connects two links, the owner and the block. For a slider, the owner is the link with the line and the block
+    is the sliding link. For a pin, the owner is the parent and the block is the child.
 
     Attributes
     ----------
     joints
         Joints in the order of `Structure.joints`.
     owner, block
-        Link indices, shape (joints,).
-    foot, tip
-        Joint point in the axes of the owner and in the axes of the block (complex) [m].
+        Link indices, each of shape (joints,).
+    foot
+        Joint point in the axes of the owner (complex) [m].
+    tip
+        Joint point in the axes of the block (complex) [m].
     along
         Unit vector of a slider's line in the axes of the owner; 1 for a pin.
     turn
         Fixed angle of the block relative to the owner of a slider or weld [rad]; 0 for a pin.
     slides
-        Whether the joint is a slider, shape (joints, 1, ...).
+        True if the joint is a slider, shape (joints, 1, ...).
     moved
-        Indices of the joints whose coordinates `shares` combines.
+        Joints whose coordinates are prescribed or used by a gear, as indices into the arrays above. The order is:
+        joints with drives, followers of gears, welds, drivers of gears.
     shares
-        Coefficients of these coordinates in the constraints, shape (drives + gears + welds, moved). The rows are those
-        of drives, then of gears (follower minus ratio times driver), then of the angles of welds.
+        Matrix that multiplies the coordinates of the joints in `moved`, shape (drives + gears + welds, moved). Each
+        product is the quantity that one constraint prescribes. The rows are the constraints of the drives, then of
+        gears, then of welds. For a gear, the quantity is (follower - ratio * driver), and for a weld, it is the angle.
     steady
-        Position-independent part of the rates of all joints, then of the joints in `moved`, per rate of (x, y, angle)
-        of each link; shape (2 joints + moved, 3 links).
-    places, parts
-        Flat indices of the position-dependent entries in the matrix, and indices of the values that
-        `constraint_matrix` writes there.
+        Constant entries of the Jacobian, and 0 for the entries that depend on the posture. The shape is (2 joints +
+        moved, 3 links). Each joint has two rows. One row for each joint in `moved` follows. The columns are x, y and
+        angle of each link.
+    places
+        Flat indices in `steady` of the entries that depend on the posture.
+    parts
+        For each entry of `places`, the index of its value among the derivatives that `constraint_matrix` computes.
     """
 
     joints: tuple[Joint, ...]
@@ -76,7 +84,10 @@ class ConstraintTable:
 
 @lru_cache(maxsize=64)
 def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
-    """Return the constraint table of a mechanism for columns of `ndim` axes."""
+    """Return the constraint table of a mechanism.
+
+    `ndim` is the number of axes of shape (..., positions) in the arrays of postures.
+    """
     joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
@@ -106,7 +117,7 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
 def _layout(
     links: int, block: Integers, owner: Integers, slides: Flags, count: int, moved: Integers
 ) -> tuple[Reals, Integers, Integers]:
-    """Compute `ConstraintTable.steady`, `places` and `parts`."""
+    """Compute `steady`, `places` and `parts` of `ConstraintTable`."""
     steady = np.zeros((2 * count + len(moved), 3 * links))
     joints = np.arange(count)
     pins, lines = joints[~slides[:count]], joints[slides[:count]]
@@ -126,7 +137,10 @@ def _layout(
 
 
 def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers, Reals]:
-    """Return `ConstraintTable.moved` and `shares`. The indices of gear drivers follow those of the joints."""
+    """Return `ConstraintTable.moved` and `ConstraintTable.shares`.
+
+    `drives` and `gears` are the numbers of drives and gears. The drivers of gears are numbered after the joints.
+    """
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
     welds = [number for number, joint in enumerate(joints) if not joint.freedoms]
@@ -141,19 +155,21 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
     return np.array([*moved, *range(len(joints), len(joints) + gears)], int), shares
 
 
-@dataclass(frozen=True, eq=False)
-class Constraints:
+class Constraints(Struct, frozen=True, eq=False):
     """Constraints at a posture.
 
     Attributes
     ----------
     toward
-        Complex factor that converts a vector to its components along and across a slider's line, or to x and y at a
-        pin, shape (joints, ..., positions).
+        Complex factor for each joint, shape (joints, ..., positions). For a slider, multiply a vector by this factor to
+        get its component along the slider's line (real part) and across the line (imaginary part). For a pin, the
+        factor is 1.
     vector
-        Vector from the owner's origin to the block's point (complex) [m].
-    foot, tip
-        Vectors from the owner's origin to its point, and from the block's origin to its point (complex) [m].
+        Vector from the owner's origin to the joint point of the block (complex) [m].
+    foot
+        Vector from the owner's origin to the joint point of the owner (complex) [m].
+    tip
+        Vector from the block's origin to the joint point of the block (complex) [m].
     """
 
     table: ConstraintTable
@@ -164,12 +180,12 @@ class Constraints:
 
     @property
     def opening(self) -> Complexes:
-        """Gap between the joint points (complex) [m]: along + i across a slider's line, or x + i y at a pin."""
+        """Vector from the owner's joint point to the block's joint point (complex) [m], multiplied by `toward`."""
         return self.toward * (self.vector - self.foot)
 
 
 def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complexes) -> Constraints:
-    """Return the constraints for given origins [m] and unit vectors of the links, shape (links, ..., positions)."""
+    """Return the constraints for given origins and unit vectors of the links, each of shape (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip, axes = direction[block] * table.tip, direction[owner]
     toward = np.where(table.slides, np.conj(axes * table.along), 1.0)
@@ -177,14 +193,15 @@ def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complex
 
 
 def constraint_matrix(here: Constraints) -> Reals:
-    """Return the constraint Jacobian with respect to (x, y, angle) of moving links, (..., positions, rows, 3 n).
+    """Return the constraint Jacobian, shape (..., positions, rows, 3 n).
 
-    Each joint has two rows: (x, y) of a pin or (rotation, across) of a slider. Each drive, gear and weld adds one row.
-    There are more rows than columns if the mechanism has redundant constraints.
+    The columns are x, y and angle of each of the n moving links. Each joint has two rows. For a pin or weld, they are x
+    and y of the gap. For a slider, they are the relative rotation and the displacement across the line. Each drive,
+    gear and weld adds one row. There are more rows than columns if the mechanism has redundant constraints.
     """
     table, toward, joints = here.table, here.toward, 2 * here.table.count
     shape, count = here.vector.shape[1:], len(toward)
-    effects = np.empty((*shape, 6, count), complex)  # effects of (x, y, angle) of block and owner on the gap
+    effects = np.empty((*shape, 6, count), complex)  # derivatives of `opening`
     first = effects[..., 0, :] = _last(toward)
     effects[..., 1, :] = 1j * first
     effects[..., 2, :] = _last(1j * here.tip * toward)
@@ -205,12 +222,15 @@ def _last(values: Complexes) -> Complexes:
 
 
 def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
-    """Return the second time derivatives of the constraints for zero link accelerations, (..., positions, rows).
+    """Return the second time derivatives of the constraints for zero accelerations of all links.
+
+    The shape is (..., positions, rows), with the rows of `constraint_matrix`.
 
     Parameters
     ----------
     velocity, omega
-        Velocity of the origins (complex) [m/s] and angular velocity [rad/s], shape (links, ..., positions).
+        Velocities of the origins (complex) [m/s] and angular velocities [rad/s] of the links, shape (links, ...,
+        positions).
     """
     table, count = here.table, here.table.count
     owner, block = omega[table.owner], omega[table.block]
@@ -226,7 +246,10 @@ def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
 
 
 def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
-    """Return the indices of a maximal set of independent rows that includes all drives."""
+    """Return the indices of as many independent rows as `matrix` has columns.
+
+    If constraints are redundant, rows of drives, gears and welds are kept in preference to rows of joints.
+    """
     if matrix.shape[0] == matrix.shape[1]:
         return np.arange(len(matrix))
     from scipy.linalg import qr
@@ -236,7 +259,10 @@ def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
 
 
 def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
-    """Return the angles of all links, with full turns that match the drive coordinates [rad], shape (links, 1)."""
+    """Return the angles of all links [rad], shifted by full turns to agree with the drive coordinates `drive`.
+
+    The shape is (links, 1).
+    """
     angle = angle.copy()
     target = table.turn.astype(float).copy()[:, 0]
     driven = table.moved[: len(drive)]

@@ -1,13 +1,14 @@
 """Laws of loads and efforts as functions of time, angle or slide, by formula or table.
 
-A law maps a motion to a load factor or to the effort of a drive, an array of shape (..., positions).
+A law is a function of a motion. It returns an array of shape (..., positions): the factor by which a load is
+multiplied, or the effort (moment or force) of a drive.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.analysis.coordinates import Coordinate
 from rigid.arrays import ArrayLike, Reals
@@ -15,25 +16,26 @@ from rigid.kinematics import Motion
 from rigid.laws import TableError
 
 Curve = Callable[[ArrayLike], Reals]
-RANGE_TOLERANCE = 1e-12  # allowed distance beyond the ends of a table, relative to its range
-MIN_CORNER = 0.02  # smallest distance of a corner from the line through its neighbours, relative to the range of values
+RANGE_TOLERANCE = 1e-12  # an abscissa may be outside a table by this, relative to the range of the table
+# An entry of a table is a corner if its value differs by more than this from the linear interpolation between the
+# neighbouring entries; relative to the range of all values.
+MIN_CORNER = 0.02
 
 
-@dataclass(frozen=True, eq=False)
-class CurveLaw:
-    """Law that evaluates a curve at a time or coordinate.
+class CurveLaw(Struct, frozen=True, eq=False):
+    """Law that evaluates a curve at each position's time or coordinate (such as the angle of a link).
 
     Attributes
     ----------
     place
         Function that returns the time or coordinate at each position of a motion, shape (..., positions).
     curve
-        Function that returns the factor at a time or coordinate.
+        Function that returns the load factor or effort at a time or coordinate.
     breaks
-        Abscissas of jumps and corners of the curve.
+        Times or coordinates at which the curve has a jump or a corner.
     middle
-        Centre of the range of an angle [rad], which extends by less than half a turn to each side; None for other
-        coordinates.
+        Only for an angle: centre of the range of the angle [rad]. The range extends by less than half a turn to each
+        side of the centre. None for other coordinates and for time.
     """
 
     place: Callable[[Motion], Reals]
@@ -42,7 +44,7 @@ class CurveLaw:
     middle: float | None = None
 
     def __call__(self, motion: Motion) -> Reals:
-        """Return the factor at each position."""
+        """Return the load factor or effort at each position."""
         return np.broadcast_to(self.curve(self.place(motion)), motion.columns)
 
 
@@ -61,9 +63,10 @@ def law_of(coordinate: Coordinate, curve: Curve, breaks: tuple[float, ...] = ())
 
 
 def corners(at: Reals, value: Reals) -> tuple[float, ...]:
-    """Return the abscissas at which a table jumps or has a corner sharper than `MIN_CORNER`.
+    """Return the abscissas at which a table has a jump or a corner.
 
-    Beyond its ends the table is continued by its end values.
+    These are the entries that differ from the linear interpolation between their neighbours by more than `MIN_CORNER`.
+    Beyond its ends, the table is continued with its first and its last value.
 
     Parameters
     ----------
@@ -101,13 +104,13 @@ def table_curve(
     extend
         "error" to raise an error beyond the ends, or "hold" to continue with the end value.
     angles
-        Whether the abscissas are angles [rad], which messages give in degrees.
+        Whether the abscissas are angles [rad]. Error messages give them in degrees.
 
     Raises
     ------
     TableError
-        If there are too few entries or the abscissas do not increase. The curve raises it for an abscissa outside the
-        table.
+        If there are too few entries, an entry is not finite, the abscissas do not increase, or the interpolation is
+        unknown. If `extend` is "error", the returned curve raises this error for an abscissa outside the table.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Forward dynamics: integrate the motion of a mechanism under given drive efforts.
 
-The unknowns are the drive coordinates, so the loops of the mechanism close to round-off at every instant.
-Derivation: docs/dynamics.md.
+The unknowns of the integration are the drive coordinates. The positions of the links are computed from these at every
+instant, so that all joints close to round-off. Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,23 +17,24 @@ from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMot
 from rigid.dynamics.leading import Lead, Stretch, better_leading_joints, unwound
 from rigid.dynamics.system import BudgetExceededError, RightHandSide
 from rigid.dynamics.tracking import Tracker
-from rigid.joint_places import joint_place
 from rigid.kinematics import motion
 from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
-from rigid.postures import Posture
+from rigid.postures import Posture, joint_place
 
 MAX_EVALUATIONS = 200_000  # maximum number of evaluations of the equation of motion
-MIN_CHART_TOLERANCE = 1e-11  # smallest tolerance at which cached polynomial postures are used
-MIN_TOLERANCE = 3e-14  # smallest relative tolerance; below it, the integrator's error estimate is round-off
+MIN_CHART_TOLERANCE = 1e-11  # for smaller tolerances, postures are not interpolated by a `PostureChart`
+MIN_TOLERANCE = 3e-14  # lower bound of the relative tolerance: below it, the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"
 """Error kind if the user interrupts the integration."""
-SEARCH_STEEPNESS = 50.0  # rate of a link / rate of a leading drive above which a better leading joint is searched
-MAX_STEEPNESS = 1e4  # largest rate of a link / rate of a leading drive
-ESTIMATE_STEPS = 20  # number of latest steps from which the number of remaining steps is estimated
+# Leading joints are the joints whose coordinates are integrated, see `rigid.dynamics.leading`.
+SEARCH_STEEPNESS = 50.0  # search for better leading joints if `Tracker.steepness` exceeds this
+MAX_STEEPNESS = 1e4  # stop the integration with the same leading joints if `Tracker.steepness` exceeds this
+ESTIMATE_STEPS = 20  # the number of remaining steps is estimated from this number of latest steps
 TINY = np.finfo(float).tiny
-MAX_STEP_RATIO = 1000.0  # largest ratio of expected to allowed steps
+# stop the integration if the estimated number of remaining steps exceeds the maximum number of steps by this factor
+MAX_STEP_RATIO = 1000.0
 
 
 def forward(
@@ -43,28 +44,32 @@ def forward(
     rate: ArrayLike,
     duration: float,
     tolerance: float = 1e-10,
-    most_steps: int | None = None,
+    max_steps: int | None = None,
     on_step: Callable[[float], None] | None = None,
     evaluations: int = MAX_EVALUATIONS,
 ) -> IntegratedMotion:
-    """Integrate the motion of a mechanism under given efforts, from time 0.
+    """Integrate the motion of a mechanism under given drive efforts, from time 0.
 
     Parameters
     ----------
     mechanism
-        Mechanism with scalar lengths. The coordinates of drives with efforts are integrated; the other drives follow
-        motion laws.
+        Mechanism of one design (scalar lengths).
     drives
-        An `Effort` or a motion law for each drive.
+        An `Effort` or a motion law for each drive. The coordinates of drives with efforts are integrated. The other
+        drives follow their motion laws.
     start, rate
-        Coordinates [rad or m] and rates at time 0, shape () or (drives,). Values of drives with laws are ignored.
+        Drive coordinates [rad or m] and their rates at time 0, shape () or (drives,). The values of drives with motion
+        laws are ignored.
     duration
         Duration [s].
     tolerance
-        Tolerance per step: relative, and absolute for angles in radians and slides in mechanism sizes. The error at the
-        end may be larger, because a mechanism may amplify errors.
-    most_steps
-        Maximum number of steps. The integration stops early if it is estimated to need more than 1000 times as many.
+        Tolerance of the estimated error in each step. The estimated error of a coordinate q is at most `tolerance *
+        (|q| + u)`, where u is 1 rad for an angle and the mechanism size for a slide. The estimated error of a rate r is
+        at most `tolerance * (|r| + u / duration)`. The error at the end of the motion may be larger, because errors can
+        grow.
+    max_steps
+        Maximum number of steps. The integration stops early if the estimated number of remaining steps is more than
+        1000 times this maximum.
     on_step
         Function that is called with the time [s] after each step.
     evaluations
@@ -73,10 +78,14 @@ def forward(
     Raises
     ------
     ForwardError
-        If the speed becomes infinite, the drives do not determine the motion at a position, or a drive with an effort
-        moves no mass. Also if the user interrupts (kind "interrupted").
+        If the length of `drives` is wrong, joints have friction, or a drive with an effort moves no mass. If the motion
+        cannot continue (kind "singular"): the speed becomes infinite, the drives do not determine the motion at a
+        position, or the links reach different positions with long and with short steps. If there are too many steps or
+        evaluations (kind "steps"). If the user interrupts after the first step (kind "interrupted").
+    KeyboardInterrupt
+        If the user interrupts before the first step.
     MechanismError
-        If the mechanism cannot be assembled at the start.
+        If the mechanism cannot be assembled at the start, is in a singular position there, or has several designs.
 
     References
     ----------
@@ -100,8 +109,8 @@ def forward(
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive with a given effort moves no mass")
-    most = np.inf if most_steps is None else most_steps
-    run = _Run(duration, max(tolerance, MIN_TOLERANCE), tolerance, most, on_step)
+    limit = np.inf if max_steps is None else max_steps
+    run = _Run(duration, max(tolerance, MIN_TOLERANCE), tolerance, limit, on_step)
     return _integrated(system, begin, run)
 
 
@@ -112,7 +121,7 @@ class _Run:
     duration: float
     relative: float
     absolute: float
-    most_steps: float
+    max_steps: float
     on_step: Callable[[float], None] | None
     time: float = 0.0
     steps: int = 0
@@ -123,7 +132,7 @@ _Step = tuple[float, Any, Any, Any, Any]
 
 
 def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMotion:
-    """Integrate the motion stretch by stretch, each with its own leading joints."""
+    """Integrate the motion in stretches, i.e. time intervals with the same leading (integrated) joints."""
     stretches: list[Stretch] = []
     while True:
         tracker = system.tracker
@@ -154,7 +163,13 @@ def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMot
 def _stepped(
     system: RightHandSide, begin: Reals, run: _Run, steps: list[_Step]
 ) -> ForwardError | tuple[RightHandSide, Reals] | None:
-    """Append steps to the end, or until an error (returned), or until new leading joints (new system and state)."""
+    """Integrate with the same leading (integrated) joints, and append each step to `steps`.
+
+    Returns
+    -------
+    None if the end of the run is reached. If other leading joints are better, the equation of motion and the state in
+    terms of these joints. If the motion cannot continue, the error.
+    """
     from scipy.integrate import DOP853
 
     tracker = system.tracker
@@ -174,7 +189,7 @@ def _stepped(
             other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.original_drive, _aligned(tracker))
         inconsistent = system.chart is not None and not system.chart.is_consistent(float(tracker.drive[0]))
-        if inconsistent or run.steps >= run.most_steps or _too_slow(run, steps):
+        if inconsistent or run.steps >= run.max_steps or _too_slow(run, steps):
             more = f"{run.duration:g} s would take about {run.duration / max(run.time, TINY):.3g} times as many"
             why = f"it has taken {run.steps} steps, {more}"
             if inconsistent:
@@ -196,11 +211,11 @@ def _stepped(
 
 
 def _too_slow(run: _Run, steps: Sequence[_Step]) -> bool:
-    """Return whether the latest steps are too short to finish within a multiple of the maximum number of steps."""
-    if not np.isfinite(run.most_steps):
+    """Return whether the remaining time would take too many steps, see `MAX_STEP_RATIO`."""
+    if not np.isfinite(run.max_steps):
         return False
     times = [step[0] for step in steps[-ESTIMATE_STEPS - 1 :]]
-    return remaining_steps(times, run.duration) > MAX_STEP_RATIO * run.most_steps
+    return remaining_steps(times, run.duration) > MAX_STEP_RATIO * run.max_steps
 
 
 def remaining_steps(times: Sequence[float], duration: float) -> float:
@@ -223,7 +238,10 @@ def remaining_steps(times: Sequence[float], duration: float) -> float:
 
 
 def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:
-    """Return a system and state that continue with a better leading joint, or None."""
+    """Replace one of the leading (integrated) joints by a better joint.
+
+    Return the equation of motion and the state in terms of the new leading joints, or None if no joint is better.
+    """
     time, piece, origin, direction, angle = steps[-1]
     if piece is None:
         return None
@@ -254,7 +272,7 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
 
 
 def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
-    """Combine steps to a stretch."""
+    """Combine integration steps with the same leading joints into a `Stretch`."""
     from scipy.integrate import OdeSolution
 
     times, pieces, origins, directions, angles = zip(*steps, strict=True)
@@ -270,7 +288,7 @@ def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
 
 
 def _aligned(tracker: Tracker) -> str:
-    """Return the cause of a stop at the current posture, for a message."""
+    """Return a text that says why the motion stops at the current posture."""
     near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
     joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
     if not joint:

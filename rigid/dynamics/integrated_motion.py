@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Integers, Reals
 from rigid.constants import mass_constants
 from rigid.dynamics.leading import Stretch
 from rigid.kinematics import Motion, motion, with_rates
 from rigid.kinetostatics.loads import given_loads
+from rigid.kinetostatics.resistance import Resistance
 from rigid.mechanism import Mechanism
 from rigid.parts import Law, MechanismError
 from rigid.plane import cross, dot
@@ -23,9 +24,10 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """Error that ends an integration. `time` [s] is the last valid time.
+    """Error in forward dynamics.
 
-    `motion` is the motion up to this time, or None. For the other attributes see `MechanismError`.
+    `time` [s] is the end of the last successful step. `motion` is the motion up to the end of this step, or None if no
+    step succeeded. For the other attributes see `MechanismError`.
     """
 
     motion: IntegratedMotion | None = None
@@ -35,11 +37,11 @@ class ForwardError(MechanismError):
         self.time = time
 
 
-@dataclass(frozen=True)
-class Effort:
-    """Drive effort: a moment [N m] or force [N] along the drive coordinate, or a law. A drive with effort 0 is free.
+class Effort(Struct, frozen=True):
+    """Effort of a drive: a moment [N m] or force [N] along the drive coordinate, constant or given by a law.
 
-    A law may use the time, drive coordinates and rates, positions and velocities of a motion, but no accelerations.
+    A drive with the effort 0 moves freely. A law is a function that returns the effort for a motion. It may use the
+    time, the drive coordinates and their rates, and positions and velocities of the links, but no accelerations.
     """
 
     law: Law | float = 0.0
@@ -49,9 +51,8 @@ class Effort:
         return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
 
 
-@dataclass(frozen=True, eq=False)
-class IntegratedMotion:
-    """An integrated motion, which `motion_during` evaluates.
+class IntegratedMotion(Struct, frozen=True, eq=False):
+    """Result of an integration. `motion_during` evaluates it at any time.
 
     Attributes
     ----------
@@ -60,7 +61,8 @@ class IntegratedMotion:
     time
         Times of the integration steps [s], shape (steps,).
     stretches
-        Consecutive parts of the motion, each with its own leading joints.
+        Consecutive time intervals of the motion. In each of them, the coordinates of the same joints are integrated.
+        These joints are called leading joints.
     evaluations
         Number of evaluations of the equation of motion.
     """
@@ -73,7 +75,13 @@ class IntegratedMotion:
 
 
 def motion_during(integrated: IntegratedMotion, time: Any) -> Motion:
-    """Evaluate an integrated motion at times [s] within its duration, shape (positions,)."""
+    """Evaluate an integrated motion at given times [s] within its duration, shape (positions,).
+
+    Raises
+    ------
+    ForwardError
+        If a time is outside the duration.
+    """
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > integrated.time[-1]:
         requested, covered = f"{time.min():g} to {time.max():g} s", f"0 to {integrated.time[-1]:g} s"
@@ -107,12 +115,19 @@ def _nearest(stretch: Stretch, time: Reals) -> Integers:
 
 
 def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
-    """Return the coordinates of the replaced drives at the steps closest to given times."""
+    """Return approximate coordinates of the replaced drives at given times: the values at the closest steps.
+
+    A drive is replaced if the coordinate of another joint is integrated in its place.
+    """
     return {number: values[_nearest(stretch, time)] for number, values in stretch.replaced.items()}
 
 
 def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return coordinates, rates and prescribed accelerations of the leading joints, shape (drives, positions) each."""
+    """Return coordinates, rates and accelerations of the leading joints, each of shape (drives, positions).
+
+    A leading joint is a joint that a motion law drives, or whose coordinate is integrated. The accelerations are those
+    of the motion law for the former, and 0 for the latter.
+    """
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     state = stretch.state(time)
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
@@ -125,10 +140,11 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 
 
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
-    """Interpolate postures between the steps by cubic Hermite polynomials.
+    """Interpolate the postures between the steps of the integration by cubic Hermite polynomials.
 
-    The posture of the nearest step is not sufficient: if a step contains a change point, that posture may be closer to
-    the wrong branch.
+    The exact positions are computed later. The interpolated postures only select the branch (assembly) for this. The
+    posture at the nearest step would not be sufficient. If two branches meet within a step, that posture may be closer
+    to the wrong one.
     """
     variant = stretch.lead.variant
     before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)
@@ -152,7 +168,10 @@ def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Real
 
 
 def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """Return the motion of a stretch at given times, in the coordinates of its leading joints."""
+    """Return the motion at given times within a stretch, in the coordinates of its leading joints.
+
+    A stretch is a time interval with the same leading joints, i.e. the joints whose coordinates are integrated.
+    """
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     drive, rate, rate2 = _drive_columns(stretch, drives, time)
     coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
@@ -164,19 +183,32 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
         rates, rotor = np.array([each[number] for each in unit_rates]), stretch.lead.mechanism.drives[number].inertia
         whole, balance = whole + rotor * rates * rates[:, None], balance - rotor * rates * second
     balance = balance - np.einsum("jk...,k...->j...", whole, rate2)
-    original = stretch.lead.original_motion(coasting, _near(stretch, time))
-    if units:  # the mechanism with other leading joints has no loads
-        for at, pull, couple in given_loads(original):
-            balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
-    for number in free:
-        effort = effort_of(drives[number], original)
-        if number in stretch.lead.replaced:
-            balance += [effort * rates[number] for rates in unit_rates]
-        else:
-            balance[number] += effort
-    inertia = np.moveaxis(whole[np.ix_(free, free)], -1, 0)
-    rate2[free] = np.linalg.solve(inertia, balance[free].T[..., None])[..., 0].T
-    return with_rates(coasting, rate, rate2)
+    inertia, near = np.moveaxis(whole[np.ix_(free, free)], -1, 0), _near(stretch, time)
+
+    def accelerated(loaded: Motion) -> Motion:
+        """Evaluate the loads and efforts for the motion `loaded`, and return the motion that they cause.
+
+        `loaded` has the positions and velocities of the returned motion, but may have other accelerations.
+        """
+        original, total = stretch.lead.original_motion(loaded, near), balance.copy()
+        if units:  # the mechanism of `coasting` has no loads, so that `equation` does not contain them
+            for at, pull, couple in given_loads(original):
+                total += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
+        elif loaded is not coasting:
+            total += _reduced_loads(loaded, loaded.units) - equation.force
+        for number in free:
+            effort = effort_of(drives[number], original)
+            if number in stretch.lead.replaced:
+                total += [effort * rates[number] for rates in unit_rates]
+            else:
+                total[number] += effort
+        rate2[free] = np.linalg.solve(inertia, total[free].T[..., None])[..., 0].T
+        return with_rates(coasting, rate, rate2)
+
+    found = accelerated(coasting)
+    resisted = any(isinstance(load, Resistance) for load in stretch.lead.mechanism.loads)
+    # a resisting force opposes the velocity, or at rest the acceleration, which is known only from `found`
+    return accelerated(found) if resisted else found
 
 
 def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Reals:
@@ -185,18 +217,18 @@ def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Reals:
     return drive(motion)
 
 
-@dataclass(frozen=True, eq=False)
-class EquationOfMotion:
+class EquationOfMotion(Struct, frozen=True, eq=False):
     """Equation of motion, `inertia @ drive_acceleration + bias = force + effort`, with one row per drive.
 
     Attributes
     ----------
     inertia
-        Reduced inertia (symmetric) [kg m^2, kg m or kg], shape (drives, drives, ..., positions).
+        Inertia reduced to the drives (symmetric) [kg m^2, kg m or kg], shape (drives, drives, ..., positions).
     bias
-        Efforts due to centripetal and Coriolis accelerations [N m or N], shape (drives, ..., positions).
+        Drive efforts that centripetal and Coriolis accelerations require at zero drive acceleration [N m or N], shape
+        (drives, ..., positions).
     force
-        Reduced weight and loads, without joint friction [N m or N], shape (drives, ..., positions).
+        Weight and loads reduced to the drives, without joint friction [N m or N], shape (drives, ..., positions).
     """
 
     inertia: Reals
@@ -209,7 +241,8 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
 
     References
     ----------
-    Scutaru, Vlase, Marin, equations (41) to (43). With a single drive, inertia is alpha and bias is beta omega^2.
+    Scutaru, Vlase, Marin, equations (41) to (43). For a single drive, they write alpha for `inertia` and beta omega^2
+    for `bias`, with the drive rate omega.
     """
     units = motion.units
     inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
@@ -221,9 +254,10 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
 
 
 def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
-    """Return alpha and beta of `alpha eps + beta omega^2 = Q` for a single drive, shape (..., positions) each.
+    """Return the inertia reduced to a single drive, and half its derivative with respect to the drive coordinate.
 
-    beta is half the derivative of alpha with respect to the drive coordinate.
+    Each has the shape (..., positions). They are alpha and beta in the equation of motion `alpha eps + beta omega^2 =
+    Q`, with the drive rate omega, the drive acceleration eps and the total effort Q.
 
     Raises
     ------
@@ -237,7 +271,10 @@ def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
 
 
 def _inertia_power(motion: Motion, other: Motion) -> Reals:
-    """Return the mass-weighted scalar product of two velocity states (for equal states twice the kinetic energy)."""
+    """Return the mass-weighted scalar product of the velocities of two motions, summed over all links.
+
+    If both motions are the same, this is twice the kinetic energy.
+    """
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     arm = motion.direction * first
     omega, turned = 1j * motion.angular_velocity, 1j * other.angular_velocity
@@ -250,7 +287,10 @@ def _inertia_power(motion: Motion, other: Motion) -> Reals:
 
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
-    """Return the power of mass times acceleration of `motion` along the velocities of `unit`."""
+    """Return the sum of mass * acceleration * velocity over all links, including rotation.
+
+    The accelerations are those of `motion`, and the velocities are those of `unit`.
+    """
     mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
@@ -259,7 +299,10 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
 
 
 def _reduced_loads(motion: Motion, units: Sequence[Motion]) -> Reals:
-    """Return the power of weight and loads at unit drive rates, shape (drives, ..., positions)."""
+    """Return the power of weight and loads if one drive moves at unit rate, shape (drives, ..., positions).
+
+    `units` are the motions at unit rate of each drive.
+    """
     mechanism = motion.mechanism
     mass, first, _ = mass_constants(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)

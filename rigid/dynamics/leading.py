@@ -1,37 +1,43 @@
 """Choice of leading joints during integration: replace a drive that reaches a dead point.
 
-The coordinate of a drive with a given effort is integrated. At a dead point this drive is at rest while the links move,
-so that its coordinate does not determine their motion. Another joint then takes its place as leading joint. Virtual
-work reduces the drive's effort to this joint. Derivation: docs/dynamics.md.
+A leading joint is a joint whose coordinate is integrated. By default, this is the joint of a drive with a given effort.
+At a dead point, the drive is at rest while the links move, so that the drive coordinate does not determine the motion
+of the links. The coordinate of another joint is then integrated instead. The effort of the drive is converted to an
+effort at the new leading joint by virtual work. Derivation: docs/dynamics.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
-from rigid.joint_places import joint_place
 from rigid.joints import Joint, Placed
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
+from rigid.postures import joint_place
 
-MIN_GAIN = 3.0  # smallest rate of a joint / rate of the drive that it replaces
+# A joint replaces a drive only if it moves faster than the drive by this factor. For this comparison, rates of slides
+# are divided by the size of the mechanism.
+MIN_GAIN = 3.0
 
 
-@dataclass(frozen=True, eq=False)
-class Lead:
+class Lead(Struct, frozen=True, eq=False):
     """A mechanism and its current leading joints.
+
+    Leading joints are the joints whose coordinates are integrated.
 
     Attributes
     ----------
     mechanism
         Original mechanism.
     variant
-        Mechanism driven at the leading joints. It has no loads if these differ from the original drives.
+        The same mechanism with drives at the leading joints. If these are not the joints of the original drives, the
+        variant has no loads.
     replaced
-        Original joints of the replaced drives, by drive index.
+        Joints of the original drives that other leading joints currently replace, by drive index.
     """
 
     mechanism: Mechanism
@@ -39,14 +45,14 @@ class Lead:
     replaced: Mapping[int, Joint] = field(default_factory=dict)
 
     def rates(self, placed: Placed, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
-        """Return the rates of the replaced drives for given velocities of all links."""
+        """Return the rates of the replaced drives for given velocities of all links, by drive index."""
         return {
             number: joint.sense * joint_place(placed, joint).rate(velocity, omega)
             for number, joint in self.replaced.items()
         }
 
     def accelerations(self, motion: Motion) -> dict[int, Reals]:
-        """Return the second time derivatives of the replaced drives' coordinates."""
+        """Return the second time derivatives of the replaced drives' coordinates, by drive index."""
         accelerations = {}
         for number, joint in self.replaced.items():
             apart = joint_place(motion, joint).second_rate(motion.acceleration, motion.turning)
@@ -54,10 +60,18 @@ class Lead:
         return accelerations
 
     def rotors(self, coasting: Motion, twists: tuple[Complexes, Reals]) -> tuple[Reals, Reals]:
-        """Return the reduced rotor inertia of replaced drives, and the inertial effort at constant rates.
+        """Reduce the rotor inertia of the replaced drives to the leading joints.
 
-        The shapes are (drives, drives) and (drives,). `twists` are the velocities and angular velocities of the links
-        per unit rate of each drive, shape (links, drives) each.
+        Return the reduced inertia, shape (drives, drives), and the efforts at the leading joints that accelerate the
+        rotors while the rates of the leading joints are constant, shape (drives,).
+
+        Parameters
+        ----------
+        coasting
+            Motion at constant rates of the leading joints, for one position.
+        twists
+            Velocities and angular velocities of the links per unit rate of each leading joint, shape (links, drives)
+            each.
         """
         count = len(self.mechanism.drives)
         inertia, bias = np.zeros((count, count)), np.zeros(count)
@@ -70,9 +84,10 @@ class Lead:
         return inertia, bias
 
     def original_motion(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
-        """Convert positions and velocities of the variant to a motion of the original mechanism.
+        """Convert a motion of `variant` to a motion of the original mechanism.
 
-        `near` are the coordinates of the replaced drives to within half a turn.
+        The drive accelerations are not converted. `near` contains approximate coordinates of the replaced drives, by
+        drive index. Their errors must be smaller than half a turn.
         """
         if not self.replaced:
             return motion
@@ -84,7 +99,7 @@ class Lead:
 
 
 def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
-    """Return a joint coordinate. An angle is shifted by full turns to the value closest to `near`."""
+    """Return the coordinate of a joint. An angle is shifted by full turns to the value closest to `near`."""
     value: Reals = joint.coordinate(placed)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
@@ -92,16 +107,22 @@ def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
 def better_leading_joints(
     lead: Lead, placed: Placed, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
 ) -> Lead | None:
-    """Replace a drive by the joint that moves fastest relative to this drive, or return None.
+    """Replace a leading joint by the joint that moves fastest relative to this leading joint.
+
+    Leading joints are the joints whose coordinates are integrated. Return the new choice, or None if no joint is faster
+    than a leading joint by the factor `MIN_GAIN`.
 
     Parameters
     ----------
+    lead
+        Current leading joints.
     placed
         Current posture.
     twists
-        Velocities and angular velocities of the links per unit rate of each drive, shape (links, drives) each.
+        Velocities and angular velocities of the links per unit rate of each leading joint, each of shape (links,
+        drives).
     free
-        Indices of the drives that may be replaced.
+        Indices of the drives whose leading joints may be replaced.
     size
         Size of the mechanism [m].
     """
@@ -131,22 +152,21 @@ def better_leading_joints(
     return Lead(lead.mechanism, replace(lead.mechanism, drives=tuple(movers), loads=()) if led else lead.mechanism, led)
 
 
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """Part of an integrated motion without a change of leading joints.
+class Stretch(Struct, frozen=True, eq=False):
+    """Time interval of an integrated motion with the same leading joints.
 
     Attributes
     ----------
     lead
-        Mechanism and leading joints.
+        Mechanism and leading joints, i.e. the joints whose coordinates are integrated.
     time
         Times of the integration steps, including the start [s], shape (steps,).
     origin, direction
         Posture of the links at the steps (complex), shape (links, steps).
     state
-        Interpolant from times of shape (n,) to the coordinates and then the rates of the integrated joints.
+        Function of times, shape (n,). It returns the integrated coordinates, followed by their rates.
     replaced
-        Coordinates of the replaced drives at the steps, shape (steps,), by drive index.
+        Coordinates at the steps of the drives that other leading joints replace, shape (steps,), by drive index.
     """
 
     lead: Lead

@@ -1,4 +1,8 @@
-"""Equation of motion of the leading joints, as right-hand side of an ODE integrator."""
+"""Equation of motion as right-hand side of an ODE integrator.
+
+The unknowns are the coordinates of the leading joints and their rates. Leading joints are the joints whose coordinates
+are integrated, see `rigid.dynamics.leading`.
+"""
 
 from collections.abc import Mapping
 
@@ -17,11 +21,15 @@ from rigid.plane import dot
 
 
 class BudgetExceededError(Exception):
-    """The maximum number of evaluations is reached."""
+    """Raised if the maximum number of evaluations of the equation of motion is exceeded."""
 
 
 class RightHandSide:
-    """Right-hand side of the equation of motion. Its only state is the last posture of the tracker."""
+    """Equation of motion, solved for the rates and accelerations of the leading (integrated) joints.
+
+    A call has no side effects except on `tracker` (the current posture), the cache of postures and the number of
+    evaluations.
+    """
 
     def __init__(
         self,
@@ -50,7 +58,11 @@ class RightHandSide:
             tracker.rotors = lead.rotors
 
     def original_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
-        """Return the angles of the original drives with efforts, over any number of turns; 0.0 for slides."""
+        """Return the angle of each original drive with an effort instead of a law [rad], by drive index (slider: 0.0).
+
+        `angle` contains the angles of the links, shape (links, 1). With `offset`, the returned angles count full turns
+        as the drive coordinates do. Without `offset`, they may differ from the drive coordinates by full turns.
+        """
         coordinates = {}
         for number in self.free:
             joint = self._joints[number]
@@ -60,7 +72,10 @@ class RightHandSide:
 
     @property
     def original_drive(self) -> Reals:
-        """Coordinates of the original drives at the current posture."""
+        """Coordinates of the original drives at the current posture.
+
+        The original drives are those of the mechanism, even if other joints are integrated in place of them.
+        """
         drive = self.tracker.drive.copy()
         near = self.original_coordinates(self.tracker.angle)
         for number, joint in self.lead.replaced.items():
@@ -70,9 +85,11 @@ class RightHandSide:
     def effort(
         self, original: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
     ) -> Reals:
-        """Return the efforts reduced to the leading joints, shape (drives,). Drives with laws have no effort.
+        """Return the given efforts of the drives, reduced to the leading joints, shape (drives,).
 
-        The posture and the twists are those of the tracker, unless `placed` and `twists` are given.
+        `original` is the motion of the original mechanism, for which the efforts are evaluated. `placed` is the
+        posture. `twists` contains the velocities and angular velocities of the links per unit rate of each leading
+        joint. By default, `placed` and `twists` are those of the tracker. The efforts of drives with motion laws are 0.
         """
         reduced = np.zeros(len(self.drives))
         rates: dict[int, Reals] = {}
@@ -87,7 +104,10 @@ class RightHandSide:
         return reduced
 
     def __call__(self, time: float, state: Reals) -> Reals:
-        """Return the rates and accelerations of the integrated coordinates; nan if the mechanism does not close."""
+        """Return the rates and accelerations of the integrated coordinates.
+
+        They are nan if the joints cannot be closed, and the accelerations are nan if the inertia matrix is singular.
+        """
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
         self.evaluations += 1
@@ -117,7 +137,10 @@ class RightHandSide:
         return np.concatenate([rate[self.free], acceleration])
 
     def _by_chart(self, time: float, drive: Reals, rate: Reals) -> float | None:
-        """Return the acceleration of a single drive from the cached postures, or None."""
+        """Return the acceleration of a single leading joint, computed from a posture of the cache.
+
+        Return None if the cache has no posture at the drive coordinate.
+        """
         here = None if self.chart is None else self.chart.at(float(drive[0]))
         if here is None:
             return None
@@ -136,7 +159,10 @@ class RightHandSide:
         return (balance - float(led_bias[0])) / inertia if inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
-        """Return the coordinates and rates of all drives, and the accelerations that laws prescribe."""
+        """Return coordinates, rates and prescribed accelerations of all drives.
+
+        The prescribed acceleration of a drive with an effort is 0.
+        """
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
         drive[self.free], rate[self.free] = state[:half], state[half:]

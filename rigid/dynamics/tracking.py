@@ -1,4 +1,7 @@
-"""Tracking of a mechanism from position to position by Newton's method on all joints."""
+"""Tracking of the posture of a mechanism as its drives move, by Newton's method for the constraints of all joints.
+
+A posture consists of the positions and angles of all links.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,20 +28,25 @@ from rigid.plane import cross, dot
 from rigid.postures import Posture
 
 MAX_STEPS = 25  # maximum number of Newton steps
-TOLERANCE = 1e-15  # tolerance of positions / mechanism size, and of angles [rad]
-MAX_STEP = 0.25  # largest step of the linear prediction: displacement / size, or angle [rad]
-MAX_PIECES = 1024  # maximum number of predicted steps in one call
-MAX_REDUCTION = 0.05  # update the matrix if an iteration reduces the error to more than this fraction
-MAX_GAP = 1e-10  # largest gap of a redundant constraint that counts as closed: gap / size, or angle [rad]
+TOLERANCE = 1e-15  # tolerance of Newton's method: of positions relative to the mechanism size, and of angles in rad
+MAX_STEP = 0.25  # largest predicted movement in one step, relative to the mechanism size or in rad
+MAX_PIECES = 1024  # maximum number of steps into which one change in the drive coordinates is divided
+MAX_ERROR_RATIO = 0.05  # factorise the matrix again if an iteration leaves more than this fraction of the error
+# a redundant constraint counts as closed if its residual is below this, relative to the mechanism size or in rad
+MAX_GAP = 1e-10
 TINY = np.finfo(float).tiny
-MAX_DEVIATION = 0.25  # largest deviation of a smooth step from the mean of the rates at its ends, relative to the step
-MIN_CONDITION = 0.05  # reciprocal condition number / value at the start, below which a posture counts as near singular
-# offsets from a change point at which rates are evaluated: angle [rad], or slide / size
+# A movement counts as smooth if it agrees with a prediction from the mean of the rates at its start and end. This is
+# the largest difference, relative to the movement.
+MAX_DEVIATION = 0.25
+# a posture counts as near singular if its reciprocal condition number, relative to that at the start, is below this
+MIN_CONDITION = 0.05
+# distances from a change point at which the equation of motion is evaluated: drive angle [rad], or slide relative to
+# the mechanism size
 OFFSETS = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])
 
 
 class Tracker:
-    """A mechanism at its current posture, which is tracked along the drive coordinates.
+    """A mechanism in its current posture. The posture changes in small steps of the drive coordinates.
 
     Attributes
     ----------
@@ -49,9 +57,11 @@ class Tracker:
     size
         Reference length [m]: largest distance of a joint from the first joint at the start.
     original_motion
-        Function that converts a motion to one of the mechanism with the original drives, for loads and efforts.
+        Function that converts a motion of this mechanism to a motion of the mechanism with the original drives, for
+        which loads and efforts are evaluated. The drives differ if other joints are integrated in place of the drives.
     rotors
-        Function that returns the reduced rotor inertia of replaced drives (see `Lead.rotors`).
+        Function that returns the reduced inertia of the rotors of replaced drives, and the efforts that accelerate
+        these rotors, see `Lead.rotors`.
     """
 
     def __init__(self, mechanism: Mechanism, drive: Reals, near: Posture | None = None) -> None:
@@ -96,7 +106,7 @@ class Tracker:
         self.mark()
 
     def turns(self, number: int) -> bool:
-        """Return whether a drive turns a pin."""
+        """Return whether a drive is at a pin (otherwise, it is at a slider)."""
         return not self._table.slides[self._table.moved[number]].any()
 
     @property
@@ -106,23 +116,26 @@ class Tracker:
 
     @property
     def unit_twists(self) -> tuple[Complexes, Reals]:
-        """Velocities (complex) and angular velocities per unit rate of each drive, shape (links, drives) each."""
+        """Velocities (complex) and angular velocities per unit rate of each drive, each of shape (links, drives)."""
         return self._twists(self._influence)
 
     @property
     def unit_coasting(self) -> tuple[Complexes, Reals]:
-        """Accelerations (complex) and angular accelerations at constant unit drive rate, shape (links, 1) each."""
+        """Accelerations (complex) and angular accelerations at constant unit drive rate, each of shape (links, 1)."""
         velocity, omega = self._twists(self._influence)
         return self._twists(self._solve(-centripetal(self._here, velocity, omega)[0, self._rows]))
 
     @property
     def near_singular(self) -> bool:
-        """Whether the posture is so close to singular that the rates lose digits."""
+        """Whether the posture is so close to singular that the rates are inaccurate."""
         return self._rcond < self._min_rcond
 
     @property
     def steepness(self) -> float:
-        """Largest rate of a link's position or angle per drive rate, with lengths relative to `size`."""
+        """Largest rate of a link's position or angle, relative to the drive rate.
+
+        Lengths are divided by `size`.
+        """
         units = [1.0 if self.turns(number) else self.size for number in range(self._influence.shape[1])]
         return float(np.abs(self._weights[:, None] * self._influence * units).max(initial=0.0))
 
@@ -134,10 +147,13 @@ class Tracker:
         self.mark()
 
     def step_to(self, drive: Reals) -> bool:
-        """Move to nearby drive coordinates. If this fails, go back to the marked posture and return False."""
+        """Move to nearby drive coordinates and return True.
+
+        If this fails, return to the posture that `mark` stored, and return False.
+        """
         if self._advance(drive):
             return True
-        # near a singular position the prediction is unreliable, so retry from the marked posture
+        # near a singular position the prediction is unreliable, so retry from the stored posture
         self._state = self._mark
         if self._advance(drive):
             return True
@@ -145,7 +161,7 @@ class Tracker:
         return False
 
     def mark(self) -> None:
-        """Mark the current posture as fallback, unless it is near singular."""
+        """Store the current posture unless it is near singular. `step_to` returns to the stored posture if it fails."""
         if not self.near_singular:
             self._mark = self._state
 
@@ -192,10 +208,15 @@ class Tracker:
     def equation_at_change_point(
         self, time: float, rate: Reals, drive: Reals, effort: Callable[[Motion], Reals]
     ) -> tuple[Reals, Reals] | None:
-        """Return `equation` at a change point, interpolated from both sides, or None.
+        """Return the terms of the equation of motion at a change point, interpolated from both sides.
 
-        Computed rates lose all digits at a change point although the motion is smooth. They are therefore evaluated at
-        offsets along the drive path and interpolated by a polynomial.
+        A change point is a singular posture at which two branches meet. The motion through it is smooth, but the rates
+        that are computed there are only round-off. The terms are therefore computed at `OFFSETS` before and after the
+        change point, and interpolated by a polynomial. The terms are the reduced inertia, and the sum of loads, efforts
+        and inertial efforts at constant rates.
+
+        Return None if the posture at an offset cannot be reached. Also return None if the posture at `drive` is not
+        much closer to singular than the postures at the first and the last offset.
         """
         here = self._state
         unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
@@ -217,9 +238,12 @@ class Tracker:
         return value[: count**2].reshape(count, count), value[count**2 :]
 
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
-        """Return the reduced inertia, the loads minus centripetal forces, and the motion without acceleration.
+        """Return the terms of the equation of motion at the current posture, and the motion at constant drive rates.
 
-        The first two have shapes (drives, drives) and (drives,). The motion is that of the original drives.
+        Returns
+        -------
+        Reduced inertia, shape (drives, drives). Reduced loads and weight minus the efforts that the inertia requires at
+        constant drive rates, shape (drives,). Motion at constant drive rates, in coordinates of the original drives.
         """
         velocity, omega = self._twists(self._influence @ rate)
         missing = -centripetal(self._here, velocity, omega)[0, self._rows]
@@ -260,7 +284,7 @@ class Tracker:
         """Move to nearby drive coordinates by Newton's method, reusing the factorised matrix if possible."""
         ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
-        # with the matrix of the previous posture, the error decreases by about the size of the step
+        # with the matrix of the previous posture, each iteration multiplies the error by about the size of `ahead`
         slowness = float(np.abs(self._weights * ahead).max())
         before = 0.0
         for _ in range(MAX_STEPS):
@@ -276,12 +300,12 @@ class Tracker:
                 surplus = len(open_by) > len(self._rows)
                 return not surplus or bool(np.abs(self._row_weights * self._residual(drive)).max() < MAX_GAP)
             before = length
-            if slowness > MAX_REDUCTION:
+            if slowness > MAX_ERROR_RATIO:
                 self._factor(self._here)
         return False
 
     def _shift(self, step: Reals) -> None:
-        """Displace and rotate the links by (x, y, angle) each."""
+        """Displace and rotate the moving links. `step` contains x, y and angle of each link in turn."""
         self.origin = self.origin.copy()
         self._angle = self._angle.copy()
         self.origin[1:, 0] += step[0::3] + 1j * step[1::3]
@@ -293,7 +317,7 @@ class Tracker:
         self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Reals:
-        """Return the residuals of the constraints, in the order of the rows."""
+        """Return the residuals of the constraints, in the order of the rows of `constraint_matrix`."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
@@ -321,7 +345,11 @@ class Tracker:
         return self._lapack.dgetrs(*self._factors, rows)[0]
 
     def _twists(self, rates: Reals) -> tuple[Complexes, Reals]:
-        """Convert rates of (x, y, angle) to velocities (complex) and angular velocities, shape (links, n) each."""
+        """Convert rates of x, y and angle of the moving links to velocities and angular velocities of all links.
+
+        `rates` has the shape (3 (links - 1), n) or (3 (links - 1),). The results have the shape (links, n) or (links,
+        1).
+        """
         columns = rates.reshape(len(rates), -1)
         velocity = np.zeros((self._links, columns.shape[1]), complex)
         velocity[1:] = columns[0::3] + 1j * columns[1::3]

@@ -1,7 +1,7 @@
 """Joints: a common interface, and a file for each type of joint.
 
-Each joint has one coordinate, which is computed or prescribed by a drive or gear. Each type of joint defines its
-coordinate, constraints, forces and free motion in its own file. Callers use `Joint` and `JointPlace` only.
+Each joint has one coordinate, which is either prescribed by a drive or gear, or computed. The file of a type of joint
+defines the coordinate, constraints, forces and free motion. Callers use `Joint` and `JointPlace` only.
 """
 
 from rigid.joints.pin import PinJoint, PinPlace

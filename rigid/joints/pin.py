@@ -1,12 +1,12 @@
-"""Pin: two links rotate about a common point. The coordinate is an angle; x and y are constrained."""
+"""Pin: two links rotate about a common point. The coordinate is an angle; displacements in x and y are constrained."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Real
 from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
@@ -15,25 +15,24 @@ from rigid.plane import ZERO, unit
 from rigid.teeth import Teeth
 
 
-@dataclass(frozen=True, eq=False)
-class PinJoint(Joint):
+class PinJoint(Joint, frozen=True):
     """Pin between two links. The coordinate is the angle of `block` relative to `owner` [rad] (see `Joint`)."""
 
     turns: ClassVar[bool] = True
     letter: ClassVar[str] = "R"
 
     def point(self, link: int) -> str | None:
-        """Return the common point of the links."""
+        """Return the name of the common point of the links."""
         return self.name
 
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """See `Joint`. The coordinate is that of the bodies."""
+        """See `Joint`. The coordinate of the result is the angle between the bodies."""
         parent, child = bodies[self.parent], bodies[self.child]
         ends = parent.at(self.at_parent), child.at(self.at_child)
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
 
     def exchanged(self) -> Self:
-        """See `Joint`. The angle of an undriven pin is relative to the new parent."""
+        """See `Joint`. Without a drive or gear, the coordinate changes sign, as it is relative to the new parent."""
         sense = -self.sense if self.moved else self.sense
         return replace(
             self, parent=self.child, child=self.parent, at_parent=self.at_child, at_child=self.at_parent, sense=sense
@@ -44,7 +43,7 @@ class PinJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
 
     def mover(self, links: Sequence[str]) -> PinDrive:
-        """Return a motor that turns the child relative to the parent."""
+        """Create a drive that turns the child relative to the parent."""
         return PinDrive(links[self.child], self.name, links[self.parent])
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -75,9 +74,8 @@ class PinJoint(Joint):
         return PinPlace(self, arm_parent, carried(placed.direction[self.child], self.at_child), teeth)
 
 
-@dataclass(frozen=True, eq=False)
-class PinPlace(JointPlace):
-    """Pin at a posture: x and y are constrained, and the rotation is free."""
+class PinPlace(JointPlace, frozen=True):
+    """Pin at a posture: displacements in x and y are constrained, and the rotation is free."""
 
     turns: ClassVar[bool] = True
 
@@ -86,19 +84,19 @@ class PinPlace(JointPlace):
         return displacement
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Return the multiplier, all of which acts on displacements."""
+        """Return the whole multiplier, because both constraints are on displacements."""
         return dual
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """Return the force; there is no moment."""
+        """Return the force, and a moment of zero."""
         return multiplier, ZERO
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Return displacement and rotation due to a rotation about the pin."""
+        """Return the displacement and the rotation due to a rotation about the pin."""
         return reach * (1j * amount), amount
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Return a rotation or moment `amount`."""
+        """Return a displacement (or force) of zero, and the rotation (or moment) `amount`."""
         return ZERO, amount
 
     def rate(self, velocity: Any, omega: Any) -> Columns:

@@ -1,19 +1,19 @@
-"""Interface of all joints: `Joint`, and `JointPlace` for a joint of placed links.
+"""Interface of all joints: `Joint`, and `JointPlace` for a joint between links with known positions.
 
-The coordinate of a joint is the position of one link (the block) relative to the other (the owner). The parent is the
-link that is placed first, and the child the other one. Coordinates do not depend on this order, except for a free pin,
-whose coordinate is the angle of the child relative to the parent.
+A joint connects two links, the owner and the block. The joint coordinate is the position of the block relative to the
+owner. When positions are computed, one of the two links (the parent) is placed before the other link (the child). The
+coordinate does not depend on this order, with one exception: for a pin without a drive or gear, the coordinate is the
+angle of the child relative to the parent.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Complex, Complexes, Real
 from rigid.mechanism import Mechanism
@@ -49,12 +49,15 @@ class Drawn(Protocol):
         """Return the drawn position of a point [m]."""
 
     def direction(self, link: int) -> Columns:
-        """Return the unit vector of a link's axes as drawn."""
+        """Return the unit vector of a link's x axis as drawn (complex)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Body:
-    """Position of a welded link in its body: origin `shift` [m] and unit vector `turn`, in the axes of `link`."""
+class Body(Struct, frozen=True, eq=False):
+    """Position of a link in its body. A body is a rigid group of links that welds connect.
+
+    One link of the group, `link`, defines the axes of the body. In these axes, `shift` is the origin of the welded link
+    [m] and `turn` the unit vector of its x axis (complex).
+    """
 
     link: int
     shift: Complex = 0.0
@@ -65,20 +68,20 @@ class Body:
         return self.shift + self.turn * local
 
 
-@dataclass(frozen=True, eq=False)
-class Coupling:
-    """A gear, from the view of the joint that follows it.
+class Coupling(Struct, frozen=True, eq=False):
+    """A gear that moves a joint, the follower, in proportion to another joint, the driver.
 
     Attributes
     ----------
     ratio, driver
-        Gear ratio and driving joint.
+        Gear ratio, and the driver. The coordinates satisfy `follower - follower_0 = ratio * (driver - driver_0)`. The
+        index 0 denotes coordinates in the drawing.
     pressure_angle
-        Pressure angle of the teeth [rad]; None without teeth.
+        Pressure angle of the teeth [rad]; None for a gear without teeth.
     law
-        If the driver is in the same group as the follower: pairs (factor, joint) of driven or earlier joints that
-        replace ratio and driver. The change of the follower's coordinate from the drawing is the sum of each factor
-        times the change of the joint's coordinate.
+        Pairs (factor, joint) that replace `ratio` and `driver` if the driver is in the same group as the follower.
+        These joints are driven or belong to earlier groups. The coordinates satisfy `follower - follower_0 = sum(factor
+        * (joint - joint_0))`, summed over the pairs.
     """
 
     ratio: float
@@ -88,29 +91,29 @@ class Coupling:
 
     @property
     def sources(self) -> tuple[tuple[float, Joint], ...]:
-        """Pairs (factor, joint) that prescribe the change of the follower's coordinate."""
+        """Pairs (factor, joint) that prescribe the coordinate of the follower: `law`, or else `ratio` and `driver`."""
         return self.law or ((self.ratio, self.driver),)
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Reference link and moving link of the driving joint."""
+        """Links of the driver: its parent, relative to which it moves, and its child."""
         return self.driver.parent, self.driver.child
 
 
-@dataclass(frozen=True, eq=False)
-class Joint(ABC):
+class Joint(Struct, frozen=True, eq=False, dict=True):
     """A joint between two links.
 
-    Parameters
+    Attributes
     ----------
     name
         Name of the point or slider.
     parent, child
         Link indices. The parent is placed first.
     at_parent, at_child
-        Joint point in the axes of each link [m]. For the owner of a slider's line, this is the line's origin.
+        Position of the joint in the axes of the parent and of the child [m]. In the axes of the owner of a slider, this
+        is the origin of the line.
     sense
-        +1 if the child is the driven or sliding link, -1 if it is the reference link.
+        +1 if the child is the block (the driven or sliding link), -1 if the child is the owner (the reference link).
     drive
         Index of the drive of the joint, or None.
     gear
@@ -135,17 +138,20 @@ class Joint(ABC):
     """Number of relative freedoms; 0 for a weld."""
 
     def at(self, link: int) -> Complex:
-        """Return the joint point in the axes of a link."""
+        """Return the position of the joint in the axes of a link."""
         return self.at_child if self.child == link else self.at_parent
 
     @cached_property
     def moved(self) -> bool:
-        """Whether a drive or a gear prescribes the coordinate."""
+        """Whether a drive, a gear or a weld prescribes the coordinate."""
         return self.drive is not None or self.gear is not None
 
     @property
     def holds_rotation(self) -> bool:
-        """Whether the joint prevents relative rotation if its drive is locked (a gear only couples rotations)."""
+        """Whether the joint prevents relative rotation if drives are locked.
+
+        This is False for a pin with a gear, because a gear only couples rotations.
+        """
         return not self.turns or self.drive is not None
 
     @property
@@ -165,12 +171,12 @@ class Joint(ABC):
 
     @cached_property
     def parent_point(self) -> str | None:
-        """Name of the parent's point at the joint; None for a slider's line."""
+        """Name of the parent's point at the joint; None if the parent is the owner of a slider."""
         return self.point(self.parent)
 
     @cached_property
     def child_point(self) -> str | None:
-        """Name of the child's point at the joint; None for a slider's line."""
+        """Name of the child's point at the joint; None if the child is the owner of a slider."""
         return self.point(self.child)
 
     @property
@@ -180,56 +186,56 @@ class Joint(ABC):
 
     @property
     def turned(self) -> Complex:
-        """Unit vector of the block's axes in owner axes if the relative angle is constant, else 1."""
+        """Rotation of the block axes relative to the owner axes, exp(i angle), if it is constant; else 1."""
         return 1.0
 
     @property
     def turn(self) -> Complex:
-        """Unit vector of the child's axes in parent axes if the relative angle is constant, else 1."""
+        """Rotation of the child axes relative to the parent axes, exp(i angle), if it is constant; else 1."""
         return self.turned if self.ordered else np.conj(self.turned)
 
     def along(self, placed: Placed) -> Columns:
-        """Return the unit vector of the slider's line (complex)."""
+        """Return the unit vector of the slider's line in ground axes (complex)."""
         return placed.direction[self.owner] * self.line
 
-    @abstractmethod
     def point(self, link: int) -> str | None:
-        """Return the name of a link's point at the joint; None for a slider's line."""
+        """Return the name of a link's point at the joint; None for the owner of a slider."""
+        raise NotImplementedError
 
-    @abstractmethod
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """Return the same joint between the bodies that its links belong to."""
+        """Return the same joint between the bodies to which its links belong (see `Body`)."""
+        raise NotImplementedError
 
-    @abstractmethod
     def exchanged(self) -> Self:
         """Return the same joint with parent and child exchanged."""
+        raise NotImplementedError
 
-    @abstractmethod
     def of_first_design(self) -> Self:
-        """Return the same joint with the scalar lengths of the first design."""
+        """Return the same joint for the first design only, with scalar dimensions."""
+        raise NotImplementedError
 
-    @abstractmethod
     def mover(self, links: Sequence[str]) -> PinDrive | SliderDrive:
-        """Return a drive of this joint. `links` are the names of all links."""
+        """Create a drive that moves this joint. `links` are the names of all links."""
+        raise NotImplementedError
 
-    @abstractmethod
     def coordinate(self, placed: Placed) -> Columns:
-        """Return the joint coordinate of placed links: an angle in (-pi, pi] or a slide [m]."""
+        """Return the joint coordinate for given positions of the links: an angle in (-pi, pi] or a slide [m]."""
+        raise NotImplementedError
 
-    @abstractmethod
     def drawn(self, drawing: Drawn) -> float:
         """Return the joint coordinate as drawn, for the first design [rad or m]."""
+        raise NotImplementedError
 
-    @abstractmethod
     def gap(self, placed: Placed) -> Columns:
-        """Return the gap of a cut joint (child relative to parent) in the components of `JointPlace.row`."""
+        """Return the gap of a cut joint (child relative to parent), with components as in `JointPlace.row`."""
+        raise NotImplementedError
 
-    @abstractmethod
     def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
-        """Return whether a gap of a cut joint is within an angle [rad] and a length [m]."""
+        """Return whether the rotation in a gap is at most `angle` [rad], and the displacement at most `length` [m]."""
+        raise NotImplementedError
 
     def closes(self, placed: Placed, angle: float, length: Columns) -> Any:
-        """Return whether the joint is closed to within an angle [rad] and a length [m]."""
+        """Return whether the joint is closed to within `angle` [rad] and `length` [m]."""
         return self.within(self.gap(placed), angle, length)
 
     def drawn_along(self, drawing: Drawn) -> Any:
@@ -237,34 +243,39 @@ class Joint(ABC):
         return 1.0
 
     def rotation_gap(self, placed: Placed) -> Columns:
-        """Return the rotation gap of a weld (child relative to parent), which `gap` leaves out [rad]; else 0."""
+        """Return the angle by which a weld is open (child relative to parent) [rad]; 0 for other joints."""
         return 0.0
 
     def carry(self, parent: Body) -> Body:
-        """Return the body of the child: its own, or that of the parent for a weld."""
+        """Return the position of the child in its body.
+
+        A weld joins the child to the body of the parent. Any other joint starts a new body.
+        """
         return Body(self.child)
 
-    @abstractmethod
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
-        """Return origin and direction of the child for a placed parent and a coordinate [rad or m]."""
+        """Return the origin and direction of the child for a given coordinate [rad or m] and position of the parent."""
+        raise NotImplementedError
 
-    @abstractmethod
     def place(self, placed: Placed, teeth: Teeth | None) -> JointPlace:
-        """Return the joint of two placed links. `teeth` is the tooth contact that drives it, or None."""
+        """Return the joint for given positions of both links. `teeth` is the tooth contact that drives it, or None."""
+        raise NotImplementedError
 
 
-@dataclass(frozen=True, eq=False)
-class JointPlace(ABC):
-    """A joint of placed links.
+class JointPlace(Struct, frozen=True, eq=False, dict=True):
+    """A joint between links with known positions.
 
-    The two constraints of a cut joint form one complex number. Their two multipliers form another one.
+    The free motion of the joint is the relative motion that the joint allows: the rotation of a pin or the slide of a
+    slider, child relative to parent. The two constraints of a cut joint are the components of one complex number. The
+    Lagrange multipliers of the two constraints are the components of another complex number.
 
     Attributes
     ----------
     joint
         Joint.
     arm_parent, arm_child
-        Vectors from the origin of each link to the joint's point (for a slider, the block's point) (complex) [m].
+        Vectors from the origin of the parent and of the child to the joint (for a slider, to the point of the block),
+        in ground axes (complex) [m].
     teeth
         Tooth contact that drives the joint, or None.
     along
@@ -281,50 +292,59 @@ class JointPlace(ABC):
     """Whether the coordinate is an angle."""
 
     def arm(self, link: int) -> Columns:
-        """Return the vector from a link's origin to the joint's point (complex) [m]."""
+        """Return the vector from the origin of a link to the joint in ground axes (complex) [m], see `arm_parent`."""
         return self.arm_child if self.joint.child == link else self.arm_parent
 
-    @abstractmethod
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
         """Return the constrained components of a relative displacement and rotation, as one complex number."""
+        raise NotImplementedError
 
-    @abstractmethod
     def per_displacement(self, dual: Columns) -> Columns:
-        """Return the part of a complex multiplier that acts on displacements."""
+        """Return the part of a complex multiplier that belongs to constraints on displacements (not rotation)."""
+        raise NotImplementedError
 
-    @abstractmethod
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """Return the force (complex) [N] and moment [N m] on the child for given constraint multipliers."""
+        """Return the force (complex) [N] and the moment [N m] on the child for given multipliers of the constraints."""
+        raise NotImplementedError
 
-    @abstractmethod
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Return the displacement at `reach` from the joint, and the rotation, for a free motion of the child."""
+        """Return the displacement of a point, and the rotation, due to a free motion of the child by `amount`.
 
-    @abstractmethod
-    def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Return the displacement of the child's point and the rotation, (gap, turn), for a free motion.
-
-        If `amount` is an effort along the free motion, return the force and moment on the child.
+        `reach` is the vector from the joint to the point (complex) [m].
         """
+        raise NotImplementedError
 
-    @abstractmethod
+    def driven(self, amount: Columns) -> tuple[Columns, Columns]:
+        """Return the displacement of the joint, and the rotation, due to a free motion of the child by `amount`.
+
+        If `amount` is an effort along the free motion, the result is the force and the moment on the child.
+        """
+        raise NotImplementedError
+
     def rate(self, velocity: Any, omega: Any) -> Columns:
-        """Return the rate of the free motion, child relative to parent, for given link velocities [rad/s or m/s]."""
+        """Return the rate of the free motion (child relative to parent) for given link velocities [rad/s or m/s]."""
+        raise NotImplementedError
 
-    @abstractmethod
     def second_rate(self, acceleration: Any, turning: Any) -> Columns:
-        """Return the acceleration of the free motion from accelerations and `Motion.turning` [rad/s^2 or m/s^2]."""
+        """Return the second rate of the free motion for given accelerations and `Motion.turning` [rad/s^2 or m/s^2]."""
+        raise NotImplementedError
 
-    @abstractmethod
     def effort(self, force: Columns, moment: Columns) -> Columns:
-        """Return the component of a force and moment on the child along the free motion [N m or N]."""
+        """Return the effort that a force and a moment on the child have along the free motion [N m or N]."""
+        raise NotImplementedError
 
-    @abstractmethod
     def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
-        """Return the two contact force components for a force and moment [N]. `length` is a block's guided length."""
+        """Return the two components of the contact force due to a force and a moment of the joint [N].
+
+        `length` is the guided length of the block of a slider.
+        """
+        raise NotImplementedError
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
-        """Return the Coriolis part of the acceleration gap [m/s^2]. `rotation` is i times the angular velocities."""
+        """Return the Coriolis term in the relative acceleration of the links at the joint (complex) [m/s^2].
+
+        `rotation` contains the angular velocities of the links, multiplied by i.
+        """
         return ZERO
 
 
@@ -334,12 +354,12 @@ def point_of(placed: Placed, link: int, local: Any) -> Columns:
 
 
 def carried(direction: Columns, local: Any) -> Columns:
-    """Convert a vector from link axes to ground axes. Return ZERO for the scalar 0."""
+    """Convert a vector from link axes to ground axes. If `local` is the scalar 0, return ZERO."""
     return ZERO if isinstance(local, (int, float, complex)) and local == 0 else direction * local
 
 
 def opening_of(placed: Placed, joint: Joint) -> Columns:
-    """Return the vector from the owner's point to the block's point (complex) [m]."""
+    """Return the vector from the joint on the owner to the joint on the block in ground axes (complex) [m]."""
     owner, block = joint.owner, joint.block
     return point_of(placed, block, joint.at(block)) - point_of(placed, owner, joint.at(owner))
 

@@ -1,15 +1,16 @@
-"""Slider: a block slides without rotation along a line of its owner. The coordinate is the slide [m].
+"""Slider: one link, the block, slides without rotation along a line of another link, the owner.
 
-The rotation and the displacement normal to the line are constrained, as one complex number: rotation + i normal.
+The coordinate is the slide [m]. The constrained components are the relative rotation and the relative displacement
+normal to the line. They form one complex number: rotation + i times displacement normal to the line.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Complex, Real
 from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
@@ -18,23 +19,22 @@ from rigid.plane import ZERO, cross, dot
 from rigid.teeth import Teeth
 
 
-@dataclass(frozen=True, eq=False)
-class SliderJoint(Joint):
+class SliderJoint(Joint, frozen=True, kw_only=True):
     """Slider between two links. The coordinate is the slide of the block along the owner's line [m].
 
-    Parameters
+    Attributes
     ----------
     slider
-        Slider of the mechanism.
+        Definition of the slider, in the axes of the links, or in the axes of their bodies after `on_bodies`.
     """
 
-    slider: Slider = field(kw_only=True)
+    slider: Slider
 
     turns: ClassVar[bool] = False
     letter: ClassVar[str] = "P"
 
     def point(self, link: int) -> str | None:
-        """Return the point of the block; None for the owner."""
+        """Return the name of the point of the block; None for the owner."""
         return self.slider.point if link == self.block else None
 
     @property
@@ -59,7 +59,11 @@ class SliderJoint(Joint):
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
     def drawn_along(self, drawing: Drawn) -> Any:
-        """See `Joint`. It is read from the mechanism, because this joint may hold some designs only, or join bodies."""
+        """See `Joint`.
+
+        The line is read from the mechanism, because `slider` may contain only some designs, or refer to the axes of
+        bodies.
+        """
         mechanism = drawing.mechanism
         slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction
@@ -67,7 +71,7 @@ class SliderJoint(Joint):
     def exchanged(self) -> Self:
         """See `Joint`."""
         ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
-        return replace(self, **ends, sense=-self.sense)  # type: ignore[arg-type]
+        return replace(self, **ends, sense=-self.sense)
 
     def of_first_design(self) -> Self:
         """See `Joint`."""
@@ -76,7 +80,7 @@ class SliderJoint(Joint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), slider=slider)
 
     def mover(self, links: Sequence[str]) -> SliderDrive:
-        """Return a motor along the line."""
+        """Create a drive along the line."""
         return SliderDrive(self.name)
 
     def coordinate(self, placed: Placed) -> Columns:
@@ -123,9 +127,8 @@ class SliderJoint(Joint):
         return SliderPlace(self, arm_parent, arm_child, teeth, self.along(placed))
 
 
-@dataclass(frozen=True, eq=False)
-class SliderPlace(JointPlace):
-    """Slider at a posture: rotation and normal displacement are constrained, and the slide is free."""
+class SliderPlace(JointPlace, frozen=True):
+    """Slider in a posture of the mechanism: rotation and normal displacement are constrained, and the slide is free."""
 
     turns: ClassVar[bool] = False
 
@@ -134,19 +137,22 @@ class SliderPlace(JointPlace):
         return rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Return the real part. In Im(dual * row), it multiplies the displacement, the imaginary part of `row`."""
+        """Return the real part of `dual`.
+
+        This part belongs to the displacement: in Im(dual * row), it is multiplied by the imaginary part of `row`.
+        """
         return dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
-        """Return the force normal to the line, and the moment."""
+        """Return the force normal to the line in ground axes, and the moment."""
         return multiplier.imag * (1j * self.along), multiplier.real
 
     def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
-        """Return a displacement along the line."""
+        """Return a displacement along the line, and a rotation of zero."""
         return self.along * amount, ZERO
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Return a displacement or force along the line."""
+        """Return the displacement (or force) `amount` along the line, and a rotation (or moment) of zero."""
         return amount * self.along, ZERO
 
     def rate(self, velocity: Any, omega: Any) -> Columns:

@@ -1,13 +1,13 @@
 """Weld: a rigid joint of two links at a common point, modelled as a pin with a fixed angle.
 
-A weld constrains x, y and rotation, and transmits a force and a moment. A weld that closes a ring of welds is redundant
-for rigid links. With elastic links, its force and moment are determined.
+A weld constrains x, y and rotation, and transmits a force and a moment. A weld that closes a ring of welds is
+redundant. Its force and moment are indeterminate if the links are rigid, and determinate if the links are elastic.
 """
 
-from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Complex
 from rigid.joints.pin import PinJoint
@@ -15,17 +15,16 @@ from rigid.joints.protocol import Body, Drawn, Placed, carried, first, point_of
 from rigid.parts import Weld
 
 
-@dataclass(frozen=True, eq=False)
-class WeldJoint(PinJoint):
+class WeldJoint(PinJoint, frozen=True, kw_only=True):
     """Weld between two links.
 
-    Parameters
+    Attributes
     ----------
     weld
-        Weld of the mechanism.
+        Definition of the weld in the mechanism.
     """
 
-    weld: Weld = field(kw_only=True)
+    weld: Weld
 
     freedoms: ClassVar[int] = 0
     moved: ClassVar[bool] = True  # the weld prescribes the coordinate
@@ -39,7 +38,7 @@ class WeldJoint(PinJoint):
     def exchanged(self) -> Self:
         """See `Joint`."""
         ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
-        return replace(self, **ends, sense=-self.sense)  # type: ignore[arg-type]
+        return replace(self, **ends, sense=-self.sense)
 
     def of_first_design(self) -> Self:
         """See `Joint`."""

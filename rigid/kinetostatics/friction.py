@@ -1,14 +1,15 @@
-"""Joint friction: efforts that oppose the motion, and that depend on the joint forces.
+"""Joint friction: forces and moments (efforts) that oppose the motion and depend on the joint forces.
 
-The joint forces are linear in the friction efforts. These few unknowns are solved for at all positions at once.
-Derivation: docs/theory.md, "Friction".
+The joint forces are linear functions of the friction efforts. The efforts are the only unknowns, and are computed at
+all positions at once. Derivation: docs/theory.md, "Friction".
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Flags, Reals
 from rigid.closures.conditioning import extents
@@ -19,11 +20,12 @@ from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Friction
 
-REST_RATE = 1e-9  # rate up to which a joint counts as at rest, relative to the mechanism's speed or angular velocity
+# a joint is at rest if its rate is at most this, relative to the mechanism's speed or angular velocity
+REST_RATE = 1e-9
 CREEP_SHARE = 1e-3  # creep rate / largest rate of the joint
 MAX_STEPS = 40  # maximum number of Newton steps
-TOLERANCE = 1e-15  # relative residual of the efforts at which the iteration stops
-MAX_RESIDUAL = 1e-12  # largest relative residual of a valid solution
+TOLERANCE = 1e-15  # the iteration stops when the relative residual of the efforts is below this
+MAX_RESIDUAL = 1e-12  # a solution is valid if its relative residual is at most this
 MAX_FLANK_ROUNDS = 4
 """Maximum number of iterations for the loaded flanks of gear teeth."""
 
@@ -32,33 +34,35 @@ Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None],
 
 
 def friction_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
-    """Return the indices and friction of the joints with friction, in the order of `Structure.joints`."""
-    return _rubbing(mechanism) if mechanism.friction else ()
+    """Return the index and the friction of each joint with friction, in the order of `Structure.joints`."""
+    return _joints_with_friction(mechanism) if mechanism.friction else ()
 
 
 @lru_cache(maxsize=64)
-def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
+def _joints_with_friction(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
     known = mechanism.friction
     joints = enumerate(structure(mechanism).joints)
     return tuple((number, known[joint.name]) for number, joint in joints if joint.name in known)
 
 
-def with_friction(
+def forces_with_friction(
     motion: Motion, balance: Balance, vibrating: Mapping[int, tuple[Columns, Columns]] | None = None
 ) -> JointForces:
-    """Return the joint forces, including the friction that they cause.
+    """Return the joint forces including friction, which is itself caused by the joint forces.
 
     Parameters
     ----------
     balance
-        Function that returns the joint forces for given friction; it is linear for given gear flanks.
+        Function that returns the joint forces for given friction efforts and gear flanks. For given gear flanks, it
+        must be a linear function of the efforts.
     vibrating
-        For each joint index: rate added by vibrating links, and creep rate [rad/s or m/s]. Around the creep rate,
-        Coulomb friction changes its sign gradually instead of abruptly.
+        By joint index, the rate that vibrating links add to the rate of the joint, and the creep rate [rad/s or m/s].
+        If the rate of a joint is small compared with its creep rate, Coulomb friction is reduced, so that it changes
+        its sign gradually.
 
     Returns
     -------
-    Joint forces, with nan at positions where friction may lock the mechanism.
+    Joint forces, which are nan at positions at which friction may lock the mechanism.
     """
     rubbing = friction_joints(motion.mechanism)
     forces = balance(None, None)
@@ -78,7 +82,7 @@ def with_friction(
             if not np.any(turned):
                 break
             forces = balance(None, rubbed.flank)
-        for differs in turned:  # neither flank is consistent with the friction that it causes
+        for differs in turned:  # with neither flank are the joint forces consistent with the friction that they cause
             feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
     rubbed = replace(rubbed, feedback=feedback, sliding=sliding)
     if np.any(rubbed.locked):
@@ -87,9 +91,10 @@ def with_friction(
 
 
 def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Return the signs of the joint rates (child relative to parent) by joint index, shape (..., positions).
+    """Return by joint index the sign of the joint's rate (child relative to parent), shape (..., positions).
 
-    The sign is 0.0 at rest, which means below `REST_RATE` times the speed (for a pin, angular velocity) from `speeds`.
+    The sign is 0.0 if the joint is at rest, i.e. if its rate is at most `REST_RATE` times the speed of the mechanism
+    (for a pin, times its angular velocity), see `speeds`.
     """
     fastest, spin = speeds(motion)
     return {
@@ -99,14 +104,15 @@ def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[i
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
-    """Return the sign of a rate, or 0.0 if the rate is round-off relative to `scale`."""
+    """Return the sign of a rate, or 0.0 if the rate is at most `REST_RATE` times `scale`."""
     return np.where(np.abs(rate) > REST_RATE * scale, np.sign(rate), 0.0)
 
 
 def creep_rate(motion: Motion, number: int) -> float:
-    """Return the creep rate of a joint [rad/s or m/s]: `CREEP_SHARE` of the joint's largest rate.
+    """Return the creep rate of a joint: `CREEP_SHARE` times its largest rate [rad/s or m/s].
 
-    If the joint does not move, use the mechanism's speed (for a pin, angular velocity) instead of the joint's rate.
+    If the joint does not move, the speed of the mechanism (for a pin, its angular velocity) is used instead of the
+    rate.
     """
     fastest, spin = speeds(motion)
     scale = float(np.max(spin if motion.places[number].turns else fastest))
@@ -115,9 +121,9 @@ def creep_rate(motion: Motion, number: int) -> float:
 
 
 def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, Columns]) -> dict[int, Reals]:
-    """Return the Coulomb effort per joint rate [N m s or N s/m] by joint index, shape (..., positions).
+    """Return by joint index the ratio (Coulomb effort / rate of the joint) [N m s or N s/m], shape (..., positions).
 
-    `creep` are the creep rates (see `with_friction`).
+    `creep` contains the creep rates (see `forces_with_friction`).
     """
     per_rate = {}
     for number, friction in friction_joints(motion.mechanism):
@@ -136,7 +142,7 @@ def sliding_rate(motion: Motion, number: int) -> Reals:
 def speeds(motion: Motion) -> tuple[Reals, Reals]:
     """Return the speed of the fastest point [m/s] and the largest angular velocity [rad/s], (..., positions) each.
 
-    The angular velocity is at least the speed of the fastest point divided by the size of the largest link.
+    If (speed of the fastest point / size of the largest link) is larger than this angular velocity, it is used instead.
     """
     sizes, omega = extents(motion.mechanism), np.abs(motion.angular_velocity)
     fastest = np.max([np.abs(motion.velocity[at]) + omega[at] * size for at, size in enumerate(sizes)], axis=0)
@@ -150,22 +156,21 @@ def friction_power(motion: Motion, forces: JointForces) -> Reals:
     return np.zeros(motion.columns) + sum(parts, start=0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class _Contacts:
+class _Contacts(Struct, frozen=True, eq=False):
     """Contact forces at the joints with friction, as linear functions of the friction efforts.
 
     Attributes
     ----------
     strength
-        Coulomb effort per contact force, with the sign of the motion, shape (joints, ..., positions).
+        Coulomb effort per unit of contact force, with the sign of the motion, shape (joints, ..., positions).
     given
         Viscous efforts, same shape.
     pins
         Whether each joint is a pin, shape (joints,).
     base, influence
-        Contact force components without friction, shape (joints, 2, ..., positions), and change of the components per
-        unit of each effort, shape (joints, joints, 2, ..., positions). The components are x and y of the force for a
-        pin, and N and 2 M / length for a slider.
+        Two components of the contact force of each joint without friction, shape (joints, 2, ..., positions), and their
+        change per unit of each effort, shape (joints, joints, 2, ..., positions). For a pin, the components are those
+        of the force in x and y. For a slider, they are the normal force N and 2 M / length.
     """
 
     strength: Reals
@@ -175,16 +180,16 @@ class _Contacts:
     influence: Reals
 
     def pressing(self, efforts: Reals) -> Reals:
-        """Return the contact force components for efforts of shape (joints, ..., positions)."""
+        """Return the components of the contact forces for given efforts, shape (joints, ..., positions)."""
         return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
 
     def size(self, pressing: Reals) -> Reals:
-        """Return the magnitudes of the contact forces. The components are along the second axis."""
+        """Return the magnitudes of the contact forces. `pressing` has the components on its second axis."""
         return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
                          for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
 
     def slopes(self, pressing: Reals) -> Reals:
-        """Return the derivatives of `size`, in the shape of `pressing`; 0 for a pin without force."""
+        """Return the derivatives of `size` with respect to the components; 0 for a pin without force."""
         slopes = np.zeros_like(pressing)
         for pin, each, slope in zip(self.pins, pressing, slopes, strict=True):
             if pin:
@@ -196,12 +201,15 @@ class _Contacts:
         return slopes
 
     def caused(self, efforts: Reals) -> Reals:
-        """Return the friction efforts that the contact forces under given efforts cause."""
+        """Return the friction efforts due to the contact forces that result from given efforts."""
         return self.given - self.strength * self.size(self.pressing(efforts))
 
     @property
     def feedback(self) -> Reals:
-        """Loop gain of friction, as a spectral radius, shape (..., positions). Below 1, the solution is unique."""
+        """Loop gain of friction (see `JointForces.feedback`), shape (..., positions).
+
+        It is the spectral radius of a matrix of influences. If it is below 1, the solution is unique.
+        """
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
         rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: effort i due to effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
@@ -217,10 +225,10 @@ def _efforts(
     sliding: Mapping[int, Columns],
     directions: Mapping[int, Reals],
 ) -> tuple[dict[int, Reals], Reals]:
-    """Return the friction efforts by joint index, and the loop gain, for the gear flanks of given forces."""
+    """Return the friction efforts by joint index, and the loop gain, with the gear flanks that `forces` contains."""
     contacts = _contacts(motion, balance, forces, sliding, directions)
     feedback = contacts.feedback
-    efforts, off = _solved(contacts, feedback < 1.0)
+    efforts, off = _solved_efforts(contacts, feedback < 1.0)
     feedback = np.where(off > MAX_RESIDUAL, np.maximum(feedback, 1.0), feedback)
     return dict(zip(directions, efforts, strict=True)), feedback
 
@@ -258,19 +266,19 @@ def _contacts(
 def _pressing(
     place: JointPlace, friction: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]
 ) -> Reals:
-    """Return the contact force components, shape (2, ..., positions): x and y, or N and 2 M / length."""
+    """Return the two components of the contact force of a joint, shape (2, ..., positions), see `_Contacts`."""
     parts = place.pressing(force, moment, friction.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 
-def _solved(contacts: _Contacts, solvable: Flags) -> tuple[Reals, Reals]:
-    """Solve for consistent efforts, shape (joints, ..., positions), and return the relative residual too.
+def _solved_efforts(contacts: _Contacts, solvable: Flags) -> tuple[Reals, Reals]:
+    """Return efforts that equal the friction they cause, shape (joints, ..., positions), and the relative residual.
 
-    A Newton step that makes no progress is replaced by a fixed-point step. Fixed-point steps converge at `solvable`
-    positions, where the loop gain is below 1.
+    If a Newton step does not reduce the residual, it is replaced by a fixed-point step. Fixed-point steps converge if
+    the loop gain is below 1. `solvable` is True at positions with such a gain.
     """
     efforts = contacts.caused(np.zeros_like(contacts.given))
-    size = _sizes(contacts, efforts)
+    size = _residual_reference(contacts, efforts)
     caused = contacts.caused(efforts)
     off = np.max(np.abs(caused - efforts) / size, axis=0)
     for _ in range(MAX_STEPS):
@@ -285,8 +293,8 @@ def _solved(contacts: _Contacts, solvable: Flags) -> tuple[Reals, Reals]:
     return efforts, off
 
 
-def _sizes(contacts: _Contacts, efforts: Reals) -> Reals:
-    """Return the sums of the magnitudes of the efforts' terms, which are the reference for residuals."""
+def _residual_reference(contacts: _Contacts, efforts: Reals) -> Reals:
+    """Return the reference for the residual of each effort: the sum of the magnitudes of its terms."""
     influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
     parts = contacts.size(np.abs(contacts.base) + influences)
     return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny

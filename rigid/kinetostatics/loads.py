@@ -14,12 +14,12 @@ from rigid.plane import ZERO, cross
 def beam_loads(motion: Motion) -> Complexes:
     """Return the distributed load of each beam in beam axes, as a polynomial in xi = x'/l.
 
-    The load consists of inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and line loads.
+    The load is the sum of inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and of line loads.
 
     Returns
     -------
-    Coefficients of q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), in the order of `Mechanism.beams`. A
-    variable mass per length has more than two coefficients.
+    Coefficients of q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), in the order of `Mechanism.beams`. If
+    the mass per unit length varies along beams, there are more than two coefficients.
     """
     mechanism = motion.mechanism
     table = beam_constants(mechanism, len(motion.columns))
@@ -46,11 +46,11 @@ def beam_loads(motion: Motion) -> Complexes:
 
 
 def beam_couples(motion: Motion) -> Reals | None:
-    """Return the moment per length due to rotary inertia of each beam, as a polynomial in xi.
+    """Return the moment per unit length due to the rotary inertia of each beam, as a polynomial in xi.
 
     Returns
     -------
-    Coefficients of `-rho I eps` [N], counter-clockwise on the beam, shape (n, beams, ..., positions); None if all are
+    Coefficients of `-rho I eps` [N], positive counter-clockwise, shape (n, beams, ..., positions); None if all are
     zero.
     """
     table = beam_constants(motion.mechanism, len(motion.columns))
@@ -60,7 +60,7 @@ def beam_couples(motion: Motion) -> Reals | None:
 
 
 def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:
-    """Return the acceleration of the origins of some links, minus gravity (complex) [m/s^2]."""
+    """Return the acceleration of the origin of each of the given links, minus gravity (complex) [m/s^2]."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
     return acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
 
@@ -73,7 +73,7 @@ def beam_directions(motion: Motion) -> Complexes:
 
 
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
-    """Return the values of a line load at both ends of the beam, in beam axes (complex) [N/m]."""
+    """Return the values of a line load at the start and the end of its beam, in beam axes (complex) [N/m]."""
     number = motion.mechanism.beam_number(load.link, load.beam)
     turned = 1.0 if load.turning else np.conj(beam_directions(motion)[number])
     factor = turned if load.law is None else turned * load.law(motion)
@@ -81,7 +81,7 @@ def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Col
 
 
 def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
-    """Yield all point loads on the links: inertia and weight of lumps, and given loads.
+    """Yield all point loads on the links: inertia and weight of lumps, and the loads of the mechanism.
 
     Yields
     ------
@@ -108,7 +108,7 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
     Raises
     ------
     MechanismError
-        If the load acts on a point that is not in its `points`.
+        If the load acts on a point that is not listed in its `points`.
     """
     known = set(load.points)
     for force in load.forces(motion):
@@ -119,11 +119,12 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
-    """Return all loads on each link except joint forces, reduced to the link's origin.
+    """Return the resultant of all loads on each link, except joint forces, at the origin of the link.
 
     Returns
     -------
-    For each link, force in ground axes (complex) [N] and moment [N m], shape (..., positions).
+    For each link, the force in ground axes (complex) [N], and the moment about the link's origin [N m], shape (...,
+    positions) each.
     """
     mechanism = motion.mechanism
     mass, first, second = mass_constants(mechanism, len(motion.columns))
@@ -139,7 +140,7 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
 
 
 def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
-    """Yield the given loads one by one, without inertia and weight.
+    """Yield the resultant of each load in `Mechanism.loads`, without inertia and weight.
 
     Yields
     ------
@@ -156,7 +157,7 @@ def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
 
 
 def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
-    """Return the resultant of a line load: force, and moment about the link's origin."""
+    """Return the resultant of a line load: the force, and the moment about the link's origin."""
     mechanism = motion.mechanism
     at, number = mechanism.index[load.link], mechanism.beam_number(load.link, load.beam)
     link = mechanism.links[at]

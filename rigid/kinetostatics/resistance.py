@@ -1,28 +1,29 @@
 """Loads that depend on the direction of motion, such as pump pressure or blade friction."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from rigid.arrays import Columns, Reals
-from rigid.kinematics import Motion, velocity_of
+from rigid.arrays import Reals
+from rigid.closures.conditioning import extents
+from rigid.kinematics import Motion, acceleration_of, velocity_of
 from rigid.kinetostatics.friction import direction_of, speeds
 from rigid.parts import Law, PointForce, PointLoad
 from rigid.plane import dot
 
 
-@dataclass(frozen=True, eq=False)
-class Resistance:
+class Resistance(Struct, frozen=True, eq=False):
     """A load that opposes the motion of the point at which it acts.
 
     Attributes
     ----------
     load
-        Force and moment against the resisted motion.
+        Force and moment that act when the motion is in the resisted direction, i.e. against the force.
     one_way
-        Whether the load vanishes when the motion reverses. Otherwise the load reverses with the motion. At rest the
-        load is zero.
+        If True, the load is zero while the motion is in the direction of the force. If False, the load then reverses.
+        At the instant of a reversal, the load already has its value for the following motion. At rest the load is zero.
 
     Examples
     --------
@@ -56,25 +57,44 @@ class Resistance:
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Link and point of the load."""
+        """Link and point on which the load acts."""
         return self.load.points
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Yield the force in ground axes and the moment at each position."""
+        law = 1.0 if self.law is None else self.law(motion)
+        sign = np.sign(law) * self.direction(motion)
+        factor = np.where(sign < 0, 1.0, 0.0) if self.one_way else -sign
         for link, point, force, moment in self.load.forces(motion):
-            sign = _power_sign(motion, link, point, force, moment)
-            factor = np.where(sign < 0, 1.0, 0.0) if self.one_way else -sign
             yield link, point, force * factor, moment * factor
 
     def direction(self, motion: Motion) -> Reals:
-        """Return the sign of the load's power, ignoring its law, shape (..., positions); 0 at rest."""
-        [force] = replace(self.load, law=None).forces(motion)
-        return _power_sign(motion, *force)
+        """Return the sign of the load's power, ignoring its law, shape (..., positions); 0 at rest.
+
+        At the instant of a reversal, the power is zero. The result is then the sign of its rate, which is the sign of
+        the power just after the reversal.
+        """
+        [(link, point, force, moment)] = replace(self.load, law=None).forces(motion)
+        at, force = motion.mechanism.index[link], np.asarray(force)
+        spin, velocity = motion.angular_velocity[at], velocity_of(motion, link, point)
+        (fastest, most_spin), (most_acceleration, most_turning) = speeds(motion), _largest_accelerations(motion)
+        # at a reversal of the whole mechanism all speeds are zero, so accelerations must provide the reference for
+        # round-off
+        fastest = np.maximum(fastest, np.sqrt(most_acceleration * motion.mechanism.size))
+        most_spin = np.maximum(most_spin, np.sqrt(most_turning))
+        power = dot(force, velocity) + moment * spin
+        sign = direction_of(power, np.abs(force) * fastest + np.abs(moment) * most_spin)
+        if sign.all():
+            return sign
+        rate = dot(force, acceleration_of(motion, link, point)) + moment * motion.angular_acceleration[at]
+        if self.load.turning:
+            rate = rate + dot(1j * spin * force, velocity)
+        scale = np.abs(force) * most_acceleration + np.abs(moment) * most_turning
+        return np.where(sign == 0, direction_of(rate, scale), sign)
 
 
-def _power_sign(motion: Motion, link: str, point: str, force: Columns, moment: Columns) -> Reals:
-    """Return the sign of the power of a force (complex) [N] and moment [N m]; 0.0 at rest."""
-    fastest, spin = speeds(motion)
-    power = dot(np.asarray(force), velocity_of(motion, link, point))
-    power = power + moment * motion.angular_velocity[motion.mechanism.index[link]]
-    return direction_of(power, np.abs(force) * fastest + np.abs(moment) * spin)
+def _largest_accelerations(motion: Motion) -> tuple[Reals, Reals]:
+    """Return bounds on the acceleration of all points [m/s^2], and on `Motion.turning` [rad/s^2], (..., positions)."""
+    turning = np.abs(motion.turning)
+    parts = [np.abs(motion.acceleration[at]) + turning[at] * size for at, size in enumerate(extents(motion.mechanism))]
+    return np.max(parts, axis=0), turning.max(axis=0)

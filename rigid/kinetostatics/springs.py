@@ -1,9 +1,9 @@
 """Springs and dampers between two links (as `Mechanism.loads`), and the energy of a motion."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Complexes, Real, Reals
 from rigid.constants import mass_constants
@@ -13,8 +13,7 @@ from rigid.parts import GROUND, PointForce
 from rigid.plane import dot
 
 
-@dataclass(frozen=True, eq=False)
-class Spring:
+class Spring(Struct, frozen=True, eq=False):
     """A straight spring and damper between points of two links.
 
     The tension is `preload + stiffness (L - length) + damping dL/dt`, where L is the distance between the points.
@@ -28,7 +27,8 @@ class Spring:
     stiffness
         Stiffness [N/m].
     length
-        Distance at which the tension is `preload` [m]; 0 for a tension proportional to the distance.
+        Distance at which the tension is `preload` [m]. If it and `preload` are 0, the tension is proportional to the
+        distance.
     damping
         Damping coefficient [N s/m].
     preload
@@ -61,7 +61,10 @@ class Spring:
         return (self.link, self.point), (self.on, self.anchor)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
-        """Return the forces on both ends; nan if the ends coincide under tension, which has no direction then."""
+        """Return the forces on both ends.
+
+        They are nan if the ends coincide under tension, because the tension then has no direction.
+        """
         vector = self._vector(motion)
         reach = np.abs(vector)
         tension = self.preload + self.stiffness * (reach - self.length)
@@ -73,7 +76,7 @@ class Spring:
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
     def energy(self, motion: Motion) -> Reals:
-        """Return the stored energy [J], which is 0 at the distance `length`, shape (..., positions)."""
+        """Return the stored energy [J], shape (..., positions). It is 0 if the distance is `length`."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
@@ -89,13 +92,13 @@ class Spring:
         return velocity_of(motion, self.link, self.point) - velocity_of(motion, self.on, self.anchor)
 
 
-@dataclass(frozen=True, eq=False)
-class TorsionSpring:
+class TorsionSpring(Struct, frozen=True, eq=False):
     """A torsion spring and damper between two links at a pin.
 
     The moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, and the opposite moment acts
-    on `on`. theta is the angle of `link` relative to `on`. At a driven pin, theta is the drive coordinate, over any
-    number of turns. Otherwise it is the value within half a turn of `angle`.
+    on `on`. theta is the angle of `link` relative to `on`. If a drive moves `link` relative to `on` at the pin, theta
+    is the drive coordinate, including full turns. Otherwise theta is the angle that differs from `angle` by at most
+    half a turn.
 
     Attributes
     ----------
@@ -104,7 +107,7 @@ class TorsionSpring:
     stiffness
         Stiffness [N m/rad].
     angle
-        Angle theta at which the moment is -`preload` [rad].
+        Angle theta at which the moment on `link` is -`preload`, if there is no damping [rad].
     damping, preload
         Damping coefficient [N m s/rad], and preload [N m].
     """
@@ -128,7 +131,7 @@ class TorsionSpring:
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
     def energy(self, motion: Motion) -> Reals:
-        """Return the stored energy [J], which is 0 at `angle`, shape (..., positions)."""
+        """Return the stored energy [J], shape (..., positions). It is 0 if theta is `angle`."""
         winding = self._winding(motion)
         return self.preload * winding + self.stiffness * winding**2 / 2
 
@@ -161,7 +164,10 @@ def kinetic_energy(motion: Motion) -> Reals:
 
 
 def potential_energy(motion: Motion) -> Reals:
-    """Return the potential energy of gravity (0 for masses at the origin) and springs [J], shape (..., positions)."""
+    """Return the potential energy of gravity and springs [J], shape (..., positions).
+
+    The potential energy of gravity is 0 for a mass at the origin.
+    """
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
     return -height[1:].sum(axis=0) + _sum(motion, "energy")
@@ -181,6 +187,6 @@ def load_power(motion: Motion) -> Reals:
 
 
 def _sum(motion: Motion, quantity: str) -> Columns:
-    """Return the sum of a quantity over the loads that define it."""
+    """Return the sum of a method's results over all loads that have this method."""
     known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
     return sum((each(motion) for each in known if each is not None), start=0.0)

@@ -1,4 +1,4 @@
-"""Joint forces and drive efforts in equilibrium with the loads on the links."""
+"""Joint forces and drive efforts that are in equilibrium with the loads on the links."""
 
 from collections.abc import Iterable, Mapping
 from functools import reduce
@@ -13,24 +13,24 @@ from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion
-from rigid.kinetostatics.friction import with_friction
+from rigid.kinetostatics.friction import forces_with_friction
 from rigid.kinetostatics.loads import given_loads, link_loads
 
 
 def reactions(motion: Motion) -> JointForces:
     """Return the forces in all joints and on the ground.
 
-    The forces are in the order of `motion.structure.joints`. Each force acts on the joint's child link, and its
-    opposite on the parent. Forces are nan at singular positions, where friction may lock the mechanism, and if they are
-    statically indeterminate.
+    The forces are in the order of `motion.structure.joints`. Each force acts on the child link of the joint, and the
+    opposite force acts on the parent. Forces are nan at singular positions, and at positions at which friction may lock
+    the mechanism. Statically indeterminate forces are also nan.
     """
-    forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
+    forces = forces_with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.may_be_singular:
         forces.mark(ill_conditioned(motion, force_condition(motion, forces)))
     states = self_stresses(motion.closures, forces.flank)
     for number in forces.friction:
         if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > MAX_UNSTRESSED) for state in states):
-            forces.mark(True)  # with friction, an indeterminate contact force makes all forces indeterminate
+            forces.mark(True)  # if the contact force of a joint with friction is indeterminate, all forces are
     for state in states:
         for values, parts in ((forces.force, state.force), (forces.moment, state.moment)):
             for number, part in enumerate(parts):
@@ -39,7 +39,7 @@ def reactions(motion: Motion) -> JointForces:
 
 
 def _without_indeterminate(value: Columns, part: Columns) -> Columns:
-    """Set the components that a self-stress `part` changes to nan."""
+    """Set each component of a joint force to nan if it is not zero in the self-stress `part`."""
     if not np.iscomplexobj(part):
         return (
             np.where(np.abs(part) > MAX_UNSTRESSED, np.nan, value) if np.any(np.abs(part) > MAX_UNSTRESSED) else value
@@ -56,16 +56,18 @@ def balancing_forces(
     flank: Mapping[int, Columns] | None = None,
     friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
-    """Return joint forces in equilibrium with all loads (one of many solutions if there are self-stresses).
+    """Return joint forces that are in equilibrium with all loads.
 
-    Only the friction that is given counts; the mechanism's own friction is ignored.
+    If there are self-stresses, this is one of many solutions.
+
+    Friction of the mechanism is ignored, except for the efforts given in `friction`.
 
     Parameters
     ----------
     more
         Additional loads: link index, force in ground axes (complex) [N], and moment about the link's origin [N m].
     flank
-        Loaded flanks of gear teeth (see `JointForces`). By default they follow from the signs of the efforts.
+        Loaded flanks of gear teeth (see `JointForces`). By default they are determined by the signs of the efforts.
     friction
         Friction efforts by joint index (see `JointForces`).
     """
@@ -79,8 +81,8 @@ def balancing_forces(
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
     """Return the amplification of round-off in the joint forces, shape (..., positions) (see `Motion.condition`).
 
-    If loads nearly cancel, the amplification is larger, because the small remaining forces have a larger relative
-    error.
+    If loads nearly cancel, the remaining joint forces are small. Their relative error, and the amplification, are then
+    larger.
     """
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))
@@ -109,9 +111,9 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
-    """Return the moment [N m] or force [N] of each drive along its coordinate, shape (drives, ..., positions).
+    """Return the moment [N m] or force [N] of each drive in the direction of its coordinate, (drives, ..., positions).
 
-    The efforts include rotor inertia, which does not load the joints.
+    The efforts include the inertia of rotors, although it does not load the joints.
     """
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
     for number, place in enumerate(motion.places):
@@ -124,7 +126,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
-    """Return `JointPlace.effort`, ignoring an indeterminate (nan) force normal to a slider's line."""
+    """Return `JointPlace.effort`. For a slider, it is finite even if the force normal to the line is nan."""
     if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))

@@ -1,4 +1,4 @@
-"""Positions of links: dyads in closed form, and other groups by Newton's method."""
+"""Positions of links: dyads are solved in closed form, and larger groups by Newton's method."""
 
 from rigid.positions.link_positions import place
 from rigid.positions.rows import select_designs

@@ -1,21 +1,21 @@
-"""Tracking of a mechanism's assembly branch along the drive path, with proof.
+"""Tracking of a mechanism's assembly branch along the path of the drives, with a proof for each step.
 
-The branch starts at the drawing. Knots, which do not depend on the requested positions, divide the path into steps.
-Each step needs a certificate (`rigid.positions.enclosure`) that exactly one branch runs through it. Steps without a
-certificate are halved. A short step that remains uncertain is either a change point, which the smooth branch crosses,
-or a limit of motion, beyond which positions are nan.
+The branch starts at the posture in the drawing. The path is divided into steps by knots, which do not depend on the
+requested positions. A step leads from one knot to the next. It is certain if `rigid.positions.enclosure` proves that
+exactly one branch runs through it. Uncertain steps are halved. If a very short step is still uncertain, it contains a
+change point or a limit of motion. At a change point, two branches meet; the tracked branch continues smoothly through
+it. Beyond a limit of motion, positions are nan.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Flags, Integers, Numbers, Reals
 from rigid.closures.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
 from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
@@ -26,20 +26,37 @@ from rigid.positions.knots import Table, knots_before, merged, select, steps, to
 from rigid.positions.newton import MAX_NEWTON_STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
+from rigid.postures import joint_place
 
-DYAD_CHANGE_WIDTH = 64  # largest width of a dyad's change point, in finest steps
-GENERAL_CHANGE_WIDTH = 256  # same for other groups, which have more round-off
-FINEST_GENERAL = 2.0**-24  # finest step of other groups, in strides; in shorter steps, round-off hides branches
-STEPS_PER_BLOCK = 4096  # number of steps that are certified together, chosen to fit into the cache
-MAX_HALVED = 30_000  # largest number of steps halved at once (or the number of steps at the start if larger)
-LIMIT_RESOLUTION = 2.0**-8  # resolution of a dyad's limit of motion, in strides
-MAX_JUMP = 1e-3  # change of a slide in a finest step above which the slide counts as infinite, relative to the size
+# Uncertain steps around a change point of a dyad have at most this total length, as a number of finest steps.
+DYAD_CHANGE_WIDTH = 64
+GENERAL_CHANGE_WIDTH = 256  # the same for groups other than dyads, which have more round-off
+# Finest step of groups other than dyads. In shorter steps, round-off hides the branch. The unit is the stride, i.e. the
+# initial distance between adjacent knots.
+FINEST_GENERAL = 2.0**-24
+STEPS_PER_BLOCK = 4096  # number of steps that are certified together, so that their arrays fit into the CPU cache
+# if more steps than this would have to be halved at once, and more than there were initially, halving stops
+MAX_HALVED = 30_000
+# accuracy to which a dyad's limit of motion is located, in strides (initial distances between knots)
+LIMIT_RESOLUTION = 2.0**-8
+# if the coordinate of a slider changes by more than this in a finest step, it goes to infinity there; relative to the
+# mechanism size
+MAX_JUMP = 1e-3
 
 
 class TrackedBranch:
-    """The branch of a mechanism, as a table of knots on the drive path.
+    """The branch of a mechanism, as a table of knots.
 
-    `forms` states for each group whether it has a closed form. `edge` is the resolution of limits of motion [strides].
+    Knots are points on the path of the drives at which the positions of the links are computed.
+
+    Parameters
+    ----------
+    low, high
+        Smallest and largest path parameter of the knots.
+    forms
+        For each group, whether its positions are computed in closed form.
+    edge
+        Accuracy to which limits of motion are located, in strides (see `Path.stride`).
     """
 
     def __init__(
@@ -57,7 +74,7 @@ class TrackedBranch:
         self.table: Table = table_of.knots(grid, self.rows, *counts)
 
     def add_group(self, number: int) -> None:
-        """Add a group's columns to the table."""
+        """Add the arrays for a group to the table of knots, see `Table` in knots.py."""
         group, count = self.structure.groups[number], len(self.table["place"])
         free, cuts = len(group.free), len(group.cut)
         self.table[f"free{number}"] = np.full((count, free), np.nan)
@@ -67,7 +84,10 @@ class TrackedBranch:
         self.table[f"certain{number}"] = np.zeros(count, bool)
 
     def measure(self, group: Group) -> None:
-        """Tabulate the angles of undriven joints that drive a group's gears, unwrapped from the drawing."""
+        """Add the angles of a group's joints that drive gears but have no drive themselves to the table of knots.
+
+        The angles include full turns.
+        """
         place = self.table["place"]
         sources = [driver for joint in group.tree if joint.gear for _, driver in joint.gear.sources]
         for driver in sources:
@@ -90,16 +110,16 @@ class TrackedBranch:
     # Placing
 
     def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = MAX_NEWTON_STEPS) -> None:
-        """Place a group at knots.
+        """Compute the positions of a group at knots, and write them to the table.
 
-        Groups without a closed form are placed by Newton's method from `guess`, shape (free, knots), in at most
-        `corrections` steps.
+        Groups without a closed-form solution are solved by Newton's method in at most `corrections` steps. It starts
+        from the coordinates `guess`, shape (free, knots).
         """
         placed, group = self._placed_before(table, number)
         shape = placed.shape
         if not group.free:
             for joint in group.tree:
-                placed.hang(joint, placed.coordinate(joint))
+                placed.place_child(joint, placed.coordinate(joint))
             sine_there: Any = None
         elif self.forms[number]:
             drawing = replace(self.drawing, rows=table["row"]) if self.designs else self.drawing
@@ -111,14 +131,18 @@ class TrackedBranch:
         self._write(table, number, placed, group, sine_there)
 
     def closes(self, table: Table, number: int, coordinates: Reals) -> Flags:
-        """Return whether given coordinates of a group, shape (free, knots), close it to round-off at each knot."""
+        """Return for each knot whether the given coordinates close the group to within round-off.
+
+        `coordinates` has the shape (free, knots).
+        """
         placed, group = self._placed_before(table, number)
-        factor = 1.0 + np.abs(table["place"] - self.path.begin)  # angles lose digits over many turns
+        # the round-off of angles grows with the number of turns
+        factor = 1.0 + np.abs(table["place"] - self.path.begin)
         coordinates, factor = coordinates.reshape(len(group.free), *placed.shape), factor.reshape(placed.shape)
         return closes(placed, group, coordinates, factor).reshape(len(table["place"]))
 
     def _placed_before(self, table: Table, number: int) -> tuple[PartialPosture, Group]:
-        """Return the posture of all earlier groups at knots, and the group with the lengths of each knot's design."""
+        """Return the posture of all earlier groups at knots, and the group with the dimensions of each design."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
         group = select_designs(self.structure.groups[number], table["row"], self.designs)
@@ -132,7 +156,7 @@ class TrackedBranch:
         return placed, group
 
     def _write(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
-        """Write a placed group to the table."""
+        """Write the positions of a group to the table."""
         count = len(table["place"])
 
         def flat(value: Columns) -> Numbers:
@@ -161,7 +185,7 @@ class TrackedBranch:
                 table[f"duals{number}"][:, k, c] = flat(duals[k, c])
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
-        """Create knots halfway between pairs of knots, and place all groups up to `number` there."""
+        """Create knots halfway between pairs of knots, and compute all groups up to `number` there."""
         middle = select(low, np.arange(len(low["place"])))
         middle["place"] = 0.5 * (low["place"] + high["place"])
         middle["coarse"] = np.zeros(len(middle["place"]), bool)
@@ -171,13 +195,19 @@ class TrackedBranch:
             if self.structure.groups[k].free and not self.forms[k]:
                 guess = (low[f"free{k}"] + 0.5 * self.changes(k, low, high)).T
             self.set(middle, k, guess)
-            # the certificate holds for both halves with twice the box, because their chords differ from the step's
+            # If exactly one branch runs through a step, this also holds for each half of the step, so that halves need
+            # no new proof. But the box (bounds on the deviation from linear motion) must be doubled: linear motion is
+            # now measured between the ends of the half, which themselves deviate by up to one box from linear motion in
+            # the whole step.
             low[f"box{k}"] = 2 * low[f"box{k}"]
             middle[f"box{k}"], middle[f"certain{k}"] = low[f"box{k}"].copy(), low[f"certain{k}"].copy()
         return middle
 
     def changes(self, number: int, low: Table, high: Table) -> Reals:
-        """Return the change of a group's coordinates between knots, for angles in [-pi, pi], shape (knots, free)."""
+        """Return the change in each free coordinate of a group from knots `low` to knots `high`, shape (knots, free).
+
+        Changes in angles are reduced to the range from -pi to pi.
+        """
         group = self.structure.groups[number]
         change = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
@@ -186,9 +216,16 @@ class TrackedBranch:
     # Certainty
 
     def certify(self, low: Table, high: Table, number: int, at: Any = None) -> tuple[Reals, Flags]:
-        """Return the boxes of a group in steps, (steps, free), and whether earlier groups are certain, (steps,).
+        """Try to prove for each step between knots that exactly one branch of a group runs through it.
 
-        Boxes of uncertain steps are nan. If both tables are the same, `at` selects the first knot of each step.
+        Step k leads from knot k of `low` to knot k of `high`. If `at` is given, both are the same table, and step k
+        leads from knot at[k] to the next knot.
+
+        Returns
+        -------
+        Two arrays. The first is the box of each step, i.e. bounds on the deviation of the free coordinates from linear
+        motion, shape (steps, free); nan for uncertain steps. The second is True for steps in which all earlier groups
+        are certain, shape (steps,).
         """
         count = len(low["place"] if at is None else at)
         parts = []
@@ -233,7 +270,10 @@ class TrackedBranch:
         raise AssertionError
 
     def refine(self, number: int, which: Integers, finest: float | None = None) -> None:
-        """Halve steps of a group until they are certain or as short as `finest` [strides]."""
+        """Halve the steps `which` of a group repeatedly until they are certified or as short as `finest`.
+
+        The unit of `finest` is the stride, i.e. the initial distance between adjacent knots.
+        """
         finest = (self.finest(number) if finest is None else finest) * self.path.stride
         most, table = max(MAX_HALVED, len(which)), self.table
         box, before = self.certify(table, table, number, which)
@@ -261,49 +301,63 @@ class TrackedBranch:
     def _split(
         self, low: Table, high: Table, number: int, known: tuple[Reals, Flags], finest: float, most: int, at: Any = None
     ) -> Flags:
-        """Return the steps to halve. `known` is the result of `certify`, with the same `at`."""
+        """Return which of the uncertain steps to halve. A step is uncertain if the proof by `certify` failed.
+
+        `known` is the result of `certify` for the same steps.
+        """
         box, before = known
         begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
         edge = (LIMIT_RESOLUTION if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
-        # certificates of earlier groups also hold for halves of a step, even if the boxes of these are unknown
+        # if an earlier group is certain in a step, it is also certain in the halves of the step, even if their boxes
+        # are nan
         certain: Any = np.all([low[f"certain{k}"][begin] for k in range(number)], axis=0) if number else True
         split: Flags = ~np.isfinite(box).all(axis=1) & (length > finest) & (before | certain) & closes.any(axis=0)
         split &= closes.all(axis=0) | (length > edge)
-        if np.count_nonzero(split) > most:  # no step becomes certain, for example with unrealistic dimensions
+        # too many uncertain steps: halving does not help, for example with unrealistic dimensions
+        if np.count_nonzero(split) > most:
             split[:] = False
         return split
 
     def uncertain_steps(self, number: int) -> list[tuple[int, int]]:
-        """Return the first and the last knot of each run of consecutive uncertain steps."""
+        """Return the first and the last knot of each sequence of adjacent uncertain steps, as indices."""
         at = steps(self.table)
         open_ = at[~self.table[f"certain{number}"][at]]
         runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
         return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
     def finest(self, number: int) -> float:
-        """Return the finest step of a group [strides]."""
+        """Return the length of the finest steps of a group, in strides (initial distances between knots)."""
         return FINEST_STEP if self.forms[number] else FINEST_GENERAL
 
     def width(self, number: int) -> float:
-        """Return the largest width of the uncertain steps at a change point of a group."""
+        """Return the largest total length of the uncertain steps around a change point.
+
+        The length is a difference in the path parameter.
+        """
         return (
             (DYAD_CHANGE_WIDTH if self.forms[number] else GENERAL_CHANGE_WIDTH) * self.finest(number) * self.path.stride
         )
 
     def before(self, row: int, place: float) -> int:
-        """Return the index of a design's last knot before a point on the path, but never that of its final knot."""
+        """Return the index of the knot at which the step of a design that contains a point on the path begins.
+
+        For a point outside the tracked range, use the first or last step.
+        """
         return int(knots_before(self.table, np.array([place]), self.rows)[row, 0])
 
     def end(self, number: int, row: int, sense: int, place: float) -> None:
-        """End the branch of a group at a point on the path, and set the group to nan beyond this point."""
+        """End the branch of a group at a point on the path: set the group to nan beyond this point.
+
+        `sense` is 1 for points after the drawing, and -1 for points before it.
+        """
         ends = {sense: np.full(self.rows, sense * np.inf) for sense in (1, -1)}
         ends[sense][row] = place
         self._end_beyond(number, ends[-1], ends[1])
 
     def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
-        """Set a group to nan outside the range between two points of each design, shape (designs,) each."""
+        """Set a group to nan outside the range from `low` to `high` on the path, each of shape (designs,)."""
 
         def outside(table: Table) -> Flags:
             row, place = table["row"], table["place"]
@@ -328,7 +382,10 @@ class TrackedBranch:
             table[f"{name}{number}"][unknown] = np.nan
 
     def closed(self, sense: int) -> bool:
-        """Return whether the branches of all designs end on a side of the drawing."""
+        """Return whether the branch of every design ends within the tracked range.
+
+        `sense` is 1 for an end after the drawing on the path, and -1 for an end before it.
+        """
         row = self.table["row"]
         outermost = np.flatnonzero(np.diff(row, append=-1) if sense > 0 else np.diff(row, prepend=-1))
         return bool(np.isnan(self.table["sine"][outermost]).any(axis=1).all())
@@ -336,11 +393,14 @@ class TrackedBranch:
     # Dyads
 
     def follow_dyad(self, number: int) -> None:
-        """Track a dyad until it opens or runs to infinity, and change its sign at each change point."""
+        """Track a dyad in both directions, and change its sign at each change point.
+
+        The branch ends at a point at which the dyad cannot close or the coordinate of a slider goes to infinity.
+        """
         self.set(self.table, number)
         self.refine(number, steps(self.table))
         self._end_at_open_knots(number)
-        if len(behind := self._behind_infinity(number)):
+        if len(behind := self._knots_beyond_infinity(number)):
             self._clear(number, behind)
             self._end_at_open_knots(number)
         place, row = self.table["place"], self.table["row"]
@@ -356,7 +416,7 @@ class TrackedBranch:
             self._clear(number, ended)
 
     def _end_at_open_knots(self, number: int) -> None:
-        """End a dyad at the first open knot on each side of the drawing."""
+        """End the branch at the first knot at which a dyad does not close, before and after the drawing."""
         open_ = np.isnan(self.table["sine"][:, number])
         if not open_.any():
             return
@@ -367,11 +427,11 @@ class TrackedBranch:
         np.maximum.at(low, row[below], place[below])
         self._end_beyond(number, low, high)
 
-    def _behind_infinity(self, number: int) -> Integers:
-        """Return the indices of the first knots beyond points at which a slide of a dyad is infinite.
+    def _knots_beyond_infinity(self, number: int) -> Integers:
+        """Return the index of the first knot beyond each point at which the slider coordinate of a dyad is infinite.
 
-        At such a point two sliding lines are parallel, and their sine changes sign. If the lines coincide, however, the
-        slide is finite and smooth.
+        At such a point two sliding lines are parallel, and the sine of the angle between them changes sign. Points at
+        which the lines coincide are not included, because there the slider coordinate is finite and smooth.
         """
         table, at = self.table, steps(self.table)
         place, sine = table["place"], table["sine"][:, number]
@@ -383,7 +443,10 @@ class TrackedBranch:
         return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _change_points(self, number: int) -> list[int]:
-        """Return the knots closest to points at which the sine of a dyad touches zero."""
+        """Return the indices of the knots closest to change points.
+
+        At a change point, two branches meet, and the sine of the dyad (see `dyads`) touches zero.
+        """
         table = self.table
         uncertain = ~table[f"certain{number}"] & (
             np.diff(table["place"], append=np.inf) <= 2 * FINEST_STEP * self.path.stride

@@ -1,30 +1,32 @@
-"""Path of the drive coordinates from the drawing through all requested positions, with one parameter."""
+"""Path of the drive coordinates from the drawing through all requested positions, described by one parameter."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import Flags, Reals
 from rigid.decomposition.order import structure
 from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 
-KNOTS_PER_TURN = 64
-STRIDE = 2 * math.pi / KNOTS_PER_TURN  # [rad] distance between knots of a pin drive
-STRIDES_PER_SIZE = 50  # number of strides of a slider drive per mechanism size
-KNOTS_PER_EXTENSION = 16  # number of knots by which a branch is extended at a time
-KNOT_OFFSET = 0.0618  # offset of knots from round angles, in strides
-PLACE_TOLERANCE = 1e-9  # [rad or m] distance up to which two points on the path count as equal
-FINEST_STEP = 2.0**-18  # resolution of a dyad's change point, in strides
+KNOTS_PER_TURN = 64  # number of knots (points of the path at which positions are computed) per turn of a pin drive
+STRIDE = 2 * math.pi / KNOTS_PER_TURN  # [rad] distance between adjacent knots of a pin drive
+STRIDES_PER_SIZE = 50  # number of strides (distances between adjacent knots) of a slider drive per mechanism size
+KNOTS_PER_EXTENSION = 16  # a branch is extended by a multiple of this number of knots
+# Knots are offset by this from multiples of the stride, in strides. Multiples of the stride include right angles, at
+# which many mechanisms are singular.
+KNOT_OFFSET = 0.0618
+PLACE_TOLERANCE = 1e-9  # [rad or m] two points of the path that are closer than this count as equal
+FINEST_STEP = 2.0**-18  # finest step of dyads, with which change points are located, in strides
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
+class Path(Struct, frozen=True, eq=False, dict=True):
     """Drive coordinates as functions of a path parameter s.
 
     With a single drive, s is the drive coordinate, and the path extends in both directions from the drawing. With
@@ -37,11 +39,12 @@ class Path:
     requested
         s at the requested positions, shape (positions,), or (designs, positions) if designs differ.
     stride
-        Largest step of s between knots.
+        Difference in s between adjacent knots.
     turn
-        Change of s in a full turn of the drive, if turns do not count; otherwise 0.
+        Change in s in a full turn of the drive, if all positions repeat after a full turn; otherwise 0.
     outline
-        s at the first, the smallest and the largest position of the whole motion. `requested` may be a part of it.
+        s at three positions of the whole motion: the first, the one with the smallest s, and the one with the largest
+        s. `requested` may be a part of the whole motion.
     vertices
         Drive coordinates at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     whole
@@ -66,7 +69,7 @@ class Path:
         return self.requested.min(), self.requested.max()
 
     def shifted(self, shift: float) -> Path:
-        """Return the path with all s reduced by `shift`."""
+        """Return the path with `shift` subtracted from all values of its parameter s."""
         return replace(
             self,
             begin=self.begin - shift,
@@ -75,7 +78,7 @@ class Path:
         )
 
     def drives(self, places: Any) -> Reals:
-        """Return the drive coordinates at points s, shape (drives, ...)."""
+        """Return the drive coordinates at values `places` of the path parameter, shape (drives, ...)."""
         if self.vertices is None:
             return np.asarray(places)[None]
         flat = np.ravel(places)
@@ -83,20 +86,20 @@ class Path:
         return np.array([np.interp(flat, grid, row) for row in self.vertices]).reshape(-1, *np.shape(places))
 
     def grid(self, low: float, high: float) -> Reals:
-        """Return knots that cover the range from `low` to `high`, and the drawing."""
+        """Return the path parameters of knots that cover the range from `low` to `high` and include the drawing."""
         if self.vertices is None:
             below, above = (
                 int(np.ceil(distance / self.stride - 1e-9)) for distance in (self.begin - low, high - self.begin)
             )
             number = np.arange(-max(below, 0), max(above, 0) + 1)
-            # avoid round angles, at which many mechanisms are singular
+            # the offset avoids round angles, see `KNOT_OFFSET`
             return np.asarray(
                 self.begin + self.stride * (number + np.where(number % KNOTS_PER_TURN, KNOT_OFFSET, 0.0)), float
             )
         return np.arange(self.vertices.shape[1], dtype=float)
 
     def keeps_direction(self, low: float, high: float) -> bool:
-        """Return whether the drives move on without reversing between two points."""
+        """Return whether the drives do not reverse their direction between two points."""
         if self.vertices is None:
             return True
         first, last = int(np.floor(low)), int(np.ceil(high))
@@ -105,7 +108,15 @@ class Path:
 
 
 def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) -> Path:
-    """Return the path from the drawing, through `lead` if given, to the requested positions."""
+    """Return the path from the drawing to the requested positions.
+
+    Parameters
+    ----------
+    drive
+        Requested drive coordinates [rad or m], shape (drives, positions) or (drives, designs, positions).
+    lead
+        Drive coordinates between the drawing and the first requested position, shape (drives, n).
+    """
     _, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
     travel = initial_travel(mechanism, given)
@@ -127,9 +138,11 @@ def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) 
 
 
 def outline(drive: Any) -> Any:
-    """Return the drive positions that determine the path of a whole motion, for use as `lead` of a part of it.
+    """Return the drive coordinates that determine the path of a whole motion.
 
-    These are the first, smallest and largest position of a single drive, or all positions of several drives.
+    If only a part of the motion is computed, they are its `lead` (see `path_through`), so that the part lies on the
+    same branch. For a single drive, they are its first, smallest and largest coordinate. For several drives, they are
+    all coordinates.
     """
     if len(drive) != 1:
         return drive
@@ -140,7 +153,7 @@ def outline(drive: Any) -> Any:
 def initial_travel(mechanism: Mechanism, drive: Any) -> list[float]:
     """Return the travel of each drive from the drawing to the first position [rad or m].
 
-    It is the shorter way round if full turns do not count.
+    If all positions repeat after a full turn, it is at most half a turn.
     """
     drawn, slides, wraps = drawn_drives(mechanism)
     first = drive[:, 0] if drive.ndim == 2 else drive[:, 0, 0]
@@ -152,16 +165,17 @@ def initial_travel(mechanism: Mechanism, drive: Any) -> list[float]:
 
 @lru_cache(maxsize=64)
 def drive_strides(mechanism: Mechanism) -> Reals:
-    """Return the distance between knots of each drive [rad or m]."""
+    """Return for each drive the distance between adjacent knots [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
     return np.where(slides, mechanism.size / STRIDES_PER_SIZE, STRIDE)
 
 
 @lru_cache(maxsize=64)
 def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
-    """Return the drawn drive coordinates, whether each is a slide, and whether positions repeat every full turn.
+    """Return the drawn drive coordinates, whether each drive is a slider, and whether positions repeat every full turn.
 
-    They do not repeat if an undriven joint drives a gear, because the angle of this joint is counted from the drawing.
+    Positions do not repeat if a joint without drive drives a gear, because a full turn of this joint moves the
+    follower.
     """
     drawing = Drawing(mechanism)
     joints = structure(mechanism).joints

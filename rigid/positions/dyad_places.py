@@ -1,4 +1,4 @@
-"""Placement of the five kinds of dyads."""
+"""Placement of the links of a dyad, for each of the five kinds of dyads."""
 
 from collections.abc import Callable
 from functools import lru_cache, reduce
@@ -15,20 +15,24 @@ from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
 from rigid.positions.partial_posture import PartialPosture
 
-MAX_SLACK = 1e-6  # largest tolerance for a negative squared sine
+# a squared sine of a dyad that is negative because of round-off counts as 0 if it is not below minus this value
+MAX_SLACK = 1e-6
 
 
 def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place the links of a dyad, and return its sine. `flip` is -1 for the assembly opposite to the drawing."""
+    """Compute the positions of the links of a dyad, and return its sine (see `dyads`).
+
+    `flip` is 1 for the assembly of the drawing, and -1 for the opposite assembly.
+    """
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
     for joint in group.fixed:
-        placed.hang(joint, 0.0)
+        placed.place_child(joint, 0.0)
     return sine
 
 
 def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint]:
-    """Return the function that solves a dyad, its outer joints (pins first), and its inner joint."""
+    """Return the function that solves a dyad, the two outer joints (a pin before a slider), and the inner joint."""
     assert group.dyad is not None
     *outer, inner = group.dyad
     first, second = sorted(outer, key=lambda joint: not joint.turns)
@@ -41,7 +45,11 @@ def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint
 
 
 def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
-    """Place a dyad, with a tolerance for digits that are lost at singular positions of earlier groups."""
+    """Place a dyad as `place_dyad` does, but allow for inaccurate positions of earlier groups.
+
+    Near their singular positions, where their sine is small, earlier groups are inaccurate because of round-off. A dyad
+    that misses closure by no more than this inaccuracy is treated as closed.
+    """
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
         worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
@@ -52,14 +60,17 @@ def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing
 
 
 def _place_at_pin(placed: PartialPosture, outer: Joint, pin: Columns, direction: Columns) -> None:
-    """Place the child of an outer pin with a given direction."""
+    """Place the child of an outer pin, for a given position of the pin and direction of the child."""
     placed.direction[outer.child] = direction
     placed.origin[outer.child] = pin - carried(direction, outer.at_child)
 
 
 def _place_on_slider(placed: PartialPosture, outer: Joint) -> Columns:
-    """Place the child of an outer slider at slide 0, and return its displacement per unit slide."""
-    placed.hang(outer, 0.0)
+    """Place the child of an outer slider where it is when the slider's coordinate is 0.
+
+    Return the displacement of the child per unit of the coordinate.
+    """
+    placed.place_child(outer, 0.0)
     return outer.sense * outer.along(placed)
 
 

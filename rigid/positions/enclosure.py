@@ -1,41 +1,46 @@
-"""Proof that exactly one branch of a group runs through a step on the drive path.
+"""Proof that exactly one branch of a group of links runs through a step on the path of the drives.
 
-Derivation: docs/theory.md, "The branch".
+A step leads from one knot of the path to the next. The proof gives a box: bounds on the deviation of the free
+coordinates from linear motion between the ends of the step. Derivation: docs/theory.md, "The branch".
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Columns, Complexes, Integers, Real, Reals
 from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
 
-MAX_ATTEMPTS = 6  # maximum number of attempts to find a box that is mapped into itself
-INFLATION = 1.05  # factor by which a box is enlarged, so that it is mapped into its interior
-GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap / sum of the lengths of its vectors
-MIN_BOX = 1e-13  # [rad or m] smallest half width of a box, which covers round-off
+MAX_ATTEMPTS = 6  # maximum number of attempts to find a box that Newton's method maps into itself
+INFLATION = 1.05  # factor by which a box is enlarged before each attempt
+GAP_ROUND_OFF = 4 * ROUND_OFF  # round-off of a gap, relative to the sum of the lengths of the vectors in its loop
+MIN_BOX = 1e-13  # [rad or m] smallest half width of a box, so that the box contains errors due to round-off
 
 
-@dataclass(frozen=True, eq=False)
-class KnotStep:
-    """Motion of the links in steps between knots. The last axis of all arrays is the steps.
+class KnotStep(Struct, frozen=True, eq=False):
+    """Motion of the links in steps on the path of the drives, each from one knot to the next.
+
+    The last axis of each array runs over the steps.
 
     Attributes
     ----------
     row
         Index of the design.
     origin, shift
-        Origin of each link at the first knot, and its displacement to the second knot (complex) [m], (links, steps).
+        Origin of each link at the first knot of the step, and its displacement in the step (complex) [m], shape (links,
+        steps).
     turned
         Rotation of each link in the step [rad], shape (links, steps).
-    bend, stray
-        Bounds on the deviation of each link's angle [rad] and origin [m] from linear motion in the step, shape (links,
-        steps). They are filled in group by group.
+    bend
+        Bound on the deviation of each link's angle from linear motion in the step [rad], shape (links, steps).
+    stray
+        Bound on the deviation of each link's origin from linear motion in the step [m], shape (links, steps). `bend`
+        and `stray` are 0 for the links of groups that are not yet processed.
     """
 
     row: Integers
@@ -46,16 +51,16 @@ class KnotStep:
     stray: Reals
 
 
-@dataclass(frozen=True, eq=False)
-class Ends:
-    """A group at both ends of the steps.
+class Ends(Struct, frozen=True, eq=False):
+    """Data of a group at the start and at the end of each step (index 0 and 1 of the first axis of each array).
 
     Attributes
     ----------
     free
         Coordinates of the free joints, shape (2, free, steps).
     columns, duals
-        See `Closure`; complex, shape (2, free, cuts, steps).
+        Derivatives of the gaps with respect to the free coordinates, and dual vectors (see `Closure`), complex, shape
+        (2, free, cuts, steps) each.
     """
 
     free: Reals
@@ -63,20 +68,22 @@ class Ends:
     duals: Complexes
 
 
-@dataclass(frozen=True, eq=False)
-class Loop:
-    """The gap of a cut joint, as a sum of vectors that rotate with links.
+class Loop(Struct, frozen=True, eq=False):
+    """Terms that add up to the gap of a cut joint, i.e. a joint that closes a loop.
+
+    The terms are vectors that rotate with links, and origins of links of earlier groups.
 
     Attributes
     ----------
     arms
-        Vector on each link, in link axes [m].
+        For each link, by index, the sum of the vectors that rotate with this link, in link axes [m].
     slides
-        Sign of each sliding tree joint in the sum, by index. The vector of the slide rotates with the child.
+        For each sliding tree joint, by index, the sign with which its slide vector is in the sum. This vector rotates
+        with the child of the joint.
     roots
-        Weight of the origin of each link of an earlier group in the sum.
+        For each link of earlier groups, by link index, the factor with which its origin is in the sum.
     owner
-        For a slider, the link in whose axes the gap is measured; None for a pin.
+        If the cut joint is a slider, the link in whose axes its gap is expressed; None for a pin.
     """
 
     arms: Mapping[int, Columns]
@@ -106,10 +113,7 @@ def loop(group: Group, cut: Joint) -> Loop:
 
 
 class StepCertificate:
-    """Proof that exactly one branch of a group runs through each step, near linear motion.
-
-    `box` bounds the deviation of the free coordinates from linear motion, shape (free, steps). It is nan without proof.
-    """
+    """Proof that exactly one branch of a group runs through a step, close to linear motion, for many steps at once."""
 
     def __init__(self, group: Group, loops: tuple[Loop, ...], step: KnotStep, ends: Ends) -> None:
         self.group, self.loops, self.step, self.ends = group, loops, step, ends
@@ -117,7 +121,7 @@ class StepCertificate:
         self.base = self._base()
 
     def _base(self) -> dict[int, Reals]:
-        """Return the `bend` of each link that is due to earlier groups."""
+        """Return for each link the part of its bound `KnotStep.bend` that is due to earlier groups."""
         base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
         for hinge in self.group.tree:
             base[hinge.child] = base[hinge.parent]
@@ -126,7 +130,7 @@ class StepCertificate:
         return base
 
     def _follower_deviation(self, hinge: Joint) -> Reals:
-        """Return a bound on the deviation of a gear's follower from linear motion."""
+        """Return a bound on the deviation of the follower of a gear from linear motion [rad or m]."""
         assert hinge.gear is not None
         total: Reals = np.zeros(())
         for ratio, driver in hinge.gear.sources:
@@ -141,7 +145,7 @@ class StepCertificate:
 
     @cached_property
     def _slide(self) -> dict[int, tuple[Reals, Reals]]:
-        """Largest slide, and change of the slide in the step, of each sliding tree joint."""
+        """Bounds on the coordinate of each slider of the tree, and on its change in the step [m], by joint index."""
         travels = {}
         for number, hinge in enumerate(self.group.tree):
             if hinge.turns:
@@ -156,14 +160,18 @@ class StepCertificate:
         return travels
 
     def _relative(self, link: int | None, owner: int | None) -> tuple[Columns, Columns]:
-        """Return the rotation of a link relative to another link, and the sum of both bends."""
+        """Return the rotation of a link relative to another link in the step, and the sum of their bounds `bend`."""
         if link == owner:
             return 0.0, 0.0
         turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
         return turned, sum(self.base[each] for each in (link, owner) if each is not None)
 
     def _deviation(self, loop: Loop, links: set[int] | None) -> Columns:
-        """Return a bound on the deviation from linear motion of the vectors of a loop on some links (default: all)."""
+        """Return a bound on the deviation of a part of a loop from linear motion [m].
+
+        The part is the sum of those vectors of the loop that rotate with `links`. If `links` is None, it is the whole
+        loop including the origins.
+        """
         total: Any = 0.0
         for link, arm in loop.arms.items():
             if links is None or link in links:
@@ -184,13 +192,16 @@ class StepCertificate:
         return total
 
     def _extent(self, loop: Loop) -> Columns:
-        """Return the sum of the lengths of a loop's vectors [m], for an estimate of round-off."""
+        """Return the sum of the lengths of a loop's vectors [m], to which round-off is proportional."""
         total = sum(self._size(arm) for arm in loop.arms.values())
         total = total + sum(self._slide[number][0] for number in loop.slides)
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
 
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Columns:
-        """Return a bound on the derivative of the vectors of a loop on some links by free coordinate k."""
+        """Return a bound on the derivative of a part of a loop with respect to free coordinate k.
+
+        The part is the sum of those vectors of the loop that rotate with `links`, or of all vectors if `links` is None.
+        """
         turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
         total: Any = 0.0
@@ -207,7 +218,10 @@ class StepCertificate:
 
     @cached_property
     def box(self) -> Reals:
-        """Bounds on the deviation of the free coordinates (see the class)."""
+        """Bounds on the deviation of the free coordinates from linear motion, shape (free, steps).
+
+        They are nan for steps in which the proof fails.
+        """
         free, cuts, count = len(self.group.free), len(self.loops), len(self.step.row)
         if not free:
             return np.zeros((0, count))
@@ -236,7 +250,16 @@ class StepCertificate:
             return self._invariant_boxes(gap, twist, bent, slope)
 
     def _invariant_boxes(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
-        """Return boxes that Newton's method with the matrix of either end maps into themselves."""
+        """Return boxes of free coordinates that Newton's method with a constant matrix maps into themselves.
+
+        This must hold for the matrix at the start of the step and for the matrix at its end. A box is nan if this
+        cannot be shown.
+
+        If the free coordinates move linearly in the step, the joints do not close exactly. `gap` bounds the gaps in
+        this motion, and `twist` the errors in the angles at sliders, each of shape (cuts, steps). The derivatives of
+        the gaps with respect to the free coordinates deviate from linear interpolation by at most `bent`, shape (free,
+        cuts, steps). `slope` bounds the second derivatives of the gaps, shape (free, free, cuts, steps).
+        """
         lines = np.array(self.group.guides)[:, None]
         box: Any = MIN_BOX
         maps = []
@@ -249,7 +272,8 @@ class StepCertificate:
             box = np.maximum(box, start)
         certain = np.zeros(box.shape[1:], bool)
         for _ in range(MAX_ATTEMPTS):
-            box = np.where(certain, box, box * INFLATION)  # do not enlarge proven boxes, which may invalidate them
+            # do not enlarge proven boxes, because a larger box may be unproven
+            box = np.where(certain, box, box * INFLATION)
             again = np.max([self._mapped(each, box) for each in maps], axis=0)
             certain = (again < box).all(axis=0)
             if certain.all():
@@ -263,7 +287,7 @@ class StepCertificate:
         return start + ((first + (second * box).sum(axis=2)) * box).sum(axis=1)
 
     def fill(self, box: Reals) -> None:
-        """Fill in `bend` and `stray` of the group's links, for coordinates within `box`."""
+        """Set the bounds `bend` and `stray` in `KnotStep` for the links of the group, given that `box` holds."""
         step = self.step
         for number, hinge in enumerate(self.group.tree):
             parent, child = hinge.parent, hinge.child

@@ -1,4 +1,7 @@
-"""Table of knots: points on the drive path with known postures, ordered by design and path parameter."""
+"""Table of knots. A knot is a point on the path of the drives at which the posture is computed.
+
+Knots are sorted by design, and the knots of a design by the path parameter.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,33 +10,40 @@ import numpy as np
 
 from rigid.arrays import Flags, Integers, Reals
 
-SIDE_KNOTS = 3  # number of knots on each side of a change point whose sine must be larger
+# at a change point (two branches meet), the sine must be smaller than at this number of knots on each side
+SIDE_KNOTS = 3
 
 Table = dict[str, Any]
-"""Arrays by name. Their first axis is the knots.
+"""Arrays by name. The first axis of each array runs over the knots.
 
 place
     Path parameter s.
 row
     Index of the design.
 coarse
-    True if the knot belongs to the grid that all designs share.
+    True if the knot belongs to the regular grid, which is the same for all designs.
 origin, direction
-    Origin and unit vector of each link (complex), shape (knots, links).
+    Origin [m] and unit vector of each link (complex), each of shape (knots, links).
 driver_angles
     Coordinate of each undriven joint that drives a gear, shape (knots, gears).
-sine, sign
-    Sine of each group; -1 for a dyad assembled opposite to the drawing, otherwise +1; shape (knots, groups).
-free0, columns0, duals0, ...
-    For each group: coordinates of its free joints, and columns and duals (see `Closure`).
-box0, certain0, ...
-    For each group in the step to the next knot: bound on the deviation of the coordinates from linear motion, and True
-    if the branch is certain.
+sine
+    Sine of each group, shape (knots, groups): 0 at a singular position, nan if the group does not close.
+sign
+    -1 for a dyad in the assembly opposite to the drawing, otherwise +1, shape (knots, groups).
+free0, free1, ...
+    Coordinates of the free joints of each group, shape (knots, free).
+columns0, duals0, ...
+    `columns` and `Closure.duals` of each group, each of shape (knots, free, cuts).
+box0, box1, ...
+    For each group, bounds on the deviation of the free coordinates from linear motion in the step to the next knot,
+    shape (knots, free); nan if the step is uncertain.
+certain0, certain1, ...
+    For each group, whether it is proved that exactly one branch runs through the step to the next knot, shape (knots,).
 """
 
 
 def knots(places: Any, rows: int, links: int, groups: int, gears: int) -> Table:
-    """Create a table of knots in which no links are placed except the ground."""
+    """Create a table with knots at `places` for each of `rows` designs. No positions of links are computed yet."""
     count = rows * len(places)
     return {
         "place": np.tile(np.asarray(places, float), rows),
@@ -53,18 +63,24 @@ def select(table: Mapping[str, Any], which: Any) -> Table:
 
 
 def merged(tables: list[Table]) -> Table:
-    """Merge tables, and order the knots by design and path parameter."""
+    """Merge tables, and sort the knots by design and path parameter."""
     joined = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     return select(joined, np.lexsort((joined["place"], joined["row"])))
 
 
 def steps(table: Mapping[str, Any]) -> Integers:
-    """Return the indices of the knots that are followed by a knot of the same design."""
+    """Return the index of the knot at which each step begins.
+
+    A step leads from a knot to the next knot of the same design.
+    """
     return np.flatnonzero(table["row"][1:] == table["row"][:-1])
 
 
 def knots_before(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
-    """Return the index of the last knot before each point, shape (rows, places), but never that of a final knot."""
+    """Return for each point the index of the knot at which the step that contains it begins, shape (rows, places).
+
+    For points outside the tracked range, use the first or last step.
+    """
     place, row = table["place"], table["row"]
     if rows == 1:
         before = np.searchsorted(place, np.ravel(places), side="right") - 1
@@ -80,15 +96,21 @@ def knots_before(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
 
 
 def touches(place: Reals, row: Integers, sine: Reals, uncertain: Flags, width: float) -> list[int]:
-    """Return the knots closest to points at which a sine touches zero, at most one in `width`.
+    """Return the indices of the knots closest to points at which the sine of a dyad touches zero.
 
-    At such a point the sine drops sharply within a few finest steps. If it only comes close to zero, it has a smooth
-    minimum.
+    At such a point the magnitude of the sine has a sharp minimum. If the sine only comes close to zero, its magnitude
+    hardly changes over a few finest steps, and the point is not included.
 
     Parameters
     ----------
+    place, row
+        Path parameter and design index of the knots.
+    sine
+        Sine of a dyad at the knots.
     uncertain
-        Whether each knot is followed by a finest step without a certificate.
+        Whether the step from each knot to the next is uncertain (not certified) and has the finest length.
+    width
+        Smallest distance between two such points of a design. If two points are closer, only the first is included.
     """
     sine, least, count = np.abs(sine), np.zeros(len(place), bool), len(place) - 2 * SIDE_KNOTS
     if count > 0:

@@ -1,4 +1,4 @@
-"""Placement of all links, group by group."""
+"""Computation of the positions of all links, group by group."""
 
 from typing import Any
 
@@ -8,7 +8,6 @@ from rigid.arrays import Flags, Integers, Reals
 from rigid.closures.closure import Closure, closure
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.drive_path import FINEST_STEP, PLACE_TOLERANCE, Path, path_through
@@ -17,28 +16,32 @@ from rigid.positions.knots import knots_before
 from rigid.positions.newton import correct, newton, require_closed, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
-from rigid.postures import Posture
+from rigid.postures import Posture, joint_place
 
-MIN_CLEAR_SINE = 0.5  # sine of a dyad above which it passes no change point between closely spaced positions
-MAX_NEAR_STEP = 0.1  # largest change of a drive [rad] or of a sine between closely spaced positions
-NEAR_LIMIT_RESOLUTION = 2.0**-46  # resolution of a limit of motion if positions close to it are requested, in strides
-BOX_MARGIN = 1e-6  # tolerance that is added to a certified box
-PASS_KNOTS = 2  # distance in knots from a change point to the knots between which its crossing is interpolated
+# if the sine of a dyad exceeds this at closely spaced positions, the dyad passes no change point between them
+MIN_CLEAR_SINE = 0.5
+MAX_NEAR_STEP = 0.1  # positions are closely spaced if drives [rad or m] and sines change by at most this between them
+# accuracy to which a limit of motion is located if positions close to it are requested, in strides (see `Path`)
+NEAR_LIMIT_RESOLUTION = 2.0**-46
+BOX_MARGIN = 1e-6  # a coordinate may exceed a bound b by BOX_MARGIN (1 + b) [rad or m], see `StepCertificate.box`
+# near a change point, positions are interpolated between the knots that are this many knots before and after it
+PASS_KNOTS = 2
 
 
 def place(
     mechanism: Mechanism, structure: Structure, drive: Reals, near: Posture | None = None, lead: Reals | None = None
 ) -> tuple[PartialPosture, tuple[Closure, ...]]:
-    """Place all links at all positions.
+    """Compute the positions of all links, and the closure of each group.
 
     Parameters
     ----------
     drive
         Drive coordinates [rad or m], shape (drives, positions).
     near
-        See `motion`.
+        Posture close to each position, which selects the branch (see `motion`). By default, the branch is tracked from
+        the drawing.
     lead
-        Drive coordinates on the path from the drawing to the first position, shape (drives, n).
+        Drive coordinates along the path from the drawing to the first position, shape (drives, n).
     """
     if near is None:
         placed = _tracked(mechanism, structure, path_through(mechanism, drive, lead), drive)
@@ -56,17 +59,17 @@ def place(
     return placed, tuple(closures)
 
 
-def _drive(placed: PartialPosture, group: Group) -> None:
-    """Place a group without free joints."""
+def _place_driven_group(placed: PartialPosture, group: Group) -> None:
+    """Compute the positions of a group without free joints."""
     for joint in group.tree:
-        placed.hang(joint, placed.coordinate(joint))
+        placed.place_child(joint, placed.coordinate(joint))
     require_closed(placed, group)
 
 
 def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
-    """Place a group on the branch that is closest to a given posture."""
+    """Compute the positions of a group on the branch that is closest to a given posture."""
     if not group.free:
-        _drive(placed, group)
+        _place_driven_group(placed, group)
     elif not group.closed_form:
         placed.sine.append(correct(placed, group, near))
     else:
@@ -81,12 +84,15 @@ def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
 
 
 def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> PartialPosture:
-    """Place all links without tracking: dyads assembled as drawn, other groups by Newton's method from the drawing."""
+    """Compute the positions of all links in the assembly of the drawing, without tracking the branch.
+
+    Dyads are solved in closed form. Other groups are solved by Newton's method from the drawn coordinates.
+    """
     links, drawing = len(mechanism.links), Drawing(mechanism)
     placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links)
     for group in structure.groups:
         if not group.free:
-            _drive(placed, group)
+            _place_driven_group(placed, group)
         elif group.closed_form:
             placed.sine.append(place_dyad_with_slack(placed, group, drawing, 1.0))
         else:
@@ -97,7 +103,7 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> Parti
 
 
 def _closely_spaced(path: Path) -> bool:
-    """Return whether the requested positions are closely spaced and include the drawing."""
+    """Return whether the requested positions are closely spaced, and the drawn position is in or near their range."""
     if path.vertices is not None:
         return False
     low, high = path.span
@@ -107,7 +113,10 @@ def _closely_spaced(path: Path) -> bool:
 
 
 def _far_from_change_points(sines: Any) -> bool:
-    """Return whether all dyads stay far from change points."""
+    """Return whether no dyad can pass a change point between the positions.
+
+    At a change point, two branches meet. See `MIN_CLEAR_SINE` and `MAX_NEAR_STEP`.
+    """
     for sine in sines:
         size = np.abs(sine)
         if not size.min() >= MIN_CLEAR_SINE:
@@ -118,7 +127,7 @@ def _far_from_change_points(sines: Any) -> bool:
 
 
 def _tracked(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
-    """Place all links on the branch of the drawing, tracking the branch if necessary."""
+    """Compute the positions of all links on the branch of the drawing, which is tracked if necessary."""
     drawn = path.vertices is None and all(abs(end - path.begin) <= PLACE_TOLERANCE for end in path.span)
     as_drawn = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
     if as_drawn is not None and (
@@ -137,7 +146,12 @@ def _tracked(mechanism: Mechanism, structure: Structure, path: Path, drive: Real
 
 
 def _up_to_ends(as_drawn: PartialPosture, branch: TrackedBranch, at: Any) -> PartialPosture:
-    """Set dyads, which are assembled as drawn, to nan beyond the ends of the branch."""
+    """Set the positions of dyads to nan beyond the ends of the tracked branch.
+
+    The dyads in `as_drawn` were placed in the assembly of the drawing.
+
+    `at` contains the index of the knot before each position.
+    """
     if np.isfinite(branch.table["sine"]).all():
         return as_drawn
     at = at if branch.designs else at[0]
@@ -148,10 +162,17 @@ def _up_to_ends(as_drawn: PartialPosture, branch: TrackedBranch, at: Any) -> Par
 
 
 def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: Any, wide: Any) -> None:
-    """Set a dyad to nan beyond the end of its branch, even if it closes there.
+    """Set a dyad to nan beyond the end of its tracked branch, even if the dyad could close there.
 
-    In the step that contains the end, a position is beyond the end if the dyad does not close or its sine has changed
-    sign.
+    A position may be in the same step as the end of the branch. It is then beyond the end if the dyad does not close
+    there, or if its sine has the opposite sign to that at the last known knot.
+
+    Parameters
+    ----------
+    at
+        Index of the knot before each position.
+    wide
+        Function that reshapes an array with one value per position to the shape of the arrays in `placed`.
     """
     free = sum(bool(group.free) for group in branch.structure.groups[:number])
     sine = branch.table["sine"][:, number]
@@ -168,7 +189,10 @@ def _end_dyad(placed: PartialPosture, branch: TrackedBranch, number: int, at: An
 
 
 def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
-    """Place all links at points on a branch. `at` contains the index of the knot before each point."""
+    """Compute the positions of all links at points `places` on a tracked branch.
+
+    `at` contains the index of the knot before each point.
+    """
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
@@ -188,7 +212,7 @@ def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Re
     placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, driver_angles=driver_angles)
     for number, group in enumerate(structure.groups):
         if not group.free:
-            _drive(placed, group)
+            _place_driven_group(placed, group)
             continue
         finite = np.isfinite(table["sine"][at, number] + table["sine"][at + 1, number])
         changing = ~table[f"certain{number}"][at] & finite & (high - low <= branch.width(number))
@@ -207,7 +231,11 @@ def _place_on_branch(branch: TrackedBranch, places: Any, at: Integers, drive: Re
 def _place_at_change_point(
     placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
 ) -> None:
-    """Place a group near a change point by interpolation, at positions where its equations fail."""
+    """Interpolate the positions of a group near a change point between knots before and after it.
+
+    A position is replaced only if the equations could not be solved there, or if their solution is not close to the
+    interpolation.
+    """
     table, shape = branch.table, np.shape(placed.sine[-1])
     row = table["row"][at]
     ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-PASS_KNOTS, PASS_KNOTS + 1)]
@@ -227,7 +255,10 @@ def _place_at_change_point(
 
 
 def _at_an_end(branch: TrackedBranch, places: Reals, at: Integers) -> bool:
-    """Return whether a position is so close to a limit of motion that a finer resolution may show it is reachable."""
+    """Return whether a requested position is so close to a limit of motion that the limit must be located better.
+
+    The mechanism may reach such a position, although the limit seems to be before it at the current resolution.
+    """
     place, unknown = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
     width = max(branch.width(number) for number, form in enumerate(branch.forms) if not form)
     near = [np.abs(places - place[one]) <= width for one in (at, at + 1)]
@@ -235,7 +266,10 @@ def _at_an_end(branch: TrackedBranch, places: Reals, at: Integers) -> bool:
 
 
 def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Integers, part: Reals, wide: Any) -> Reals:
-    """Place a group without closed form between knots of its branch, and return its sine."""
+    """Compute a group without closed-form solution between knots of its branch, and return its sine.
+
+    Positions are nan if Newton's method leaves the certified box of the step.
+    """
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
     change = branch.changes(number, low, high)

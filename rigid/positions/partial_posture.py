@@ -1,4 +1,4 @@
-"""Posture of a mechanism during placement, in which some links are placed."""
+"""Posture of a mechanism while the positions of its links are computed, one group after another."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,27 +12,32 @@ from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
 
-MAX_DRIVER_TURNS = 8  # number of turns of a gear's driver to try in each direction
+# if the number of full turns of a gear's driver is unknown, up to this many are tried in each direction
+MAX_DRIVER_TURNS = 8
 
 
 @dataclass(eq=False)
 class PartialPosture:
-    """Origins [m] and unit vectors of the links placed so far, one array of shape (..., positions) per link."""
+    """Origins [m] and unit vectors of links: for each link, complex arrays of shape (..., positions).
+
+    They are valid only for links that have already been placed.
+    """
 
     mechanism: Mechanism
     drive: Reals
     origin: list[Columns]
     direction: list[Columns]
-    sine: list[Columns] = field(default_factory=list)  # sine of each group with free joints
-    slack: Columns = ROUND_OFF  # negative squared sines above -slack count as zero
-    near: Posture | None = None  # see `motion`
-    shape: tuple[int, ...] = ()  # shape of the columns
+    # sine of each group with free joints that has been placed, see `newton.sine_of`
+    sine: list[Columns] = field(default_factory=list)
+    slack: Columns = ROUND_OFF  # squared sines of dyads between -slack and 0 count as 0
+    near: Posture | None = None  # posture that selects the branch, see `motion`
+    shape: tuple[int, ...] = ()  # shape (..., positions) of the arrays; () if it is not prescribed
     # approximate and exact angles of undriven joints that drive gears [rad]
     driver_angles: dict[Any, Reals] = field(default_factory=dict)
     exact_driver_angles: dict[Any, Any] = field(default_factory=dict)
 
     def coordinate(self, joint: Joint) -> Columns:
-        """Return the coordinate of a joint with a drive or gear [rad or m]; 0 for a weld."""
+        """Return the coordinate that a drive or gear prescribes for a joint [rad or m]; 0 for a weld."""
         if joint.drive is not None:
             return self.drive[joint.drive]
         if joint.gear is None:
@@ -43,7 +48,7 @@ class PartialPosture:
         for ratio, driver in joint.gear.sources:
             drawn = drawing.coordinate(driver)
             now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
-            # the gear may measure the driver's coordinate in the opposite sense
+            # `sense` is -1 if the gear counts the driver's coordinate in the opposite direction
             followed = followed + ratio * driver.sense * (now - drawn)
             if joint.turns and driver.turns and not driver.moved:
                 turns.append(2 * np.pi * ratio)
@@ -52,7 +57,11 @@ class PartialPosture:
         return followed
 
     def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
-        """Return the angle of a follower for the number of driver turns that brings it closest to `near`."""
+        """Return the possible angle of a gear's follower that is closest to its angle in the posture `near`.
+
+        The number of full turns of the driver is unknown. Without full turns, the angle of the follower is
+        `coordinate`. Each full turn of the driver adds `turn` to it.
+        """
         assert self.near is not None
         target = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
         angles = [
@@ -62,7 +71,11 @@ class PartialPosture:
         return np.choose(np.argmin(np.round(away, 9), axis=0), angles)
 
     def _measured(self, joint: Joint, near: float) -> Columns:
-        """Return the coordinate of a placed joint. Angles are unwrapped over the positions."""
+        """Return the coordinate of a joint between two links that have been placed. Angles include full turns.
+
+        If `driver_angles` contains an approximate angle, the result is the possible angle closest to it. Otherwise, the
+        angle at the first position is the one closest to `near`, and full turns are counted from position to position.
+        """
         measured = joint.coordinate(self)
         if not joint.turns:
             return measured
@@ -74,6 +87,6 @@ class PartialPosture:
         whole = np.unwrap(np.atleast_1d(measured), axis=-1)
         return whole + 2 * np.pi * np.round((near - whole[..., :1]) / (2 * np.pi))
 
-    def hang(self, joint: Joint, coordinate: Columns) -> None:
-        """Place the child of a joint for a given coordinate [rad or m]."""
+    def place_child(self, joint: Joint, coordinate: Columns) -> None:
+        """Place the child of a joint for a given coordinate of the joint [rad or m]."""
         self.origin[joint.child], self.direction[joint.child] = joint.child_place(self, coordinate)

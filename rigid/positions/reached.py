@@ -1,9 +1,13 @@
-"""Range in which the branch is tracked from the drawing: the requested range, or the turns of a closed cycle."""
+"""Selection of the range of the drive path in which the branch (assembly of the drawing) is tracked.
 
-from dataclasses import replace
+The range is the requested one, with one exception. If the mechanism returns to its first posture after a few turns of
+the drive, tracking these turns is sufficient.
+"""
+
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from rigid.arrays import Reals
 from rigid.decomposition.groups import Structure
@@ -13,14 +17,16 @@ from rigid.positions.drive_path import KNOTS_PER_EXTENSION, PLACE_TOLERANCE, Pat
 from rigid.positions.knots import knots_before
 from rigid.positions.trace import Trace
 
-RETURN_TURNS = (1, 2, 4, 8)  # numbers of drive turns to try for a return to the first posture
-POSTURE_TOLERANCE = 1e-7  # difference between equal postures: of origins / size, or of unit vectors
+RETURN_TURNS = (1, 2, 4, 8)  # numbers of drive turns after which the posture is compared with the first posture
+# two postures are equal if the unit vectors of all links, and their origins in units of the mechanism size, differ by
+# less than this
+POSTURE_TOLERANCE = 1e-7
 
 
 def _tracked(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
 ) -> TrackedBranch:
-    """Track all groups on the path between two points."""
+    """Track the branch of all groups on the path between the parameters `low` and `high`."""
     branch = TrackedBranch(mechanism, structure, path, low, high, forms, edge)
     for number, group in enumerate(structure.groups):
         branch.add_group(number)
@@ -38,19 +44,20 @@ def _tracked(
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
 ) -> tuple[TrackedBranch, Reals]:
-    """Track the branch through the requested positions, and return it with the path parameters of the positions.
+    """Track the branch through the requested positions, and return it with the path parameter of each position.
 
-    The drive moves directly from the drawing to each position. Positions beyond a limit of motion are unknown. The
-    drive reaches the first position the shorter way round, or if this way is blocked, the longer way round. If both are
-    blocked, it starts within the requested range, at the drawn angle plus whole turns that is closest to the first
-    position.
+    The drive moves directly from the drawing to each position. Positions beyond a limit of motion are nan. A turning
+    drive moves to the first position by at most half a turn. If a limit of motion prevents this, it turns the other
+    way. If this is also impossible, the path starts within the requested range instead: at the drawn angle plus a
+    number of full turns, as close as possible to the first position.
     """
     if path.vertices is not None:
         return _tracked(mechanism, structure, path, 0.0, 0.0, forms, edge), path.requested
     cache = _branches_of(mechanism)
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
-        # start from the drawn coordinate, so that the cached branch can be used for any turn
+        # start from the drawn coordinate without full turns, so that the cached branch can be used whatever turn is
+        # requested
         path = path.shifted(path.turn * turns)
         begin = path.begin
     low, high = map(float, path.span)
@@ -61,10 +68,11 @@ def branch_through(
         whole = _cached_branch(mechanism, structure, path, *ends, forms, edge, cache)
         if whole.closed(int(sense)):
             break
-        if _is_closed_cycle(whole, begin, begin + period):  # the branch has no end in between, where it would be nan
+        # equal postures are finite, so the branch has no end in between
+        if _is_closed_cycle(whole, begin, begin + period):
             return whole, begin + np.mod(path.requested - begin, period)
     branch = _branch_over_request(mechanism, structure, path, forms, edge, cache)
-    if path.turn and _ends(branch) and not _is_known_at(branch, path.outline[0]):
+    if path.turn and _ends_within(branch) and not _is_known_at(branch, path.outline[0]):
         for other in _other_starts(path):
             other_branch = _branch_over_request(mechanism, structure, other, forms, edge, cache)
             if _is_known_at(other_branch, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
@@ -73,10 +81,10 @@ def branch_through(
 
 
 def _other_starts(path: Path) -> list[Path]:
-    """Return alternative paths that start whole turns away, if the shorter way to the first position is blocked.
+    """Return alternative paths, which start at the drawn angle plus a positive or negative number of full turns.
 
-    The first path starts on the other side of the first position. The second path, if any, starts within the requested
-    range, as close as possible to the first position.
+    On the first path, the drive approaches the first position from the other side. The second path starts within the
+    requested range, as close as possible to the first position. It exists only if the range contains such a start.
     """
     begin, turn = path.begin, path.turn
     first, least, most = path.outline
@@ -88,7 +96,10 @@ def _other_starts(path: Path) -> list[Path]:
 def _branch_over_request(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, cache: Any
 ) -> TrackedBranch:
-    """Track the branch from the drawing through the requested positions, in whole blocks of knots."""
+    """Track the branch from the drawing through the requested positions.
+
+    The tracked range extends from the drawing by multiples of `KNOTS_PER_EXTENSION` knots.
+    """
     begin, block = path.begin, KNOTS_PER_EXTENSION * path.stride
     low, high = path.span
     below, above = (np.ceil(max(distance, 0.0) / block) * block for distance in (begin - low, high - begin))
@@ -98,7 +109,7 @@ def _branch_over_request(
 
 
 def _is_known_at(branch: TrackedBranch, place: float) -> bool:
-    """Return whether the branch of any design is known at a knot next to a point."""
+    """Return whether, for at least one design, the mechanism closes at one of the two knots next to a point."""
     at = knots_before(branch.table, np.array([place]), branch.rows)[:, 0]
     closes = np.isfinite(branch.table["sine"]).all(axis=1)
     inside = (branch.table["place"][at] <= place + PLACE_TOLERANCE) & (
@@ -108,7 +119,7 @@ def _is_known_at(branch: TrackedBranch, place: float) -> bool:
 
 
 def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
-    """Return whether the postures at two points are equal for all designs."""
+    """Return whether, for every design, the postures at two points on the path are equal."""
     place, to = branch.table["place"], np.array([first, last])
     at = knots_before(branch.table, to + PLACE_TOLERANCE, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
@@ -123,13 +134,16 @@ def _is_closed_cycle(branch: TrackedBranch, first: float, last: float) -> bool:
     return bool(max(away) < POSTURE_TOLERANCE and (at_begin["sign"] == at_end["sign"]).all())
 
 
-def _ends(branch: TrackedBranch) -> bool:
-    """Return whether a branch ends on the path."""
+def _ends_within(branch: TrackedBranch) -> bool:
+    """Return whether a branch ends at a limit of motion within the tracked range."""
     return bool(np.isnan(branch.table["sine"]).any())
 
 
 _latest: list[dict[Any, TrackedBranch]] = [{}]
-"""Branches of the latest mechanism with many designs. Others are discarded, because they would fill the memory."""
+"""Branch cache of the last mechanism with several designs.
+
+It is cleared when the next mechanism with several designs is computed, to save memory.
+"""
 
 
 def _branches_of(mechanism: Mechanism) -> dict[Any, TrackedBranch]:

@@ -1,11 +1,12 @@
 """Selection of designs in mechanisms, links, loads or sections."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
 from operator import is_
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.mechanism import Mechanism
 
@@ -13,10 +14,10 @@ PLAIN = (str, float, complex, int, type(None))
 
 
 def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    """Return a mechanism, link, load or section with selected designs only.
+    """Return a mechanism, link, load or section that contains only selected designs.
 
-    The designs are selected in all arrays of shape `designs`. `rows` is a slice, or an array of indices, which may
-    repeat.
+    In `value`, the designs are selected from every array of the shape `designs`. `rows` is a slice or an array of
+    design indices, in which an index may occur several times.
     """
     if not designs or (isinstance(rows, slice) and rows == slice(0, designs[0])):
         return value
@@ -24,7 +25,7 @@ def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
 
 
 def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
-    if isinstance(value, PLAIN):  # this is the most frequent case
+    if isinstance(value, PLAIN):  # tested first, because it is the most frequent case
         return value
     if isinstance(value, np.ndarray):
         return value[rows] if value.shape == designs else value
@@ -34,17 +35,17 @@ def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
     if isinstance(value, Mapping):
         parts = {key: _cut(part, rows, designs) for key, part in value.items()}
         return value if all(map(is_, parts.values(), value.values())) else parts
-    if not is_dataclass(value) or isinstance(value, type):
+    if not isinstance(value, Struct):
         return value
     changed = {}
-    for each in fields(value):
-        if each.init and (part := _cut(own := getattr(value, each.name), rows, designs)) is not own:
-            changed[each.name] = part
+    for name in value.__struct_fields__:
+        if (part := _cut(own := getattr(value, name), rows, designs)) is not own:
+            changed[name] = part
     return replace(value, **changed) if changed else value
 
 
 def designs_of_lengths(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the broadcast shape of a mechanism's dimensions: () or (designs, 1)."""
+    """Return the broadcast shape of all dimensions of a mechanism: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for part in mechanism.fixed_angles for value in part.lengths]
     values += mechanism.drawing.values()

@@ -1,4 +1,4 @@
-"""Tracking of a group without closed form through the knots of a branch."""
+"""Tracking of a group without closed-form solution through the knots of a branch."""
 
 from typing import Any
 
@@ -8,20 +8,29 @@ from rigid.arrays import Integers, Reals
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, select, steps
 
-BRANCH_DISTANCE = 2.0**-16  # distance from a change point at which its branches are distinct, in strides
-MIN_BRANCH_DISTANCE = 2.0**-20  # same for a change point that is as narrow as round-off
-MAX_SMOOTH_DEVIATION = 0.1  # largest deviation of a smooth branch from linear motion, relative to the travel
+# Terms in this file: A step leads from one knot to the next. It is certain if it has been proved (certified) that
+# exactly one branch runs through it, and otherwise uncertain. The grid consists of the regular knots (`coarse` in
+# `Table`). A walk computes the group at the knots of the grid, one after another. A march takes short steps from a knot
+# across a difficult part of the path. A leap is a step of a march that is accepted at first without a certificate, and
+# certified later. Lengths "in strides" are relative to `Path.stride`, the distance between adjacent knots of the grid.
+
+# distance from a change point at which the two branches through it can be distinguished, in strides
+BRANCH_DISTANCE = 2.0**-16
+MIN_BRANCH_DISTANCE = 2.0**-20  # the same if the uncertain steps around the change point are very short
+# largest deviation of a smooth branch from linear extrapolation, relative to its change in a step
+MAX_SMOOTH_DEVIATION = 0.1
 MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
-MAX_SHORTENING = 8  # certify a step at once if it is shorter than the last leap by this factor
+MAX_SHORTENING = 8  # a step of a march is certified at once if it is shorter than the last leap by at least this factor
 MAX_MARCH_STEPS = 400  # maximum number of steps of a march
-MAX_HIDDEN_SINE = 2e-6  # sine below which round-off may hide a branch
-MIN_CLEAR_SINE = 0.1  # sine of earlier groups above which their round-off is negligible
-MIN_KNOTS = 8  # number of grid knots needed to detect links that turn with the drive
-STEPS_TO_DOUBLE = 2  # a march doubles its step after more successful steps than this
-MAX_CORRECTIONS = 10  # maximum number of Newton steps from a good guess
-MAX_LEAP_DEVIATION = 0.25  # largest deviation of a leap (uncertified step) from linear motion, relative to its length
-FIRST_RESOLUTION = 2.0**-6  # resolution of the first certification after a walk, in strides
-MIN_DIFFERENCE = 1e-15  # [rad or m] distance up to which two points on the path count as equal
+MAX_HIDDEN_SINE = 2e-6  # if the sine is at most this, round-off may hide the branch
+MIN_CLEAR_SINE = 0.1  # if the sines of earlier groups exceed this, the round-off of their positions is negligible
+MIN_KNOTS = 8  # smallest number of grid knots with which links that turn with the drive are detected
+STEPS_TO_DOUBLE = 2  # a march doubles its step if more successive steps than this succeed
+MAX_CORRECTIONS = 10  # maximum number of steps of Newton's method from a good guess
+# largest deviation of a leap from linear motion, relative to the change in the coordinates in the leap
+MAX_LEAP_DEVIATION = 0.25
+FIRST_RESOLUTION = 2.0**-6  # steps are halved down to this length in the first certification after a walk, in strides
+MIN_DIFFERENCE = 1e-15  # [rad or m] two points on the path that are closer than this count as equal
 CHANGE_POINT_NOISE = 1e-9  # [rad or m] round-off of coordinates near a change point
 
 
@@ -33,7 +42,7 @@ class Trace:
         self.group = branch.structure.groups[number]
 
     def run(self) -> None:
-        """Walk from the drawing in both directions, certify the steps, and continue beyond uncertain steps."""
+        """Walk from the drawing in both directions of the path, certify the steps, and handle uncertain steps."""
         branch = self.branch
         coarse = np.flatnonzero(branch.table["coarse"]).reshape(branch.rows, -1)
         begin = int(np.abs(branch.table["place"][coarse[0]] - branch.path.begin).argmin())
@@ -51,7 +60,10 @@ class Trace:
         return np.array([self.branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
-        """Place the group at knots, mark adjacent steps as uncertain, and return the coordinates, (free, knots)."""
+        """Compute the group at knots by Newton's method from `guess`, and return its coordinates, shape (free, knots).
+
+        The steps before and after these knots are marked as uncertain, because they are not yet certified.
+        """
         part = select(self.branch.table, which)
         self.branch.set(part, self.number, guess)
         for name, value in part.items():
@@ -61,9 +73,10 @@ class Trace:
         return part[f"free{self.number}"].T
 
     def _walk(self, order: Integers, start: Reals, known: int = 0) -> None:
-        """Place the group at knots, shape (designs, n), one after another, by linear extrapolation.
+        """Compute the group at knots one after another, with a guess extrapolated linearly from the previous two knots.
 
-        The group is already placed at the first `known` knots.
+        `order` contains the indices of the knots, shape (designs, n). `start` is the guess at the first knot, shape
+        (free, designs). At the first `known` knots, the group is already computed.
         """
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
@@ -84,12 +97,12 @@ class Trace:
             last, walked = here, True
 
     def _near_angles(self, here: Reals, near: Reals) -> Reals:
-        """Shift angles by full turns, so that they are close to other angles."""
+        """Shift the angles in `here` by full turns to the values closest to `near`."""
         turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
     def _fill(self, which: Integers, coarse: Integers) -> None:
-        """Place the group at knots between coarse knots, by interpolation."""
+        """Compute the group at knots that are not on the grid, with a guess interpolated between grid knots."""
         table = self.branch.table
         after = np.searchsorted(coarse, which)
         which, after = which[after < len(coarse)], after[after < len(coarse)]
@@ -100,7 +113,11 @@ class Trace:
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.changes(self.number, low, high)).T)
 
     def _handle_uncertain_steps(self, row: int, sense: int) -> None:
-        """Resolve each run of uncertain steps, outward from the drawing."""
+        """Continue the branch across each sequence of uncertain (not certified) steps, or end it there.
+
+        The sequences in one direction of the path (`sense` 1 or -1) are handled, beginning with the one next to the
+        drawing.
+        """
         branch = self.branch
         passed = refined = marched = branch.path.begin - sense
         leaps, carried = True, False
@@ -122,7 +139,7 @@ class Trace:
             ):
                 passed = stop
                 continue
-            if (start - marched) * sense <= 0:  # no progress since the last march
+            if (start - marched) * sense <= 0:  # the last march did not get beyond this point
                 if carried := self._turns_with_drive(row, sense, start):
                     continue
                 branch.end(self.number, row, sense, start)
@@ -147,7 +164,11 @@ class Trace:
             self._continue_walk(row, sense, here)
 
     def _next(self, row: int, sense: int, passed: float) -> tuple[int, int] | None:
-        """Return the inner and the outer knot of the next run of uncertain steps beyond a point, or None."""
+        """Return the next sequence of uncertain (not certified) steps beyond a point on the path, or None.
+
+        The result contains the indices of two knots of the sequence: the closest to the drawing, and the farthest from
+        it.
+        """
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
         for first, last in self.branch.uncertain_steps(self.number)[::sense]:
@@ -164,7 +185,11 @@ class Trace:
         return None
 
     def _knot_at(self, row: int, place: float, guess: Reals | None) -> Table:
-        """Create a knot of one design. The group is placed from `guess`, which by default is interpolated."""
+        """Create a knot of one design at a point of the path.
+
+        The group is computed by Newton's method from `guess`, or by default from an interpolation between adjacent
+        knots.
+        """
         branch = self.branch
         at = branch.before(row, place)
         low, high = select(branch.table, [at]), select(branch.table, [at + 1])
@@ -184,9 +209,14 @@ class Trace:
         return knot
 
     def _extrapolated(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
-        """Extrapolate the group a short step ahead, and return path parameter, coordinates and their tolerance.
+        """Extrapolate the coordinates of the group linearly by a short step.
 
-        In such a short step a branch is straight except for round-off, unless it turns back at a limit of motion.
+        The step must be so short that the motion is linear except for round-off, unless the branch ends at a limit of
+        motion.
+
+        Returns
+        -------
+        Path parameter after the step, extrapolated coordinates there, and tolerance of these coordinates.
         """
         farther, nearer = (self._knot_at(row, place - k * step, None) for k in (2, 1))
         slope = self.branch.changes(self.number, farther, nearer)
@@ -197,7 +227,7 @@ class Trace:
         )
 
     def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
-        """Return a knot of the smooth branch just beyond a change point, or None."""
+        """Return a knot of the branch that continues smoothly beyond a change point, or None if there is none."""
         with np.errstate(all="ignore"):
             to, guess, known = self._extrapolated(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
             if (to - self._last(row, sense)) * sense > 0:
@@ -206,10 +236,11 @@ class Trace:
             return knot if self._distance(knot, guess) <= known else None
 
     def _turns_with_drive(self, row: int, sense: int, place: float) -> bool:
-        """Check whether the group turns with the drive from a point onward. If so, place it there and return True.
+        """Check whether the links turn with the drive from a point onward. If so, compute them there and return True.
 
-        Links on parallel cranks have one smooth branch only, on which each turns as fast as the drive or not at all.
-        Round-off may hide this branch. It is valid to the end of the path if it closes the group everywhere.
+        Links on parallel cranks have a branch on which each link turns as fast as the drive or not at all. Near change
+        points, round-off may hide this branch. If the group closes on this branch at all checked knots, it is used up
+        to the end of the path.
         """
         branch, table, begin = self.branch, self.branch.table, self.branch.path.begin
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
@@ -236,16 +267,16 @@ class Trace:
         return False
 
     def _distance(self, knot: Table, guess: Any) -> float:
-        """Return the largest difference between the coordinates of a knot and guessed coordinates."""
+        """Return the largest difference between the coordinates of the group at a knot and guessed coordinates."""
         return float(np.abs(self._near_angles(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
     def _last(self, row: int, sense: int) -> float:
-        """Return the path parameter of the outermost knot."""
+        """Return the path parameter of the last knot of a design in one direction (`sense` 1 or -1)."""
         table = self.branch.table
         return float(table["place"][table["row"] == row][::sense][-1])
 
     def _passes_smoothly(self, row: int, sense: int, start: float, stop: float) -> bool:
-        """Return whether the branch is smooth through a change point that is as narrow as round-off."""
+        """Return whether the tracked branch is smooth across very short uncertain steps, from `start` to `stop`."""
         if not self.branch.path.keeps_direction(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
@@ -256,7 +287,10 @@ class Trace:
             ) <= known
 
     def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
-        """Return the point up to which the steps from `inner` toward `outer` are certain."""
+        """Return the point of the path up to which all steps are certain (certified).
+
+        The search begins at `inner` and ends at `outer`.
+        """
         table = self.branch.table
         at = steps(table)
         at = at[(table["row"][at] == row) & ~table[f"certain{self.number}"][at]]
@@ -265,9 +299,14 @@ class Trace:
         return float(open_.min() * sense) if len(open_) else outer
 
     def _march(self, row: int, sense: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
-        """Take steps outward from a knot, up to a stride. Return the new knots, and whether the march got stuck.
+        """Take short steps from a knot, in the direction away from the drawing, over a distance of one stride.
 
-        Each step is certified. With `leaps`, steps are only checked to be nearly straight, and are certified later.
+        Each step is certified before the next step is taken. With `leaps`, a step is also accepted if the motion in it
+        is nearly linear; it must be certified later.
+
+        Returns
+        -------
+        New knots, and whether the march stopped before it covered one stride or reached the last knot.
         """
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
@@ -308,7 +347,10 @@ class Trace:
         return knots, travelled < stride and here["place"][0] != end
 
     def _insert(self, row: int, inner: float, knots: list[Table]) -> None:
-        """Replace the knots from a point outward, except for grid knots, and certify the steps."""
+        """Insert new knots of a march that began at the point `inner` into the table, and certify the steps.
+
+        Old knots in the range of the new knots are deleted. Those of the grid are kept but computed again.
+        """
         branch, name = self.branch, f"free{self.number}"
         if not knots:
             return
@@ -336,7 +378,7 @@ class Trace:
         branch.refine(self.number, begins[mine])
 
     def _continue_walk(self, row: int, sense: int, last: float) -> None:
-        """Continue the walk from a knot and certify the steps, unless the table already continues on this branch."""
+        """Walk on from the knot at `last` and certify the steps, unless the next grid knot is already on its branch."""
         branch, name = self.branch, f"free{self.number}"
         if self._rejoins(row, sense, last):
             return
@@ -356,7 +398,7 @@ class Trace:
         branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], FIRST_RESOLUTION)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
-        """Return whether certain steps lead from a knot to the next grid knot of the table."""
+        """Return whether all steps from a knot to the next grid knot are certain."""
         branch, table = self.branch, self.branch.table
         outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * sense > 0)][::sense]
         if not len(outer):

@@ -1,4 +1,4 @@
-"""Assembly of a mechanism near its drawing, for any number of drives and redundant constraints."""
+"""Assembly of a mechanism near its drawing. It may have any number of drives and redundant constraints."""
 
 from itertools import combinations
 
@@ -6,16 +6,15 @@ import numpy as np
 
 from rigid.arrays import Complex, Reals
 from rigid.drawing import Drawing
-from rigid.joint_places import joint_place
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.plane import cross
-from rigid.postures import Posture
+from rigid.postures import Posture, joint_place
 from rigid.topology.kinematic_pairs import pairs
 
 MAX_GAP = 1e-9  # largest gap of a closed joint, relative to the mechanism's size
-MAX_ROUNDED_GAP = 1e-3  # largest gap that may be due to rounded dimensions, relative to the mechanism's size
+MAX_ROUNDED_GAP = 1e-3  # a smaller gap may be due to rounded dimensions, relative to the mechanism's size
 MAX_STEPS = 40  # maximum number of damped least-squares steps
 
 
@@ -23,7 +22,7 @@ def assembled(mechanism: Mechanism) -> Posture:
     """Assemble a mechanism near its drawing, for the first design, and return its posture.
 
     The links are moved by damped least squares until the joints close. The damping is proportional to the remaining
-    gap. A redundant mechanism, whose equations are singular when it closes, therefore converges equally fast.
+    gap. Convergence is therefore also fast for a redundant mechanism, whose equations are singular at the solution.
 
     Raises
     ------
@@ -67,15 +66,15 @@ def assembled(mechanism: Mechanism) -> Posture:
 def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
     """Return triples of links that are pinned to one another at three collinear points.
 
-    Such links are singular in every position. They occur if a bar with three joints is drawn as three bars; it should
-    be one link with three points.
+    Such links are in a singular position at all times. They occur if a bar with three joints is modelled as three
+    links. Such a bar should be one link with three points.
     """
     links = here.mechanism.links
     holders: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         for point in link.points:
             holders.setdefault(point, []).append(number)
-    # a common pin of each link with each later link
+    # shared[link][other]: name of a pin of a link and another link with a higher index
     shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}
     for number, link in enumerate(links):
         for point in link.points:
@@ -100,7 +99,7 @@ def _first(value: Complex) -> complex:
 
 
 def _drawn(mechanism: Mechanism) -> Posture:
-    """Place each link by its drawn points, for the first design."""
+    """Return the posture in which each link fits its drawn points best, for the first design."""
     drawing = Drawing(mechanism)
     origin = np.zeros(len(mechanism.links), complex)
     direction = np.ones(len(mechanism.links), complex)
@@ -116,14 +115,18 @@ def _drawn(mechanism: Mechanism) -> Posture:
 
 
 def _size(here: Posture, joints: list[Joint]) -> float:
-    """Return the reference length of gaps: the largest distance of a joint from the first one [m], or 1."""
+    """Return the reference length of gaps: the largest distance of a joint from the first joint [m]; 1 if zero."""
     places = [here.place(link, joint.at(link)) for joint in joints for link in (joint.owner, joint.block)]
     extent = max((abs(place - places[0]) for place in places), default=0.0)
     return float(extent) or 1.0
 
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """Return the gaps of all joints, (x, y) / size or (angle, normal / size), and then the rotations of welds."""
+    """Return two gaps for each joint, followed by the rotation gaps of all welds, as one array.
+
+    For a pin or weld, the two gaps are x / size and y / size. For a slider, the first gap is the angle [rad], and the
+    second is (distance from the line) / size.
+    """
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
@@ -150,7 +153,7 @@ def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
 
 
 def _moved(here: Posture, step: Reals, size: float) -> Posture:
-    """Displace and rotate each moving link."""
+    """Displace and rotate the moving links; `step` contains x / size, y / size and angle of each link."""
     x, y, angle = step.reshape(-1, 3).T
     origin, direction = here.origin.copy(), here.direction.copy()
     origin[1:] += size * (x + 1j * y)

@@ -1,16 +1,16 @@
 """Oriented graphs: incidence matrix, spanning tree and independent loops."""
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import force_setattr
 
 from rigid.arrays import Integers
 from rigid.parts import MechanismError
 
 
-@dataclass(frozen=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """An oriented branch: a joint between two links, or a bar between two joints."""
 
     name: str
@@ -18,11 +18,10 @@ class Branch:
     end: str
 
 
-@dataclass(frozen=True)
-class Graph:
+class Graph(Struct, frozen=True):
     """An oriented graph.
 
-    Parameters
+    Attributes
     ----------
     branches
         Branches, in the order of the matrices' columns. Several branches may connect the same two nodes.
@@ -39,9 +38,9 @@ class Graph:
     nodes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Collect the nodes and check the ends of each branch."""
+        """Collect the names of the nodes and check the ends of each branch."""
         mentioned = dict.fromkeys(node for branch in self.branches for node in (branch.start, branch.end))
-        object.__setattr__(self, "nodes", tuple(self.nodes or mentioned))
+        force_setattr(self, "nodes", tuple(self.nodes or mentioned))
         for branch in self.branches:
             for node in (branch.start, branch.end):
                 if node not in self.nodes:
@@ -101,9 +100,11 @@ def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...
 def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Integers:
     """Return the fundamental loop matrix B_f, shape (loops, branches), with A B_f^T = 0.
 
-    Each row is the loop that a branch outside the tree closes through the tree. Entries are +1 for branches in the
-    direction of the loop, and -1 for branches against it. `B_f = [-(A_t^-1 A_l)^T : I]`, with the columns in the order
-    of the branches.
+    Each row is the loop that is closed by one branch outside the tree and by branches of the tree. Entries are +1 for
+    branches in the direction of the loop, and -1 for branches against it. Remove one row per component from the
+    incidence matrix A. Let A_t be the columns for branches in the tree, and A_l the columns for branches outside the
+    tree. Then `B_f = [-(A_t^-1 A_l)^T : I]`, if the branches of the tree come first. In the result, the columns are in
+    the order of `graph.branches`.
 
     Parameters
     ----------
@@ -117,7 +118,7 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
 
     References
     ----------
-    Scutaru, Vlase, Marin, equation (9), with A_t of the tree for [A]_f.
+    Scutaru, Vlase, Marin, equation (9), with A_t in place of [A]_f.
     """
     chosen = sorted(spanning_tree(graph) if tree is None else tree)
     kept = [node not in {part[-1] for part in components(graph)} for node in graph.nodes]
@@ -136,8 +137,8 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
 def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
     """Return the branches along a loop in order, as pairs (index, +1 or -1).
 
-    `loop` is a row of the fundamental loop matrix. The walk starts with the last branch of the loop, along its
-    direction.
+    `loop` is a row of the fundamental loop matrix. The walk is in the direction of the loop. It starts with the branch
+    that has the highest index in the loop.
     """
     left = [int(number) for number in np.flatnonzero(loop)]
     steps: list[tuple[int, int]] = []
@@ -157,7 +158,7 @@ def _far_end(graph: Graph, number: int, sign: int) -> str:
 
 
 class _Roots:
-    """Union-find of connected nodes."""
+    """Union-find structure for connected components. Each component has a root node."""
 
     def __init__(self, nodes: Iterable[str]) -> None:
         self.above = {node: node for node in nodes}

@@ -1,24 +1,23 @@
 """Input-output laws of a chain at one position: ratios of rates and of loads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Reals
 from rigid.parts import MechanismError
 from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]
-MAX_ERROR = 1e-9  # relative error up to which the inputs determine an output
+MAX_ERROR = 1e-9  # largest relative error of an output that counts as determined by the inputs
 
 
-@dataclass(frozen=True)
-class Action:
-    """A load of unknown magnitude on a link: a force [N] along a direction, or a moment [N m].
+class Action(Struct, frozen=True):
+    """A load on a link: a magnitude, which may be unknown, times a unit load.
 
-    In space, `at` [m], `force` and `moment` have three components. In the plane, `at` and `force` have two, and
-    `moment` has one. The magnitude multiplies force and moment.
+    The unit load consists of `force` [N] at the point `at` [m], and of `moment` [N m]. In space, all three have three
+    components. In the plane, `at` and `force` have two components, and `moment` has one.
     """
 
     name: str
@@ -29,13 +28,15 @@ class Action:
 
 
 def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[Coordinate]) -> Reals:
-    """Return the rates of joint coordinates per unit of other joint rates, shape (outputs, inputs).
+    """Return the rates of joint coordinates (outputs) per unit rate of other joint coordinates (inputs).
+
+    The shape is (outputs, inputs).
 
     Parameters
     ----------
     inputs, outputs
-        Names of joints with one freedom, or pairs of joint and freedom, such as `("shaft", "Vz")`. Rates are those of
-        the joint's end link relative to its start link [rad/s or m/s].
+        Names of joints with one freedom, or pairs (joint, freedom) such as `("shaft", "Vz")`. Rates are those of the
+        joint's end link relative to its start link [rad/s or m/s].
 
     Raises
     ------
@@ -59,19 +60,23 @@ def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[C
 
 
 def joint_rates(chain: Chain) -> Reals:
-    """Return the rates of all joint coordinates in the m independent motions [rad/s or m/s], shape (freedoms, m)."""
+    """Return the rates of all joint coordinates [rad/s or m/s] in each of the m independent motions, (freedoms, m)."""
     shares, size = _shares(chain)
     return np.asarray(shares / size[:, None])
 
 
 def _shares(chain: Chain) -> tuple[Reals, Reals]:
-    """Return the rates of joint coordinates in units of twists, (freedoms, m), and the twist sizes, (freedoms,)."""
+    """Return the scaled rates of joint coordinates in each of the m independent motions, and the scales.
+
+    A scaled rate is the rate times a scale. The scale is the norm of `Chain.scale` times the twist of the freedom. The
+    shapes are (freedoms, m) and (freedoms,).
+    """
     modes = null_space(kinematic_matrix(chain))
     shares, sizes, start = [], [], 0
     for twist in chain.twists:
         scaled = chain.scale * twist
         count, size = scaled.shape[-1], np.linalg.norm(scaled, axis=0)
-        # the loop equations use the orthonormal basis of the same QR decomposition
+        # `modes` are in terms of the orthonormal twists of the same QR decomposition (see `ranks._basis`)
         triangle = np.linalg.qr(scaled, mode="complete")[1][:count]
         shares.append(size[:, None] * np.linalg.solve(triangle, modes[start : start + count]))
         sizes.append(size)
@@ -80,10 +85,10 @@ def _shares(chain: Chain) -> tuple[Reals, Reals]:
 
 
 def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """Return the loads that balance a chain, per unit of given loads, shape (outputs, inputs).
+    """Return the magnitudes of loads (outputs) that balance a chain under unit magnitudes of other loads (inputs).
 
-    The loads follow from virtual work on the independent motions. Joint forces are not needed, so the chain may be
-    redundant.
+    The shape is (outputs, inputs). The magnitudes follow from virtual work in the independent motions of the chain.
+    Joint forces are not computed, so the chain may have redundant constraints.
 
     Raises
     ------
@@ -108,7 +113,7 @@ def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], ou
 
 
 def _size(chain: Chain, action: Action) -> float:
-    """Return the reference size of a unit action: force times length of the chain, plus moment [N m]."""
+    """Return the reference value of a unit action: force times the length of the chain, plus moment [N m]."""
     size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
     if not size > 0:
         raise MechanismError(f'action "{action.name}" has neither a force nor a moment')
@@ -147,7 +152,7 @@ def _number(chain: Chain, coordinate: Coordinate) -> int:
 
 
 def _ratio(driving: Reals, driven: Reals, inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
-    """Return the matrix that maps the rows of `driving` to those of `driven`."""
+    """Return the matrix L with driven = L @ driving, or raise MechanismError if there is none."""
     if np.linalg.matrix_rank(driving, RANK_TOLERANCE) < len(inputs):
         raise MechanismError(f"{', '.join(inputs)} do not move independently of each other")
     law = np.linalg.lstsq(driving.T, driven.T, rcond=None)[0].T

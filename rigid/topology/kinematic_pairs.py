@@ -1,8 +1,9 @@
-"""Kinematic pairs of a mechanism, and the mobility by counting them."""
+"""Kinematic pairs of a mechanism, and its mobility by counting links and pairs."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from rigid.drawing import Drawing
 from rigid.joints import Joint, PinJoint, SliderJoint, WeldJoint
@@ -13,19 +14,18 @@ from rigid.teeth import pitch_reach
 Kind = Literal["pin", "slider", "weld", "rolling", "slipping"]
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(Struct, frozen=True):
     """A contact between two links, such as two gears, or a cam and its follower.
 
-    Parameters
+    Attributes
     ----------
     one, other
         Names of the links.
     at
         Contact point in ground axes at the considered position [m].
     normal
-        Common normal of links that slip along the tangent (two freedoms), or None for rolling without slip (one
-        freedom).
+        Common normal of the links for a contact with slip along the tangent (two freedoms). None for rolling without
+        slip (one freedom).
     """
 
     name: str
@@ -35,11 +35,11 @@ class Contact:
     normal: complex | None = None
 
 
-@dataclass(frozen=True)
-class Pair:
-    """A joint between two links, or a contact. Its freedoms are those of the end link relative to the start link.
+class Pair(Struct, frozen=True):
+    """A joint or contact between two links.
 
-    Pins, welds and sliders have a `joint`, other pairs a `contact`. `drive` is the index of the drive, or None.
+    The freedoms of a pair are motions of the end link relative to the start link. For pins, welds and sliders, `joint`
+    is given. For other pairs, `contact` is given. `drive` is the index of the drive of the joint, or None.
     """
 
     name: str
@@ -57,12 +57,14 @@ class Pair:
 
 
 def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
-    """Return the tooth contacts of all gears as drawn. Teeth slip along the line of centres.
+    """Return the tooth contacts of all gears in the drawing.
+
+    The teeth transmit a force along the tangent of the pitch circles, and slip perpendicular to it.
 
     Raises
     ------
     MechanismError
-        If a gear has no contact point, as with ratio 1, or a point is not drawn.
+        If a gear has no contact point (for example if its ratio is 1), or a point is not drawn.
     """
     return tuple(_gear_contact(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
 
@@ -90,7 +92,8 @@ def _gear_contact(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
 def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
     """Return all pairs of a mechanism, including `contacts` of gears or cams.
 
-    A pin with n links counts as n - 1 pairs. Links with a weld or a drive between them form such a pair.
+    A pin of n links counts as n - 1 pairs. Two links with a weld or a drive between them always form one of these
+    pairs.
 
     Raises
     ------
@@ -149,15 +152,16 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
     """Return the mobility of a planar mechanism by counting: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
-    The count ignores special dimensions. For two rolling gears it is 0, although they turn. `mobility` takes the
-    dimensions into account.
+    The result is wrong for mechanisms that move only because of special dimensions. For two rolling gears, the result
+    is 0, although the gears turn. `mobility` takes the dimensions into account.
 
     Parameters
     ----------
     links
         Number of links n, including the fixed link.
     one_freedom, two_freedom
-        Numbers of pairs j1 with one freedom (pin, slider, rolling) and j2 with two freedoms (slipping, as with cams).
+        Number j1 of pairs with one freedom (pin, slider, rolling), and number j2 of pairs with two freedoms (slipping,
+        for example cams).
     welds
         Number of welds j0.
 

@@ -20,13 +20,13 @@ from rigid.topology.ranks import Chain, Mobility, mobility
 
 
 def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
-    """Return the chain of a planar mechanism in a posture of one or many positions.
+    """Return the chain of a planar mechanism at the one or many positions of a posture.
 
-    `contacts` (gears, cams) are at fixed points, so the posture should then have one position only.
+    If there are contacts (gears, cams), the posture must have one position, because a contact point has one position.
 
     Examples
     --------
-    Two rolling gears have mobility 1 with one redundant constraint, although their count is 0:
+    Two rolling gears have the mobility 1 and one redundant constraint, although the count by `kutzbach` is 0:
 
     >>> from rigid.topology import Contact, assembled, mobility, planar_chain
     >>> from rigid import Link, Mechanism
@@ -54,12 +54,12 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
 
 
 def mechanism_mobility(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Mobility:
-    """Return the mobility and hyperstaticity of a mechanism as drawn, with its drives free."""
+    """Return the mobility and hyperstaticity of a mechanism as drawn. Joints with drives count as free joints."""
     return mobility(planar_chain(assembled(mechanism), contacts))
 
 
 def _place(here: Posture, pair: Pair) -> Complexes:
-    """Return the position of a pair in ground axes [m]; for a slider, that of the block's point."""
+    """Return the position of a pair in ground axes [m]. For a slider, this is the point of the sliding link."""
     if pair.joint is not None:
         return here.place(pair.joint.block, pair.joint.at(pair.joint.block))
     assert pair.contact is not None
@@ -67,7 +67,12 @@ def _place(here: Posture, pair: Pair) -> Complexes:
 
 
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
-    """Return the twists (angular velocity, velocity at the center) and freedoms of a pair at `arm` from the center."""
+    """Return the twists and the names of the freedoms of a pair.
+
+    A twist is the motion of the end link relative to the start link. It consists of the angular velocity, and of the
+    velocity (x, y) of the point of the end link at the center of the chain. `arm` is the vector from the center to the
+    pair.
+    """
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
     if not pair.freedoms:
         return turn[..., :0], ()
@@ -87,7 +92,7 @@ def _column(angular: Reals, velocity: Complexes) -> Reals:
 
 @lru_cache(maxsize=64)
 def require_fit(mechanism: Mechanism) -> None:
-    """Raise MechanismError unless the redundant constraints of a mechanism fit and its drives can move.
+    """Check that a mechanism with redundant constraints can be assembled, and that its drives can move it.
 
     Raises
     ------
@@ -136,9 +141,10 @@ def bar_graph(mechanism: Mechanism) -> Graph:
     """Return the graph with joints as nodes and bars as branches, after Vlase.
 
     A link with two joints is one bar. A link with n > 2 joints is a strip of triangles with 2 n - 3 bars. The ground is
-    a path of bars through its joints. A slider is a branch of variable length from the origin of its line to its point.
-    The origin is a node with the name of the slider, or a joint of the owner at the same place. Points that belong to
-    one link only are omitted, unless the link has fewer than two joints. Welded links count as one link.
+    a path of bars through its joints. A slider is a branch of variable length, from the origin of its line to the point
+    that slides. The origin is a node with the name of the slider, or a joint of the guiding link at the same position.
+    Points that belong to one link only are omitted, unless the link has fewer than two joints. Welded links count as
+    one link.
     """
     named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
@@ -151,7 +157,7 @@ def bar_graph(mechanism: Mechanism) -> Graph:
         for slider in mechanism.sliders:
             if slider.on == link.name:
                 origin_name = f"{slider.name}'s line" if slider.name in named else slider.name
-                free = [point for point in places if point != slider.point]  # the line may also begin at this point
+                free = [point for point in places if point != slider.point]  # a branch cannot start at its own end
                 start = next((point for point in free if np.all(places[point] == slider.origin)), origin_name)
                 places.setdefault(start, slider.origin)
                 slides.append(Branch(slider.name, start, slider.point))
@@ -163,7 +169,7 @@ def bar_graph(mechanism: Mechanism) -> Graph:
 
 
 def _bodies(mechanism: Mechanism) -> dict[str, str]:
-    """Map each link to the first link of its welded body."""
+    """Map the name of each link to the name of the first link in its body, i.e. its group of welded links."""
     body = {link.name: link.name for link in mechanism.links}
     for weld in mechanism.welds:
         kept, merged = sorted((body[weld.on], body[weld.link]), key=mechanism.index.__getitem__)
@@ -172,7 +178,7 @@ def _bodies(mechanism: Mechanism) -> dict[str, str]:
 
 
 def _bars(link: Link, joints: list[str]) -> list[Branch]:
-    """Return the bars that make a link rigid."""
+    """Return the bars of a link, see `bar_graph`."""
     nodes = joints
     if len(nodes) < 2 and link.name != GROUND:
         nodes = list(dict.fromkeys((*link.points, *joints)))

@@ -1,26 +1,26 @@
 """Mobility and redundancy of a chain of links in the plane or in space, from matrix ranks.
 
-*Twists* are the free motions of a joint, and *wrenches* are the loads that it transmits. They have d components, 3 in
-the plane and 6 in space. The kinematic equations close the twists around each independent loop. The static equations
-balance the wrenches on each link. Derivation: docs/structure.md.
+*Twists* are the free motions of a joint, and *wrenches* are the loads that the joint transmits. Twists and wrenches
+have d components: 3 in the plane and 6 in space. The kinematic equations state that the twists around each independent
+loop add up to zero. The static equations state that the wrenches on each link are in equilibrium. Derivation:
+docs/structure.md.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Integers, Reals
 from rigid.parts import MechanismError
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
 RANK_TOLERANCE = 1e-9
-"""Relative singular value up to which a singular value counts as zero."""
-STRESS_TOLERANCE = 1e-6  # smallest share of a unit self-stress at which a joint counts as stressed
+"""Largest singular value that counts as zero, relative to the largest singular value."""
+STRESS_TOLERANCE = 1e-6  # a joint is unstressed if its wrench in the orthonormal self-stresses has at most this norm
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(Struct, frozen=True, eq=False):
     """Links and joints at one or many positions, with the free motions of the joints.
 
     Attributes
@@ -28,9 +28,9 @@ class Chain:
     graph
         Graph with links as nodes (the fixed link first) and joints as branches.
     twists
-        For each joint, motions of its end link relative to its start link, shape (..., d, freedoms). The first rows (1
-        in the plane, 3 in space) are the angular velocity [rad/s]. The other rows are the velocity of the end link's
-        point at `center` [m/s].
+        For each joint, motions of its end link relative to its start link at unit rate of each freedom, shape (..., d,
+        freedoms). The first rows (1 in the plane, 3 in space) are the angular velocity [rad/s]. The other rows are the
+        velocity of the end link's point at `center` [m/s].
     freedoms
         Names of the freedoms of each joint.
     center
@@ -52,27 +52,36 @@ class Chain:
 
     @property
     def scale(self) -> Reals:
-        """Factors that make the twist components comparable, shape (d, 1)."""
+        """Factors of the twist components, shape (d, 1): 1 for angular velocities, 1 / `length` for velocities."""
         turns = self.size // 2
         return np.array([1.0] * turns + [1 / self.length] * (self.size - turns))[:, None]
 
 
-@dataclass(frozen=True, eq=False)
-class Mobility:
+class Mobility(Struct, frozen=True, eq=False):
     """Freedoms and redundant constraints of a chain.
 
     Attributes
     ----------
     loops
         Number of independent loops N_c.
-    kinematic_unknowns, kinematic_equations, kinematic_rank
-        Number I_c of freedoms of all joints, number E_c = d N_c of equations, and rank r_c, shape (...).
-    static_unknowns, static_equations, static_rank
-        Number I_s of components that all joints transmit, number E_s = d (links - 1) of equations, and rank r_s, shape
-        (...).
-    kept, dropped
-        Smallest singular value that counts in the static rank, and largest one that does not, both relative to the
-        largest singular value, shape (...). Their ratio shows how clearly the rank is determined.
+    kinematic_unknowns
+        Number I_c of freedoms of all joints.
+    kinematic_equations
+        Number E_c = d N_c of loop equations.
+    kinematic_rank
+        Rank r_c of the loop equations, shape (...).
+    static_unknowns
+        Number I_s of wrench components that all joints transmit.
+    static_equations
+        Number E_s = d (links - 1) of equilibrium equations.
+    static_rank
+        Rank r_s of the equilibrium equations, shape (...).
+    kept
+        Smallest of the singular values of the equilibrium equations that count as nonzero, relative to the largest
+        singular value, shape (...).
+    dropped
+        Largest of the singular values that count as zero, relative to the largest singular value, shape (...). If
+        `kept` is much larger than `dropped`, the rank is certain.
 
     References
     ----------
@@ -147,21 +156,25 @@ def kinematic_matrix(chain: Chain) -> Reals:
 
 
 def static_matrix(chain: Chain) -> Reals:
-    """Return the equilibrium equations of the moving links, shape (..., d (links - 1), components).
+    """Return the equilibrium equations of the moving links for orthonormal joint wrenches.
 
-    The wrench of a joint acts on the end link, and the opposite on the start link. The transpose maps link velocities
-    to the rates at which constraints are violated.
+    The shape is (..., d (links - 1), components). The wrench of a joint acts on the end link, and the opposite wrench
+    on the start link. The transpose of the matrix, multiplied by the link twists, gives the rates of the constraint
+    residuals.
     """
     return _assembled(-incidence(chain.graph)[1:], [_basis(chain, twist)[1] for twist in chain.twists])
 
 
 def self_stress(chain: Chain) -> Reals:
-    """Return the self-stresses of a redundant chain at one position: joint wrenches in equilibrium without load.
+    """Return the self-stresses of a redundant chain at one position.
+
+    A self-stress is a state of joint wrenches in equilibrium without loads. The h self-stresses are orthonormal, if
+    moments are divided by `chain.length`.
 
     Returns
     -------
-    Array of shape (h, joints, d): for each state and joint, the moment about `chain.center` [N m] and the force [N] on
-    the end link. The states are orthonormal if moments are divided by `chain.length`.
+    Array of shape (h, joints, d). The last axis is the moment about `chain.center` [N m] and then the force [N] on the
+    end link.
     """
     bases = [_basis(chain, twist)[1] for twist in chain.twists]
     states = null_space(static_matrix(chain))
@@ -174,14 +187,17 @@ def self_stress(chain: Chain) -> Reals:
 
 
 def stressed_joints(chain: Chain) -> tuple[int, ...]:
-    """Return the indices of joints with a self-stress. Their forces are statically indeterminate."""
+    """Return the indices of joints with a wrench in a self-stress, i.e. with statically indeterminate forces."""
     states = self_stress(chain) / (chain.scale[:, 0] * chain.length)
     share = np.sqrt((states**2).sum(axis=(0, 2)))
     return tuple(int(number) for number in np.flatnonzero(share > STRESS_TOLERANCE))
 
 
 def link_motions(chain: Chain) -> Reals:
-    """Return the independent motions at one position as orthogonal link twists in SI units, shape (m, links - 1, d)."""
+    """Return the twists of the moving links in SI units in each of the m independent motions at one position.
+
+    The shape is (m, links - 1, d).
+    """
     modes = null_space(static_matrix(chain).T)
     return modes.T.reshape(-1, len(chain.graph.nodes) - 1, chain.size) / chain.scale[:, 0]
 
@@ -202,13 +218,19 @@ def _require_connected(chain: Chain) -> None:
 
 
 def _basis(chain: Chain, twist: Reals) -> tuple[Reals, Reals]:
-    """Return orthonormal twists (..., d, freedoms) and reciprocal wrenches (..., d, d - freedoms) of a joint."""
+    """Return orthonormal twists of a joint, and orthonormal wrenches that do no work on them.
+
+    The shapes are (..., d, freedoms) and (..., d, d - freedoms).
+    """
     full, _ = np.linalg.qr(chain.scale * twist, mode="complete")
     return full[..., : twist.shape[-1]], full[..., twist.shape[-1] :]
 
 
 def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
-    """Return the matrix of the blocks pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
+    """Return the block matrix with the blocks pattern[i, j] * blocks[j] in row i and column j.
+
+    The shape is (..., rows of `pattern` * d, columns of all blocks).
+    """
     columns = [
         (pattern[:, j, None, None] * block[..., None, :, :]).reshape(
             *block.shape[:-2], len(pattern) * block.shape[-2], block.shape[-1]

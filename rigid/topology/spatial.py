@@ -1,15 +1,16 @@
 """Spatial joints with their static and kinematic torsors, and spatial chains for mobility analysis.
 
-A torsor consists of a resultant and a moment at a point. The kinematic torsor of a joint is the motion of its end link
-relative to its start link (angular velocity, velocity). The static torsor is the load that the start link transmits to
-the end link (force, moment). Components are in the joint's own axes x, y, z.
+A torsor is a pair of vectors, a resultant and a moment at a point. The kinematic torsor of a joint is the motion of its
+end link relative to its start link: angular velocity (resultant) and velocity at the point (moment). The static torsor
+is the load that the start link transmits to the end link: force and moment at the point. In `JointType`, components
+refer to the axes x, y, z of the joint.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 
 import numpy as np
+from msgspec import Struct
 
 from rigid.arrays import Reals
 from rigid.parts import GROUND, MechanismError
@@ -23,22 +24,22 @@ FORCES = ("X", "Y", "Z")
 MOMENTS = ("L", "M", "N")
 
 
-@dataclass(frozen=True)
-class JointType:
+class JointType(Struct, frozen=True):
     """A type of spatial joint.
 
-    Parameters
+    Attributes
     ----------
     name
         Common name.
     meaning
-        Meaning of the joint's own axes.
+        Description of the joint and its axes.
     freedoms
-        Free components of the kinematic torsor. (A helical joint also moves along its axis as it rotates.)
+        Independent components of the kinematic torsor. The translation of a helical joint along its axis follows from
+        its rotation, and is not included.
     axis
-        Own axis that `SpatialJoint.axis` defines.
+        Joint axis (x or z) that `SpatialJoint.axis` defines.
     normal
-        Own axis that `SpatialJoint.normal` defines, for the two types with a second direction.
+        Joint axis that `SpatialJoint.normal` defines, for the two types with a second direction; otherwise "".
     """
 
     name: str
@@ -49,7 +50,7 @@ class JointType:
 
     @property
     def transmits(self) -> tuple[str, ...]:
-        """Components of the static torsor that the joint transmits, which do no work on its freedoms."""
+        """Components of the static torsor that the joint transmits. They do no work in the free motions."""
         blocked = zip((*FORCES, *MOMENTS), (*VELOCITIES, *ROTATIONS), strict=True)
         return tuple(carried for carried, freedom in blocked if freedom not in self.freedoms)
 
@@ -91,11 +92,10 @@ SYNONYMS: Mapping[str, str] = {
 """Other common names of joint types, and the corresponding names in `JOINT_TYPES`."""
 
 
-@dataclass(frozen=True)
-class SpatialJoint:
+class SpatialJoint(Struct, frozen=True):
     """A joint between two links in space.
 
-    Parameters
+    Attributes
     ----------
     links
         Names of the start link and the end link.
@@ -108,7 +108,7 @@ class SpatialJoint:
     pitch
         For a helical joint: advance per radian p [m], negative for a left-handed thread.
     normal
-        For a line contact, its normal; for a universal joint, its second axis. It must be perpendicular to `axis`.
+        Normal of a line contact, or second axis of a universal joint. It must be perpendicular to `axis`.
     """
 
     name: str
@@ -139,9 +139,9 @@ class SpatialJoint:
 def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
     """Return the free motions of a joint at a point, shape (6, freedoms).
 
-    The rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) in ground axes. The columns are in the order of `joint.kind.freedoms`: unit
-    angular velocities [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] defaults to the joint's
-    position.
+    The rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) in ground axes. The columns are unit angular velocities [rad/s] and unit
+    velocities [m/s] along the axes of the joint, in the order of `joint.kind.freedoms`. `at` [m] defaults to the
+    joint's position.
     """
     axes = _axes(joint)
     columns = []
@@ -157,8 +157,8 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
     """Return the wrenches that a joint transmits to its end link, at a point, shape (6, components).
 
-    The rows are (X, Y, Z, L, M, N) in ground axes. The columns are in the order of `joint.kind.transmits`: unit forces
-    [N] and moments [N m] along the joint's own axes. `at` [m] defaults to the joint's position.
+    The rows are (X, Y, Z, L, M, N) in ground axes. The columns are unit forces [N] and unit moments [N m] along the
+    axes of the joint, in the order of `joint.kind.transmits`. `at` [m] defaults to the joint's position.
     """
     axes = _axes(joint)
     columns = []
@@ -166,7 +166,7 @@ def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Real
         force, moment = np.zeros(3), np.zeros(3)
         if component in FORCES:
             force = axes[:, FORCES.index(component)]
-            # the thread converts the axial force to a moment, such that together they do no work
+            # in a thread, a moment about the axis accompanies an axial force, so that both together do no work
             moment = -joint.pitch * force if joint.kind.name == "helical" and component == "Z" else moment
         else:
             moment = axes[:, MOMENTS.index(component)]
@@ -187,7 +187,8 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
     Raises
     ------
     MechanismError
-        If there are no joints, or there is a duplicate name, an unknown type, a zero axis, or an unknown fixed link.
+        If there are no joints, a name occurs twice, a type or the fixed link is unknown, an axis is zero, or a normal
+        is missing, zero or not perpendicular to the axis.
     """
     joints = tuple(joints)
     if not joints:

@@ -1,9 +1,10 @@
 """Building blocks of the mechanisms, and the cases that move them."""
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import RIGID, Section
 from rigid import Beam, LineLoad, Link, Lump, Mechanism, PointLoad, motion, position_of
@@ -11,8 +12,7 @@ from rigid import Beam, LineLoad, Link, Lump, Mechanism, PointLoad, motion, posi
 GRAVITY = -9.81j
 
 
-@dataclass(frozen=True, eq=False)
-class Case:
+class Case(Struct, frozen=True, eq=False):
     """A mechanism, the sections of its beams, and reachable drive coordinates with their rates."""
 
     mechanism: Mechanism

@@ -1,8 +1,7 @@
 """Massless linkages of rigid links with the dimensions of their drawing."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from rigid import Link, Mechanism, PinDrive, Slider
 

@@ -1,8 +1,7 @@
 """Loaded cases of more than one dyad: arms, six-bars, and a group that is not a dyad."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from elastic import RIGID
 from rigid import Beam, Link, Mechanism, PinDrive

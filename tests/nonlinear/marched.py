@@ -29,14 +29,14 @@ class Marcher(InstantEquilibrium):
 
     def copy(self):
         """Copy coordinates, rates, accelerations and multipliers."""
-        return self.q.copy(), self.v.copy(), self.a.copy(), self.pulls.copy()
+        return self.q.copy(), self.v.copy(), self.a.copy(), self.multipliers.copy()
 
     def _accelerated(self, instant):
         """Accelerations for a zero residual and constant constraints; zero for massless parts."""
-        system, free, count = self.system, self.system.free, len(self.system.gap)
-        given = self.q, self.v, self.a, self.pulls, system.drives(instant), system.load_factors(instant)
+        system, free, count = self.system, self.system.free, len(self.system.constraint_unit)
+        given = self.q, self.v, self.a, self.multipliers, system.drives(instant), system.load_factors(instant)
         total, _, tangents = system.residual(*given)
-        rows = tangents.rows[0] / system.gap[:, None]
+        rows = tangents.rows[0] / system.constraint_unit[:, None]
         mass = tangents.mass[0] / np.abs(tangents.mass).max()
         right = np.concatenate([-total[0, free] / np.abs(tangents.mass).max(), np.zeros(count)])
         table = np.block([[mass, rows.T], [rows, np.zeros((count, count))]])
@@ -108,10 +108,10 @@ def nonlinear_transient(
         for k in range(count):
             marcher.advance(last + (now - last) * (k + 1) / count, (now - last) / count)
         kept.append(marcher.copy())
-    q, v, a, pulls = (np.concatenate(values) for values in zip(*kept, strict=True))
+    q, v, a, multipliers = (np.concatenate(values) for values in zip(*kept, strict=True))
     rigid = system.rigid_coordinates(system.rigid.at(times))
-    _, state, _ = system.residual(q, v, a, pulls, system.drives(times), system.load_factors(times), tangent=False)
-    return solution_of(system, elements, Instants(times, rigid, q, v, a, pulls, state))
+    _, state, _ = system.residual(q, v, a, multipliers, system.drives(times), system.load_factors(times), tangent=False)
+    return solution_of(system, elements, Instants(times, rigid, q, v, a, multipliers, state))
 
 
 def nonlinear_equilibrium(mechanism, sections, laws, times, elements=8, joints=None):
@@ -131,9 +131,9 @@ def nonlinear_equilibrium(mechanism, sections, laws, times, elements=8, joints=N
             0
         ]
         moved = here - rigid[k : k + 1]
-        kept.append((here, equilibrium.pulls.copy()))
-    q, pulls = (np.concatenate(values) for values in zip(*kept, strict=True))
+        kept.append((here, equilibrium.multipliers.copy()))
+    q, multipliers = (np.concatenate(values) for values in zip(*kept, strict=True))
     still = np.zeros_like(q)
-    given = q, still, still, pulls, system.drives(times), system.load_factors(times)
+    given = q, still, still, multipliers, system.drives(times), system.load_factors(times)
     _, state, _ = system.residual(*given, tangent=False)
-    return solution_of(system, elements, Instants(times, rigid, q, still, still, pulls, state))
+    return solution_of(system, elements, Instants(times, rigid, q, still, still, multipliers, state))

@@ -101,38 +101,38 @@ class PeriodicCollocation:
         self.drift = np.outer(self.time - self.time[0], self.slope)
         size, free = system.rigid.size, system.free
         self.unit = np.where(system.turns[free], 1.0, size)
-        self.pulls = np.zeros((count, len(system.ties.conditions)))
+        self.multipliers = np.zeros((count, len(system.ties.constraints)))
         stiff = system.nodes.elements.stiffness
         self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else 1.0
         self.frames = self._frames()
-        kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
+        kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.constraints]
         self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
 
     def solved(self):
         """Solve by Newton's method from the rigid positions."""
         q = self.rigid.copy()
         self.system.prescribe(q, self.drives)
-        free, fading = self.system.free, 1.0
+        free, relative_change = self.system.free, 1.0
         residual, tangents, state = self._equations(q, None)
         for _ in range(MAX_STEPS):
-            change = self._newton_step(tangents, residual, min(1e-2, max(1e-4, 0.1 * fading)))
+            change = self._newton_step(tangents, residual, min(1e-2, max(1e-4, 0.1 * relative_change)))
             moved = change[:, : len(free)] * self.unit
             share = min(1.0, MAX_CHANGE / max(np.abs(moved / self.unit).max(initial=0.0), 1e-300))
             step_made = np.zeros_like(q)
             step_made[:, free] = share * moved
             assumed = self.system.predicted(state, step_made, self.first @ step_made)
             q = q + step_made
-            self.pulls = self.pulls + share * change[:, len(free) :] * self.energy / self.gap
+            self.multipliers = self.multipliers + share * change[:, len(free) :] * self.energy / self.gap
             residual, tangents, state = self._equations(q, assumed)
             largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=0.0)
-            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, MIN_DEFLECTION)
-            if not np.isfinite(fading):
+            relative_change = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, MIN_DEFLECTION)
+            if not np.isfinite(relative_change):
                 break
-            if fading < TOLERANCE and share == 1.0:
+            if relative_change < TOLERANCE and share == 1.0:
                 v, a = self._rates(q)
-                return Instants(self.time, self.rigid, q, v, a, self.pulls, state)
+                return Instants(self.time, self.rigid, q, v, a, self.multipliers, state)
         raise DoesNotCloseError(
-            f"no periodic motion found in {MAX_STEPS} steps of Newton's method: the last changed {fading:.1e}"
+            f"no periodic motion found in {MAX_STEPS} steps of Newton's method: the last changed {relative_change:.1e}"
         )
 
     def _frames(self):
@@ -154,9 +154,11 @@ class PeriodicCollocation:
     def _equations(self, q, assumed):
         """Scaled residual, (count, free + constraints), and scaled tangents."""
         v, a = self._rates(q)
-        total, state, tangents = self.system.residual(q, v, a, self.pulls, self.drives, self.factor, assumed=assumed)
+        total, state, tangents = self.system.residual(
+            q, v, a, self.multipliers, self.drives, self.factor, assumed=assumed
+        )
         unit, energy = self.unit, self.energy
-        residual = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
+        residual = np.concatenate([total[:, self.system.free] * unit / energy, state.violation / self.gap], axis=1)
         both = unit[:, None] * unit / energy
         K, C, M = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
         return residual, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state

@@ -8,7 +8,7 @@ import numpy as np
 from elastic.links import members_of
 from fem_check.nonlinear.couplings import CouplingKind
 from fem_check.nonlinear.loads import RigidLinkMotion
-from fem_check.nonlinear.node_masses import gathering_weights
+from fem_check.nonlinear.node_masses import lumping_weights
 from fem_check.nonlinear.refinement import displacements
 from fem_check.nonlinear.rigid_places import as_complex
 from rigid import LineLoad
@@ -16,7 +16,7 @@ from rigid import LineLoad
 Powers = np.polynomial.polynomial.polyval
 EXACT_DISTANCE = 6  # number of elements from which far nodes use the exact share
 
-Instants = namedtuple("Instants", "time rigid q v a pulls state")
+Instants = namedtuple("Instants", "time rigid q v a multipliers state")
 """Coordinates and rates at some times [s], coordinates of the rigid links, multipliers, and the state."""
 
 JointForce = namedtuple("JointForce", "name link on force moment")
@@ -101,10 +101,10 @@ def _section_forces(system, k, xi, axis, instants):
 
 def _joint_force(system, source, instants):
     names = [system.mechanism.links[number].name for number in (source.child, source.parent)]
-    pull = instants.state.pull
+    pull = instants.state.coupling_force
     moment = np.zeros(len(pull)) if source.turn is None else -pull[:, source.turn]
     if source.node is not None:
-        needed = instants.state.needed[:, source.node]
+        needed = instants.state.node_residual[:, source.node]
         return JointForce(source.name, names[0], names[1], as_complex(needed), moment)
     first, second = source.couplings
     coupling = system.ties.couplings[first]
@@ -115,9 +115,11 @@ def _joint_force(system, source, instants):
 
 
 def _efforts(system, state):
-    rows = np.zeros((len(system.ties.movers), len(state.needed)))
-    for drive, mover in enumerate(system.ties.movers):
-        rows[drive] = state.needed[:, system.ties.driven[drive], 2] if mover is None else -state.pull[:, mover]
+    rows = np.zeros((len(system.ties.drive_couplings), len(state.node_residual)))
+    for drive, mover in enumerate(system.ties.drive_couplings):
+        rows[drive] = (
+            state.node_residual[:, system.ties.driven[drive], 2] if mover is None else -state.coupling_force[:, mover]
+        )
     return rows
 
 
@@ -198,7 +200,7 @@ def _up_to(count):
 
     At the beam's start, the first moment of the mass multiplies the slope of the load, taken as the first difference.
     """
-    weights, place = np.diag(gathering_weights(count)), np.arange(count + 1)
+    weights, place = np.diag(lumping_weights(count)), np.arange(count + 1)
     weights[0, :2] += -1 / 12, 1 / 12
     turning = np.zeros(count + 1)
     turning[:2] = 1 / 12 - 1 / 72, 1 / 72

@@ -1,4 +1,4 @@
-"""Self-contained pages: of a scene (report.html), its designs (designs.html) and a folder (index.html)."""
+"""Self-contained HTML pages: for a scene (report.html), for many designs (designs.html), for a folder (index.html)."""
 
 import re
 import zlib
@@ -70,7 +70,10 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """Return a page with a body and scripts. Names in double braces are replaced by parts, which are HTML."""
+    """Return a page with a body and scripts.
+
+    Each name in double braces is replaced by the HTML in `parts` with this name.
+    """
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
@@ -87,14 +90,14 @@ def text_of(words: str) -> bytes:
 
 @cache
 def _pieces(body: str) -> list[bytes]:
-    """Return the common frame of a page with a body, split at the names of the parts."""
+    """Return the common frame of all pages, filled with a body and split at the names in double braces."""
     shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
     return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """Return the concatenated scripts without comments and indentation."""
+    """Return several scripts as one, without comments and indentation."""
     whole = "\n".join(map(script, names)).encode()
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
@@ -111,19 +114,22 @@ def _style(charts: bool) -> bytes:
 
 @cache
 def _chart_library() -> bytes:
-    """Return the compressed script of uPlot."""
+    """Return the script of uPlot, compressed and in Base64."""
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
 def _packaged() -> Path | None:
-    """Return the folder of uPlot in its Python package."""
+    """Return the folder with uPlot in the Python package of uPlot, or None if the package is not installed."""
     found = find_spec("uplot")
     places = found.submodule_search_locations if found else None
     return Path(places[0]) / "static" if places else None
 
 
 def _installed() -> Path | None:
-    """Return the folder `WEB` of the installed kinelast, which is not imported if Python runs in a source tree."""
+    """Return the folder `WEB` of the installed kinelast, or None.
+
+    If Python runs in a source tree, the imported kinelast is not the installed one.
+    """
     from importlib.metadata import PackageNotFoundError, distribution  # a slow import
 
     try:
@@ -140,15 +146,17 @@ def _library() -> Path:
     raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
 
 
-MARK = b'<script type="application/json" id="rows">'  # identifies a page of this program
+MARK = b'<script type="application/json" id="rows">'  # identifies an index page that this program wrote
 INDEX_SCRIPTS = ("numbers", "dom", "theme", "index")
-INDEX_TITLE = b"All scenes"  # does not contain the folder, so that equal batches give equal bytes
+INDEX_TITLE = b"All scenes"  # the name of the folder is left out, so that equal batches give equal bytes
 
 
 def index_page(
     out: Path, head: Sequence[str], rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None
 ) -> bytes:
-    """Return the page of a folder of results in UTF-8: the rows of summary.csv, with links to the reports.
+    """Return the page for a folder with the results of many scenes, in UTF-8.
+
+    It shows the rows of summary.csv, with links to the reports.
 
     Parameters
     ----------
@@ -157,7 +165,7 @@ def index_page(
     head, rows
         Content of summary.csv, with the folder of each scene in the first column.
     seconds
-        Computing times of new results [s], by folder.
+        Computing times of the scenes computed in this run [s], by folder.
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
@@ -166,8 +174,8 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # maximum number of designs on a page; otherwise it shows the Pareto fronts and a random selection
-FRONTS = 6  # number of figures for which the page includes the Pareto front of each pair
+SHOWN = 10_000  # if there are more designs than this, a page shows Pareto fronts and a random selection
+FRONTS = 6  # the Pareto front of each pair of the first `FRONTS` figures is shown
 GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
     each.key for each in figures_of(None) if each.over == LEAST
 )
@@ -198,20 +206,20 @@ def designs_page(
     units
         Units by name.
     reasons
-        Reasons why designs have no figures, empty for designs with figures.
+        For each design, the reason why it has no figures; empty if it has figures.
     numbers, figures
         Paths of the numbers that vary, and names of the figures.
     best
-        Index of the best design.
+        Index of the best design, if known.
     pages
-        Addresses of the pages of single designs, by index of the design.
+        Addresses of the reports on single designs, by index of the design.
     scene, options
-        Name of the scene and options for commands that reproduce the figures of a design. The page shows these commands
-        for designs without a page.
+        Name of the scene, and command line options. They are used in the command that reproduces the figures of a
+        design, which the page shows for designs without a report.
     shown_in
         Display units of the scene.
     answered
-        Full answers by index of the design: `theory`, `verdict`, and `figures` with `value` and `error`.
+        Full answers, by index of the design. Each contains `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
@@ -257,7 +265,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Return the names of the two columns that a page plots first: a number and a figure, or two figures.
+    """Return the names of the two columns that a page plots first: a varied number and a figure, or two figures.
 
     Examples
     --------
@@ -278,16 +286,16 @@ def is_greater(figure: str) -> bool:
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
-    """Return the indices of the designs on a page.
+    """Return the indices of the designs that a page shows.
 
-    If there are too many designs, the page shows the best design, the Pareto fronts of pairs of figures, and a random
-    selection.
+    If there are more than `SHOWN` designs, it shows the best design, the Pareto fronts of pairs of figures, and a
+    random selection of the other designs.
 
     Parameters
     ----------
     figures
-        Values of each figure, shape (designs,), where smaller is better. Fronts are only computed for the first
-        figures.
+        Values of each figure, shape (designs,); smaller values are better. Pareto fronts are computed only for the
+        first `FRONTS` figures.
     """
     if count <= SHOWN:
         return np.arange(count)
@@ -303,9 +311,9 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Intege
 
 
 def front(first: Reals, second: Reals) -> Integers:
-    """Return the Pareto front of two figures, shape (designs,), where smaller is better.
+    """Return the Pareto front of two figures, shape (designs,), for which smaller values are better.
 
-    The front is given by the indices of its designs, sorted by the first figure.
+    It is returned as the indices of the designs on the front, sorted by the first figure.
 
     Examples
     --------

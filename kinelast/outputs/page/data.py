@@ -1,4 +1,4 @@
-"""Data for the page of a scene: arrays of field coefficients, motion and forces, and the mechanism as JSON."""
+"""Data for the page of a scene: arrays of field coefficients, motion and forces, and plain data of the mechanism."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 
-BUDGET = 2_400_000  # [bytes] for more data than this, only some positions are included
+BUDGET = 2_400_000  # [bytes] if there are more data than this, only some positions are included
 STORED = ("N", "M", "u", "w")
-INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # source, number of integrations, and rigidity
-FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of stored fields, see `field_coefficients`
-EVALUATED = ("chord", "axial", "left", "right", "shear")  # computed by formulas in scene.js
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # integrated field, number of integrations, rigidity
+FOLLOWING = ("V", "phi", "q_x", "q_y")  # fields that are usually derivatives of stored fields, see `field_coefficients`
+EVALUATED = ("chord", "axial", "left", "right", "shear")  # fields that scene.js computes from stored fields
 OUTLINE = 360  # number of points of the outline of a cam
-CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # values of each cam at each position
+CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # functions of cycle and cam name
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
     "cam_torque": cam_torque,
@@ -38,7 +38,7 @@ REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields, except for coefficients that follow by integration of another field."""
+    """Store the coefficients of the fields, except for those that the page can compute by integrating another field."""
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -53,7 +53,7 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Return True if coefficients equal those of another field after `count` integrations, up to round-off."""
+    """Return True if `count` integrations of the field `source` give the field `values`, up to round-off."""
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -65,13 +65,14 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 def field_coefficients(results: Results) -> dict[str, Any]:
     """Return fields as polynomials in the coordinate along a piece (0 to 1), shape (coefficients, pieces, positions).
 
-    Fields of `FOLLOWING` are only included if differentiation does not give them. Other fields are only included if the
-    script of the page has no formula for them.
+    Fields in `FOLLOWING` are included only if they are not the derivatives of stored fields, e.g. because of shear.
+    Other fields are included only if the script of the page has no formula for them.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
-    none_follows = bent.is_turned or not bent.division.whole
-    apart = {"phi": sheared, "V": bent.couple is not None}  # of w' and of M'
+    # if the axes rotate with the sections, no field is the integral of another
+    none_follows = bent.amplitudes.free is not None or not bent.division.whole
+    apart = {"phi": sheared, "V": bent.couple is not None}  # whether phi differs from w', and V from M'
     others = [field for field in FOLLOWING if none_follows or apart.get(field)]
     made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
     others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
@@ -79,7 +80,10 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 
 
 def kept_positions(results: Results) -> Integers:
-    """Return the indices of the positions in the page: all, or a regular selection and the positions of the peaks."""
+    """Return the indices of the positions on the page.
+
+    If there are too many, return every n-th position and the positions of the peaks.
+    """
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
     doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
@@ -94,7 +98,7 @@ def kept_positions(results: Results) -> Integers:
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
-    """Return all arrays of the page at the positions `kept`."""
+    """Return all arrays for the page, at the positions `kept`."""
     motion, bent, store = results.motion, results.deflection, Numbers()
     count = len(motion.time)
     every = len(kept) == count
@@ -114,8 +118,8 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     for name, of_cam in CAM_ROWS.items():
         rows = [taken(of_cam(results.cycle, cam)) for cam in results.scene.cams]
         store.add(name, np.array(rows).reshape(-1, len(kept)))
-    spins = [taken(mark.direction(motion)) for mark in results.cycle.once(display_list) if mark.spin]
-    store.add("spin", np.array(spins, complex).reshape(-1, len(kept)))
+    x_axes = [taken(mark.direction(motion)) for mark in results.cycle.once(display_list) if mark.x_axis_of]
+    store.add("x_axis", np.array(x_axes, complex).reshape(-1, len(kept)))
     for name in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         store.add(name, taken(getattr(motion, name)[1:]))
     store.add("shift", taken(bent.shift[1:]))
@@ -168,7 +172,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
 
 
 def _cams(results: Results) -> Iterator[dict[str, Any]]:
-    """Yield the shaft, follower, pitch curve and flanks of each cam, in the axes of the cam."""
+    """Yield plain data of each cam: shaft, follower, pitch curve and flanks, in the axes of the cam."""
     for name, cam in results.scene.cams.items():
         flanks = cam_outline(results.scene, name, OUTLINE)
         yield {
@@ -185,14 +189,17 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
-    """Yield the link and the point on which each joint force acts. For a slider, the link is the block."""
+    """Yield, for each joint force, the number of a link and the point of this link at which the force acts.
+
+    For a slider, it is the block.
+    """
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
         yield link, joint.point(link) or ""
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:
-    """Return the label, link, ends, length, section and member of each beam."""
+    """Return plain data of each beam: label, link, ends, length, section and member."""
     rows, members = [], members_of(results.mechanism)
     for number, label in enumerate(results.scene.labels):
         at, beam = results.mechanism.beams[number]
@@ -219,7 +226,10 @@ def _beams(results: Results) -> list[dict[str, Any]]:
 
 
 def _member(members: BeamRuns, number: int) -> dict[str, Any]:
-    """Return the ends of the member of a beam (each by beam, xi and sign of w), and the range of the beam along it."""
+    """Return plain data of the member of a beam: its ends, and the part of the member that the beam covers.
+
+    An end is given by a beam, xi on this beam, and the sign of w of this beam relative to the given one.
+    """
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
     ends = (
@@ -234,7 +244,7 @@ def _member(members: BeamRuns, number: int) -> dict[str, Any]:
 
 
 def _first(value: Any) -> float:
-    """Return the single value of an array."""
+    """Return the first value of an array, which is the only one."""
     return float(np.ravel(value)[0])
 
 
@@ -243,20 +253,21 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] amount of data above which compression is worthwhile
+PACKED = 400_000  # [bytes] data that are larger are compressed
 
 
 class Numbers:
-    """Arrays over positions or designs, which are stored as consecutive rows.
+    """Arrays with an axis for positions or designs, which are stored as consecutive rows.
 
     Attributes
     ----------
     places
-        Storage of each array by name: "d" (float64) or "f" (float32); shape without the last axis; whether complex,
-        with separate rows for both parts; and the value of each constant row, or None for a row that is stored.
+        How each array is stored, by name. Four items: "d" (float64) or "f" (float32); the shape without the last axis;
+        whether the array is complex, with separate rows for real and imaginary parts; a list with the value of each
+        constant row, or None for a row that is stored.
     integrals
-        For coefficients that follow by integration, by name: the integrated field, the number of integrations, and a
-        factor per piece.
+        For each array of coefficients that is computed by integration: name of the integrated array, number of
+        integrations, and a factor for each piece.
     """
 
     def __init__(self) -> None:
@@ -265,7 +276,7 @@ class Numbers:
         self._parts: dict[str, list[Any]] = {"d": [], "f": []}
 
     def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Add an array of a kind, "d" or "f"."""
+        """Add an array, stored as "d" (float64) or "f" (float32)."""
         values = np.asarray(values)
         shape, vectors = values.shape[:-1], np.iscomplexobj(values)
         rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
@@ -277,9 +288,10 @@ class Numbers:
         self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
     def bytes(self) -> tuple[bytes, bool]:
-        """Return all float64 numbers, followed by all float32 numbers (little-endian), and whether they are packed.
+        """Return all float64 numbers followed by all float32 numbers (little-endian), and whether they are compressed.
 
-        Packed numbers are sorted by byte position before compression, because bytes at the same position are similar.
+        Before compression, the bytes are sorted by their position in a number, because bytes at the same position are
+        similar.
         """
         whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
         if sum(part.nbytes for part in whole) <= PACKED:

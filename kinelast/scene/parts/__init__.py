@@ -21,5 +21,5 @@ PARTS: tuple[Part[Any], ...] = (FLYWHEELS, MOTORS, CYLINDERS, CAMS, BEARINGS, FA
 
 
 def symbols_of(scene: Scene) -> list[Mark]:
-    """Return the marks of all parts in the drawing."""
+    """Return the symbols of all machine parts, such as motors, for the drawing of a scene."""
     return [mark for part in PARTS for mark in part.symbols(scene)]

@@ -12,7 +12,19 @@ import numpy as np
 from msgspec import Meta, field
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, items_of, joint_words, least
+from kinelast.scene.figure import (
+    AVERAGE,
+    LEAST,
+    MACHINE,
+    Figure,
+    Kind,
+    RangeCheck,
+    averaged,
+    each,
+    items_of,
+    joint_words,
+    least,
+)
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
@@ -169,7 +181,7 @@ def eye_of(table: EyeTable) -> formulas.Eye:
 
 
 def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
-    """Return a plain bearing. That of a pin has a diameter, that of a slider has a length."""
+    """Return a plain bearing from its table: with a diameter for a pin, or with a length for a slider."""
     if table.diameter is not None:
         return formulas.Plain(real(table.diameter), real(table.width))
     assert table.length is not None
@@ -177,12 +189,15 @@ def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
 
 
 def _or(value: Any, otherwise: float) -> Any:
-    """Return a number, or the default if it is missing."""
+    """Return a number, or `otherwise` if it is missing."""
     return otherwise if value is None else real(value)
 
 
 def _has(scene: Scene, joint: str, part: str) -> bool:
-    """Return True if a joint has a part. "bearing" stands for a pin with any table."""
+    """Return True if a joint has a machine part, such as an eye.
+
+    The part "bearing" is present at any pin with a table under `[bearings]`.
+    """
     parts = scene.parts[KEY].get(joint)
     if parts is None:
         return False
@@ -190,22 +205,24 @@ def _has(scene: Scene, joint: str, part: str) -> bool:
 
 
 def joints_with(scene: Scene, part: Kind) -> dict[int, str]:
-    """Return the names of the joints with a part of a kind, by joint number."""
+    """Return the names of the joints that have a machine part of the given kind, by joint number."""
     words = enumerate(joint_words(scene.mechanism))
     return {number: name for number, (name, _) in words if _has(scene, name, part.name)}
 
 
-def _joints(part: str) -> Kind:
-    """Return the kind of item that consists of the joints with a part."""
-    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)])
+def _joints(part: str, noun: str = "") -> Kind:
+    """Return a kind of item for results. Its items are the joints that have the machine part `part`."""
+    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)], noun)
 
 
-BEARING, ROLLING, PLAIN, PIN, EYE, CLEARANCE = map(_joints, ("bearing", "rolling", "plain", "pin", "eye", "clearance"))
-CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(scene, CLEARANCE)))
+BEARING, CLEARANCE = _joints("bearing", "joint"), _joints("clearance", "joint")
+ROLLING, PLAIN = _joints("rolling", "rolling bearing"), _joints("plain", "plain bearing")
+PIN, EYE = _joints("pin"), _joints("eye")
+CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(scene, CLEARANCE)), MACHINE)
 
 
 def lost_contact(cycle: Cycle, number: int) -> Flags:
-    """Return whether contact is lost between each position and the next, shape (..., positions)."""
+    """Return whether a joint with clearance loses contact before the next position, shape (..., positions)."""
     return formulas.contact_losses(cycle.joint(number), cycle.scene.run.turn)
 
 
@@ -217,7 +234,10 @@ def _knocks(cycle: Cycle) -> list[Any]:
 
 
 def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
-    """Return the figures of the output displacement due to clearance; empty if there is no output."""
+    """Return the figures (results) on the displacement of the output due to clearance.
+
+    Return none without an output.
+    """
     if output is None:
         return ()
 
@@ -233,9 +253,9 @@ def clearance_figures(output: Output | None) -> tuple[Figure, ...]:
 
 
 def _effects(cycle: Cycle, output: Output) -> tuple[Reals, Reals]:
-    """Return the displacements of the output due to clearance: in the worst case, and as the forces press.
+    """Return two displacements of the output due to clearance: in the worst case, and under the actual joint forces.
 
-    If several links share the output point, the largest displacement applies.
+    If several links share the output point, the result is the largest displacement of these links.
     """
     mechanism = cycle.scene.mechanism
     gaps: dict[int, Any] = {
@@ -257,8 +277,8 @@ SENSES = {1: "turns counter-clockwise", -1: "turns clockwise", 0: "swings"}
 def _joint_row(reader: Reader, number: int) -> dict[str, Any]:
     """Return the row of a joint in the summary.
 
-    It contains the motion of the joint, the turns of its force, the positions of lost contact, and the figures of its
-    parts.
+    The row contains the motion of the joint, the rotation of the joint force, the positions at which contact is lost,
+    and the results for the machine parts of the joint.
     """
     scene, course = reader.scene, reader.cycle.joint(number)
     parent = reader.results.motion.structure.joints[number].parent
@@ -289,7 +309,7 @@ Values = Callable[[Any, JointHistory], Any]
 
 
 def _search_joints(reduced: Reduction, part: Kind, values: Values) -> Callable[[Cycle], Largest]:
-    """Return the search for a figure of the joints that have a part."""
+    """Return a function that finds a result for all joints that have the machine part `part`."""
 
     def found(cycle: Cycle) -> list[Any]:
         built = cycle.scene.parts[KEY]
@@ -303,9 +323,17 @@ def _search_joints(reduced: Reduction, part: Kind, values: Values) -> Callable[[
 
 
 def _over_minimum(scene: Scene, shares: Any) -> Any:
-    """Convert equivalent load / C of each rolling bearing to equivalent load / minimum load."""
+    """Return, for each rolling bearing, the equivalent load divided by the minimum load.
+
+    `shares` contains the equivalent load divided by the load rating C.
+    """
     kinds = [scene.parts[KEY][name].rolling.kind for name in items_of(scene, ROLLING)]
     return shares / np.array([formulas.MIN_LOADS[kind] for kind in kinds])
+
+
+def _life_exponents(scene: Scene) -> list[float]:
+    """Return the life exponent of each rolling bearing."""
+    return [scene.parts[KEY][name].rolling.exponent for name in items_of(scene, ROLLING)]
 
 
 _one, _every, _least = partial(_search_joints, averaged), partial(_search_joints, each), partial(_search_joints, least)
@@ -322,9 +350,11 @@ BEARINGS: Part[JointParts] = Part(
         Figure("bearing_load", "equivalent load of a rolling bearing", "N", ROLLING,
                _one(ROLLING, formulas.Rolling.equivalent_load), AVERAGE),
         Figure("bearing_life", "life of a rolling bearing", "s", ROLLING,
-               _one(ROLLING, formulas.Rolling.life), LEAST, whole=True, power=ROLLER_EXPONENT, limit="rolling.life"),
+               _one(ROLLING, formulas.Rolling.life), LEAST, whole=True, power=ROLLER_EXPONENT,
+               exponents=_life_exponents, limit="rolling.life"),
         Figure("bearing_revolutions", "life of a rolling bearing in revolutions", "1", ROLLING,
-               _one(ROLLING, formulas.Rolling.revolutions), LEAST, whole=True, power=ROLLER_EXPONENT),
+               _one(ROLLING, formulas.Rolling.revolutions), LEAST, whole=True, power=ROLLER_EXPONENT,
+               exponents=_life_exponents),
         Figure("bearing_static_safety", "static safety of a rolling bearing", "1", ROLLING,
                _one(ROLLING, formulas.Rolling.static_safety), LEAST, whole=True, limit="rolling.safety"),
         Figure("bearing_load_share", "equivalent load of a rolling bearing / dynamic rating", "1", ROLLING,

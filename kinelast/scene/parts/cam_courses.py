@@ -1,4 +1,7 @@
-"""Values of cams over a cycle (flanks, forces, torque, pressure), with their faults, findings and summary rows."""
+"""Values of cams over a cycle: flanks (profiles in contact), forces, torque and pressure.
+
+Also reasons why cams fail, findings on cams, and rows of the summary.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +30,14 @@ KEY = "cams"
 
 
 def _pressed(cam: Cam) -> bool:
-    """Return True if the contact pressure can be computed. It is unlimited for a knife edge."""
+    """Return True if the contact pressure of a cam can be computed. A knife edge has no finite pressure."""
     known = not (np.isnan(cam.width).any() or np.isnan(cam.modulus).any())
     return known and not (cam.roller is not None and np.equal(cam.radius, 0.0).all())
 
 
 def _cams(name: str, has: Callable[[Cam], bool]) -> Kind:
-    """Return the kind of item that consists of the cams that satisfy a condition."""
-    return Kind(name, lambda scene: [name for name, cam in scene.parts[KEY].items() if has(cam)])
+    """Return a kind of item. Its items are the cams that satisfy the condition `has`."""
+    return Kind(name, lambda scene: [name for name, cam in scene.parts[KEY].items() if has(cam)], "cam")
 
 
 CAM = _cams("cam", lambda _: True)
@@ -56,13 +59,13 @@ def _flanks(cycle: Cycle, name: str) -> list[CamFlank]:
 
 
 def cam_pace(scene: Scene, cam: Cam, motion: Motion) -> Any:
-    """Return the drive speed in a motion / the drive speed in the scene; broadcasts to (..., positions)."""
+    """Return the drive speed in a motion, divided by the drive speed in the scene. Broadcasts to (..., positions)."""
     law = scene.laws[cam.drive]
     return motion.drive_rate[cam.drive] / law.speed if isinstance(law, ConstantSpeed) else np.ones(1)
 
 
 def cam_outline(scene: Scene, name: str, count: int) -> list[CamFlank]:
-    """Return the flanks of a cam at `count` angles over one turn, without the end of the turn."""
+    """Return the flanks of a cam at `count` evenly spaced angles of one turn. The end of the turn is left out."""
     cam = scene.parts[KEY][name]
     times = 2.0 * np.pi / abs(float(np.ravel(cam.speed)[0])) * np.arange(count) / count
     moved = scene.course.at(times)
@@ -72,8 +75,8 @@ def cam_outline(scene: Scene, name: str, count: int) -> list[CamFlank]:
 def cam_force(cycle: Cycle, name: str) -> Reals:
     """Return the contact force of a cam on its follower [N], shape (..., positions).
 
-    The force is negative where the cam would have to pull. For a groove it is along the outward normal, and negative
-    where the outer flank presses.
+    The force is negative where the cam would have to pull the follower. For a groove, it is positive along the outward
+    normal, and therefore negative where the outer flank presses.
     """
     pushes, cam = cycle.once(_pushes), cycle.scene.parts[KEY][name]
     rest = cam_flanks(cycle, name)[0].force(effort(cycle, cam.drive))
@@ -81,7 +84,7 @@ def cam_force(cycle: Cycle, name: str) -> Reals:
 
 
 def _pushes(cycle: Cycle) -> dict[str, Reals]:
-    """Return the contact forces [N] of the cams with `push`, by name. The drives of these cams have no effort."""
+    """Return the contact forces [N] of the cams with `push`, by name. Drives moved by these cams have no effort."""
     for load in cycle.scene.mechanism.loads:
         if isinstance(load, CamPush):
             return dict(zip(load.names, load.pressing(cycle.motion), strict=True))
@@ -107,14 +110,14 @@ def cam_pressure(cycle: Cycle, name: str) -> Reals:
 def cam_preload(cycle: Cycle, name: str) -> Reals:
     """Drive effort that keeps a follower on its cam [N m or N], shape (..., positions)."""
     flank = cam_flanks(cycle, name)[0]
-    with np.errstate(invalid="ignore"):  # the force is infinite if the lever is zero
+    with np.errstate(invalid="ignore"):  # if the lever is zero, the force is infinite
         return flank.preload(flank.lever * cam_force(cycle, name))
 
 
 def cam_lag(cycle: Cycle, name: str) -> Reals:
-    """Lag of the drive behind its cam due to bending links [rad or m], shape (..., positions).
+    """Lag of a drive behind its cam due to the bending of links [rad or m], shape (..., positions).
 
-    With this lag the follower would touch the cam. The computed drive follows its law, without the lag.
+    With this lag, the bent follower would just touch the cam. The computed motion does not include the lag.
     """
     cam, flank = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0]
     ends = [displacement_of(cycle.deflection, cam.follower, point) for point in cam.points]
@@ -127,8 +130,8 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
-MAX_PRESSURE_ANGLE = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] from this pressure angle, a cam cannot move its follower
-CAM_NEEDS = {  # figures that show whether a cam works, with the kinds of their items
+MAX_PRESSURE_ANGLE = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] from this pressure angle on, a cam cannot move its follower
+CAM_NEEDS = {  # results that show whether a cam works, and the kind of item of each result
     "cam_pressure_angle": CAM,
     "cam_radius": CAM,
     "cam_face_margin": FACED,
@@ -138,12 +141,12 @@ CAM_NEEDS = {  # figures that show whether a cam works, with the kinds of their 
 
 
 def cam_faults(scene: Scene, figures: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield reasons why cams fail, each with flags of shape (...).
+    """Yield reasons why cams fail, each with flags of shape (...) that are True for the designs that fail.
 
     Parameters
     ----------
     figures
-        Values of the figures in `CAM_NEEDS` for all items, by key.
+        Values of the figures (results) in `CAM_NEEDS` for all items, by key.
     """
     known = {
         key: dict(zip(kind.names(scene), figures[key], strict=True))
@@ -165,8 +168,9 @@ HEADING = "Cams"
 def cam_row(reader: Reader, name: str) -> dict[str, Any]:
     """Return the row of a cam in the summary.
 
-    `counts` contains the numbers of positions with undercut and with lost contact. `cut` is the depth to which the
-    follower, in another position, cuts into the profile. Such a cam cannot be made.
+    `counts` contains the number of positions with undercut, and the number of positions with lost contact. `cut` is the
+    largest depth to which the follower, in any position, overlaps the profile. If `cut` is positive, the cam cannot be
+    made.
     """
     scene, counted = reader.scene, reader.results.cycle.counted
     cam, faults = scene.cams[name], {"undercut": _undercut(reader.cycle, name), "contact_lost": _lost(reader, name)}
@@ -182,19 +186,19 @@ def cam_row(reader: Reader, name: str) -> dict[str, Any]:
 
 
 def _undercut(cycle: Cycle, name: str) -> Flags:
-    """Return the positions at which a cam is undercut, bool, shape (positions,)."""
+    """Return a flag for each position: True if the cam is undercut, shape (positions,)."""
     return np.any([flank.undercut for flank in cam_flanks(cycle, name)], axis=0)
 
 
 def _lost(reader: Reader, name: str) -> Flags:
-    """Return the positions at which an open cam would have to pull its follower, bool, shape (positions,)."""
+    """Return a flag for each position: True if an open cam would have to pull its follower, shape (positions,)."""
     force = cam_force(reader.cycle, name) if name in items_of(reader.scene, HELD) else np.ones(1)
     noise = NOISE * float(np.nanmax(np.abs(force), initial=0.0))
     return np.broadcast_to(force < -noise, reader.results.motion.columns)
 
 
 def cam_findings(reader: Reader) -> Iterator[Finding]:
-    """Yield findings on cams that cannot be made or lose their followers."""
+    """Yield findings on cams that cannot be manufactured, and on cams that lose contact with their followers."""
     counted = reader.results.cycle.counted
 
     def size(found: Reading | None, sign: float = 1.0) -> str:
@@ -225,7 +229,7 @@ def cam_findings(reader: Reader) -> Iterator[Finding]:
 
 
 def cam_columns(cycle: Cycle) -> dict[str, tuple[Any, str]]:
-    """Return the columns of the cams in positions.csv with units, by name."""
+    """Return the columns on cams for positions.csv, as values with unit by name."""
     columns: dict[str, tuple[Any, str]] = {}
     for name in cycle.scene.parts[KEY]:
         columns[f"{name}.pressure_angle"] = cam_flanks(cycle, name)[0].pressure_angle, "rad"

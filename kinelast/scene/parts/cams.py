@@ -1,4 +1,4 @@
-"""Cams that move drives: table, builder and figures."""
+"""Cams that move drives: table in the scene, function that builds the cams, and results."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from symbols import Mark
 
-TEST_TIMES = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # times / duration of a run; a cam moves its follower at one
-MIN_INFLUENCE = 1e-9  # smallest displacement of the contact / drive coordinate / distance from the camshaft
-MAX_GAP = 1e-9  # largest change of a coordinate over a turn of the cam, relative to a turn or the stroke
-MAX_JUMP = 1e-6  # largest change of a rate over a turn of the cam, relative to the largest rate
-INSTANTS = 257  # number of times in a run at which the motion is compared with that one turn of the cam later
+TEST_TIMES = np.array([0.0, 0.137, 0.293, 0.471, 0.683])  # [duration] a cam must move its follower at one of these
+MIN_INFLUENCE = 1e-9  # smallest motion of the contact per unit of the drive, relative to the distance from the shaft
+MAX_GAP = 1e-9  # largest change in a coordinate over a turn of the cam, relative to a turn or the stroke
+MAX_JUMP = 1e-6  # largest change in a rate over a turn of the cam, relative to the largest rate
+INSTANTS = 257  # number of times at which the motion is compared with the motion one turn of the cam later
 POISSON = 0.3  # Poisson's ratio if the material does not give one
 
 
@@ -136,7 +136,7 @@ def _shaft(where: str, table: CamTable, mechanism: Mechanism) -> Any:
 
 
 def _require_apart(where: str, table: CamTable, mechanism: Mechanism, centre: Any) -> None:
-    """Raise if a roller centre is not a moving point of the follower, or if the drawn roller covers the camshaft."""
+    """Raise SceneError if a roller centre is not a moving point of the follower, or the roller covers the camshaft."""
     assert table.roller is not None
     ground, points = mechanism.links[0].points, mechanism.links[mechanism.index[table.follower]].points
     known_point(where, "roller", table.roller, points, table.follower)
@@ -174,7 +174,7 @@ def _speed(where: str, table: CamTable, duration: Any) -> Any:
 
 
 def _require_closed(where: str, assembly: Assembly, speed: Any) -> None:
-    """Raise unless all drives have the same coordinate and rate after a turn of the cam."""
+    """Raise SceneError if a drive has another coordinate or rate after a turn of the cam."""
     mechanism, duration = assembly.mechanism, assembly.duration
     turn = 2.0 * pi / abs(speed)
     times = np.linspace(0.0, 1.0, INSTANTS) * np.maximum(duration - turn, 0.0)
@@ -204,7 +204,7 @@ def _largest(values: Any) -> Any:
 
 
 def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]:
-    """Return the known arguments of `Cam` for the contact: width, modulus and yield stress."""
+    """Return those arguments of `Cam` for the contact that are known: width, elastic modulus and yield stress."""
     known_data: dict[str, Any] = {} if table.width is None else {"width": real(table.width)}
     if table.pressure is not None:
         for key in ("width", "material"):
@@ -227,7 +227,7 @@ def _touching(where: str, table: CamTable, assembly: Assembly) -> dict[str, Any]
 
 
 def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
-    """Return the load due to the contact forces of the cams with `push`."""
+    """Return the load on the mechanism due to the contact forces of the cams with `push`."""
     pushing = {name: cam for name, cam in cams.items() if CAMS.tables(assembly.table)[name].push}
     if not pushing:
         return []
@@ -237,7 +237,7 @@ def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
 
 
 def require_moved(scene: Scene) -> None:
-    """Raise if the drive of a cam does not move the follower at the contact."""
+    """Raise SceneError if the drive of a cam does not move the follower at the contact."""
     cams = CAMS.of(scene)
     laws = [law for law in scene.laws if callable(law)]
     if not cams or len(laws) < len(scene.laws):
@@ -258,12 +258,12 @@ PRESSURE_EXPONENT = 0.5  # the Hertzian pressure of a line contact grows with th
 
 
 def _of_cams(values: OfCam, of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Return the search for the largest magnitude of each cam of a kind."""
+    """Return a function that finds, for each cam of the kind `of`, the largest magnitude."""
     return each(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _least_of_cams(values: Callable[[CamFlank], Any], of: Kind = CAM) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest value of each cam of a kind, over positions and flanks."""
+    """Return a function that finds, for each cam of the kind `of`, the smallest value over all positions and flanks."""
 
     def of_cam(cycle: Cycle, name: str) -> Any:
         return reduce(np.fmin, (values(flank) for flank in cam_flanks(cycle, name)))
@@ -272,12 +272,12 @@ def _least_of_cams(values: Callable[[CamFlank], Any], of: Kind = CAM) -> Callabl
 
 
 def _least_values(values: OfCam, of: Kind) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest value of each cam of a kind over the included positions."""
+    """Return a function that finds, for each cam of the kind `of`, the smallest value over the included positions."""
     return least(lambda cycle: [values(cycle, name) for name in items_of(cycle.scene, of)])
 
 
 def _cam_units(turns: str, slides: str, of: Kind) -> Callable[[Scene], list[str]]:
-    """Return a function that lists the units of the cams, which depend on whether their drive rotates."""
+    """Return a function that lists a unit for each cam: `turns` if its drive rotates, else `slides`."""
     return lambda scene: [
         turns if scene.mechanism.drives[scene.parts[KEY][name].drive].turns else slides for name in items_of(scene, of)
     ]
@@ -289,27 +289,27 @@ def _over_yield(scene: Scene, pressures: Any) -> Any:
 
 
 OUTLINE = 180  # number of points of a drawn cam
-RIM = 1.12  # radius of the rim of a ring or groove / largest radius of the cam
+RIM = 1.12  # radius of the rim of a drawn ring or groove, relative to the largest radius of the cam
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Yield the body of each cam, which rotates with its shaft, and its roller."""
-    from symbols import LINK, SHADE, SOFT, UNDER, Line, Mark, Spot
+    """Yield the drawing symbols of each cam: its body, which rotates with the shaft, and its roller."""
+    from symbols import LINK, ROLLER, SHADE, SOFT, UNDER, Anchor, Line, Mark
 
     for name, cam in CAMS.of(scene).items():
         flanks = courses.cam_outline(scene, name, OUTLINE)
         profiles = [np.ravel(flank.profile) for flank in flanks]
         reach = max(float(np.nanmax(np.abs(each))) for each in (*profiles, np.ravel(flanks[0].pitch)))
-        lines = tuple(Line(far=each[np.isfinite(each)], closed=True) for each in profiles)
-        at = Spot(GROUND, local=complex(np.ravel(cam.centre)[0]))
+        lines = tuple(Line(offset=each[np.isfinite(each)], closed=True) for each in profiles)
+        at = Anchor(GROUND, local=complex(np.ravel(cam.centre)[0]))
 
         def turn(motion: Motion, cam: Cam = cam) -> Any:
             return np.exp(1j * cam.speed * courses.cam_pace(scene, cam, motion) * motion.time)
 
         rim = (0.0, RIM * reach if True in cam.flanks else 0.0)
-        yield Mark("cam", at, lines, rim, spin=turn, stroke=SOFT, fill=SHADE, level=UNDER)
+        yield Mark("cam", at, lines, rim, x_axis_of=turn, stroke=SOFT, fill=SHADE, level=UNDER)
         if cam.roller is not None and (radius := float(np.ravel(cam.radius)[0])):
-            yield Mark("roller", Spot(cam.follower, cam.points[0]), radius=(0.0, radius), stroke=LINK)
+            yield Mark(ROLLER, Anchor(cam.follower, cam.points[0]), radius=(0.0, radius), stroke=LINK)
 
 
 CAMS: Part[Cam] = Part(

@@ -51,8 +51,8 @@ def _cylinder(scene: SceneTable, number: int) -> Cylinder | None:
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Yield the barrel and rod of each cylinder that has a moving barrel with two points."""
-    from symbols import Spot, cylinder
+    """Yield the drawing symbols (barrel and rod) of each cylinder, if its barrel is a moving link with two points."""
+    from symbols import Anchor, cylinder
 
     mechanism = scene.mechanism
     for number, _ in numbered(scene, KEY):
@@ -61,7 +61,7 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
         if barrel.name != GROUND and (len(barrel.points), len(rod.points)) == (2, 1):
             foot = next(iter(barrel.points))
             length = abs(complex(mechanism.drawing[slider.point]) - complex(mechanism.drawing[foot]))
-            yield from cylinder(Spot(barrel.name, foot), Spot(rod.name, slider.point), length, slider.name)
+            yield from cylinder(Anchor(barrel.name, foot), Anchor(rod.name, slider.point), length, slider.name)
 
 
 CYLINDER = Kind("cylinder", lambda scene: scene.parts[KEY])

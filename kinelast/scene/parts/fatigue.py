@@ -1,15 +1,15 @@
-"""Fatigue of links: strength with its factors, endurance, and life."""
+"""Fatigue of links: strength, its factors, safety against the endurance limit, and life."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from importlib.util import find_spec
 from math import nan
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta, field
+from msgspec.structs import replace
 
 from elastic import Largest, Section
 from kinelast.scene.error import fault, known_name
@@ -27,13 +27,14 @@ from rigid.arrays import Real
 
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
+    from kinelast.scene.data import Scene
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.links import LinkModel
     from kinelast.scene.reading import Reader
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"
-LIFE_POWER = 9.0  # life ~ load ** -9 if the load lies below the knee and the S-N line has slope 5
+LIFE_POWER = 9.0  # life ~ load ** -9 below the knee of an S-N line with exponent 5 (2 k - 1 = 9)
 Surface = Literal["polished", "ground", "machined", "hot-rolled", "as-forged"]
 
 
@@ -47,7 +48,7 @@ class LinkFatigueTable(StrictTable, frozen=True, kw_only=True):
 
 
 class FatigueTable(LinkFatigueTable, frozen=True, kw_only=True):
-    """Fatigue: criterion, reliability, and factors of all links and of single links."""
+    """Fatigue: criterion, reliability, factors of all links, and factors of individual links."""
 
     criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"  #: mean stress criterion
     #: fraction of parts that reach the endurance limit
@@ -90,14 +91,17 @@ def _task(assembly: Assembly, settings: FatigueTable) -> FatigueTask:
 def _eye_notch(
     table: SceneTable, point: str, body: LinkModel, number: int, material: MaterialTable | None
 ) -> Real | None:
-    """Return the stress at the hole of an eye / the stress at the end of its beam; None if there is no eye."""
+    """Return the ratio of the stress at the hole of an eye to the stress at the end of the beam.
+
+    Return None without an eye.
+    """
     bearings = BEARINGS.tables(table)
     eye = bearings[point].eye if point in bearings else None
     if eye is None or eye.link != body.link.name:
         return None
     section = body.sections[number].section
     factor = eye.notch or eye_of(eye).stress_concentration
-    if np.isnan(factor).all():  # among several designs, nan only makes the life of its design unknown
+    if np.isnan(factor).all():  # nan for some designs only means that their life is unknown; the scene is valid
         form = f"the formula is valid for a {HOLE_RANGE.quantity} of {HOLE_RANGE.bounds}"
         form += f" and an {EDGE_RANGE.quantity} of {EDGE_RANGE.bounds}"
         raise fault(f"bearings.{point}.eye", "notch", f"the key is missing: {form}")
@@ -137,7 +141,7 @@ def _strength(
 
 
 def _size_factor(section: Section, made: SectionSource) -> Real:
-    """Return the size factor of a beam at its larger end."""
+    """Return the size factor for the larger end of a beam."""
     taper = section.taper
     deep, wide = (1.0, 1.0) if taper is None else (max(1.0, sum(taper.fibre)), max(1.0, sum(taper.width)))
     diameter = formulas.effective_diameter(2 * section.fibre * deep, section.width * wide, section.round)
@@ -148,7 +152,7 @@ def _size_factor(section: Section, made: SectionSource) -> Real:
 
 
 def _outside(formula: Range) -> str:
-    """Return the message for a quantity outside the range of a formula."""
+    """Return the error message for a quantity outside the range of validity of a formula."""
     return f"{formula.words}: {formula.outside}"
 
 
@@ -162,7 +166,7 @@ def _fatigue(cycle: Cycle) -> Fatigue:
 
 
 def _for_fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]:
-    """Return a search that finds no items in a scene without `[fatigue]`."""
+    """Return a function that calls `find` or, for a scene without `[fatigue]`, returns no items."""
 
     def found(cycle: Cycle) -> Largest:
         none = np.zeros((0, *cycle.columns[:-1]))
@@ -172,7 +176,7 @@ def _for_fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]
 
 
 def _life(cycle: Cycle) -> Largest:
-    """Time until Miner's sum reaches 1 for each beam [s]."""
+    """Time until Miner's sum of each beam reaches 1 [s]."""
     cycles = _cycles(cycle)
     return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
 
@@ -183,8 +187,13 @@ def _cycles(cycle: Cycle) -> Largest:
         return replace(found, value=1.0 / found.value)
 
 
+def _slopes(scene: Scene) -> list[Any]:
+    """Return the exponent of the S-N line of each beam."""
+    return [np.ravel(strength.slope)[0] for strength in scene.parts[KEY][ALONE].strengths]
+
+
 def _row(reader: Reader, _: str) -> dict[str, Any]:
-    """Return the criterion, and the endurance and life of every beam with their locations."""
+    """Return the row of the summary: the criterion, and the safety and life of every beam with their locations."""
     task, peaks = reader.scene.parts[KEY][ALONE], reader.results.figures.peaks
     stress, links = beam_fatigue(reader.cycle), {}
     for beam, label in enumerate(reader.scene.labels):
@@ -204,16 +213,16 @@ def _row(reader: Reader, _: str) -> dict[str, Any]:
     return {"criterion": task.criterion, "links": links}
 
 
-FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else ())
+FATIGUED = Kind("fatigued beam", lambda scene: scene.labels if scene.parts[KEY] else (), "link")
 FATIGUE: Part[FatigueTask] = Part(
     KEY, "endurance and life of the links [not computed]", FatigueTable, _built,
     (
         Figure("endurance", "safety factor against the endurance limit", "1", FATIGUED,
                _for_fatigue(lambda cycle: beam_fatigue(cycle).safety), LEAST, limit="endurance", whole=True),
         Figure("life_cycles", "number of runs until a link breaks", "1", FATIGUED, _for_fatigue(_cycles), LEAST,
-               whole=True, power=LIFE_POWER),
+               whole=True, power=LIFE_POWER, exponents=_slopes),
         Figure("life", "time until a link breaks", "s", FATIGUED, _for_fatigue(_life), LEAST, limit="life", whole=True,
-               power=LIFE_POWER),
+               power=LIFE_POWER, exponents=_slopes),
     ),
     _row,
     section="life",

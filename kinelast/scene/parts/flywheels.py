@@ -1,4 +1,4 @@
-"""Flywheels: the inertia that keeps the speed fluctuation of a drive within its `unevenness`."""
+"""Flywheels: the inertia with which the speed fluctuation of a drive stays within the limit `unevenness`."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _uneven(scene: Scene, _: Any) -> Reals:
     return np.array([np.ravel(unevenness)[0] for unevenness in scene.parts[KEY].values()])
 
 
-UNEVEN = Kind("uneven drive", lambda scene: scene.parts[KEY])
+UNEVEN = Kind("uneven drive", lambda scene: scene.parts[KEY], "drive")
 FLYWHEELS: Part[Real] = Part(
     KEY, "", None, by_drive(_unevenness),
     (

@@ -54,7 +54,7 @@ class MotorTable(StrictTable, frozen=True, kw_only=True):
 
     @property
     def full_use(self) -> float | None:
-        """Largest allowed torque / available torque: 1 if stall torque and top speed are known, otherwise None."""
+        """Limit on the ratio of torque to available torque: 1 if stall torque and top speed are known, else None."""
         return None if self.stall_torque is None or self.top_speed is None else 1.0
 
 
@@ -80,7 +80,7 @@ def motor_of(scene: SceneTable, number: int) -> Motor | None:
 
 
 def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
-    """Return motor angle / drive coordinate."""
+    """Return the ratio of motor angle to drive coordinate."""
     ratio = motor.gear_ratio
     if ratio is None and drive.turns:
         return 1.0
@@ -93,7 +93,7 @@ def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Real:
 
 
 def _load_effort(cycle: Cycle, number: int) -> Reals:
-    """Effort of a drive without its rotor, shape (..., positions)."""
+    """Effort of a drive, without the part that accelerates the rotor of its motor, shape (..., positions)."""
     return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
 
 
@@ -146,11 +146,11 @@ MOTORS: Part[Motor] = Part(
                limit="rated_speed", rigid=True),
         Figure("motor_use", "motor torque / available torque at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
                limit="full_use"),
-        Figure("inertia_ratio", "load inertia / motor inertia", "1", MOTOR,
+        Figure("inertia_ratio", "largest load inertia / motor inertia", "1", MOTOR,
                each(of_drives(KEY, _inertia_ratio)), limit="inertia_ratio", rigid=True),
         Figure("least_ratio", "gear ratio of the smallest rms torque", drive_units(KEY, "1", "rad/m"),
                MOTOR, averaged(of_drives(KEY, _least_ratio)), AVERAGE),
-        Figure("matched_ratio", "gear ratio that matches the inertias", drive_units(KEY, "1", "rad/m"), MOTOR,
+        Figure("matched_ratio", "gear ratio that matches the mean load inertia", drive_units(KEY, "1", "rad/m"), MOTOR,
                averaged(of_drives(KEY, _matched_ratio)), AVERAGE, rigid=True),
     ),
     owned=named_tables(KEY, "motor"),

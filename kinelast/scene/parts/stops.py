@@ -1,13 +1,13 @@
-"""End stops of joints, which bound the angle or travel, and the margins to them."""
+"""End stops, which limit the angle or travel of joints, and the smallest distances of joints from their stops."""
 
 from __future__ import annotations
 
 import cmath
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Largest
 from kinelast.scene.error import fault
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
     from kinelast.scene.data import Scene
     from kinelast.scene.reading import Reader
-    from symbols import Mark, Spot
+    from symbols import Anchor, Mark
 
 TURN = 2.0 * np.pi
-INSIDE = 0.25 * TURN  # [rad] distance of `Stop.middle` from a single stop
-BAR = 4.0  # length of the bar in the symbol of a stop, in symbol sizes
+INSIDE = 0.25 * TURN  # [rad] distance between `Stop.middle` and the stop, if there is only one stop
+BAR = 4.0  # length of the bar in the symbol of a stop, relative to the symbol size
 
 
 class StopTable(JointNameTable, frozen=True, kw_only=True):
@@ -46,8 +46,7 @@ class StopTable(JointNameTable, frozen=True, kw_only=True):
         return AngleOrLength.read(0.0) if self.margin is None else self.margin
 
 
-@dataclass(frozen=True)
-class Stop:
+class Stop(Struct, frozen=True):
     """End stops of a joint. `least` or `most` [rad or m] is None if there is no stop on that side."""
 
     joint: PinDrive | SliderDrive
@@ -61,13 +60,13 @@ class Stop:
 
     @property
     def middle(self) -> Any:
-        """Angle near the initial coordinate [rad]."""
+        """Angle in the middle between both stops, or at the distance `INSIDE` from a single stop [rad]."""
         if self.least is None or self.most is None:
             return self.most - INSIDE if self.least is None else self.least + INSIDE
         return (self.least + self.most) / 2.0
 
     def coordinate(self, motion: Motion) -> Reals:
-        """Return the travel [m] or the angle [rad], which is continuous over the positions and starts near `middle`."""
+        """Return the travel [m] or angle [rad]. The angle is continuous over the positions and starts near `middle`."""
         if not isinstance(self.joint, PinDrive):
             return Slide(self.joint.slider).value(motion)
         off = LinkAngle(self.joint.link, self.joint.on).difference(motion, self.middle)
@@ -95,8 +94,10 @@ def _stop(where: str, table: StopTable, assembly: Assembly) -> Stop:
 
 
 def _side(name: str, key: str) -> Kind:
-    """Return the kind of item that consists of the stops on one side."""
-    return Kind(name, lambda scene: [stop for stop, own in STOPS.of(scene).items() if getattr(own, key) is not None])
+    """Return a kind of item. Its items are the stops on the side `key`: "least" or "most"."""
+    return Kind(
+        name, lambda scene: [stop for stop, own in STOPS.of(scene).items() if getattr(own, key) is not None], "end stop"
+    )
 
 
 LOWER, UPPER = _side("lower stop", "least"), _side("upper stop", "most")
@@ -107,7 +108,7 @@ def _units(kind: Kind) -> Callable[[Scene], list[str]]:
 
 
 def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycle], Largest]:
-    """Return the search for the smallest margins over all positions, including ill-conditioned ones."""
+    """Return a function that finds the smallest margin of each stop over all positions, even ill-conditioned ones."""
 
     def find(cycle: Cycle) -> Largest:
         stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
@@ -123,7 +124,7 @@ def _row(reader: Reader, name: str) -> dict[str, Any]:
 
 
 def _symbols(scene: Scene) -> Iterator[Mark]:
-    """Yield a bar for each stop, with ticks on the forbidden side."""
+    """Yield the drawing symbol of each stop: a bar with ticks on the forbidden side."""
     from symbols import Line, Mark
 
     for stop in STOPS.of(scene).values():
@@ -135,21 +136,21 @@ def _symbols(scene: Scene) -> Iterator[Mark]:
                 yield Mark("stop", at, (Line(bar), *ticks), axis=(at.link, along))
 
 
-def _bar(stop: Stop, end: float, mechanism: Mechanism) -> tuple[Spot, complex, float]:
-    """Return the position, direction and start of a bar.
+def _bar(stop: Stop, end: float, mechanism: Mechanism) -> tuple[Anchor, complex, float]:
+    """Return the position, direction and start of the bar in the symbol of a stop.
 
-    It is along a rotating link, or across the line of a slider.
+    The bar is along a rotating link, or across the line of a slider.
     """
-    from symbols import Spot
+    from symbols import Anchor
 
     if not isinstance(stop.joint, PinDrive):
         slider = mechanism.slider(stop.joint.slider)
         way = complex(slider.direction)
-        return Spot(slider.on, local=complex(slider.origin) + end * way), -1j * way, -BAR / 2
+        return Anchor(slider.on, local=complex(slider.origin) + end * way), -1j * way, -BAR / 2
     link, on = (mechanism.links[mechanism.index[name]].points for name in (stop.joint.link, stop.joint.on))
     arm = max((complex(place) - complex(link[stop.joint.at]) for place in link.values()), key=abs)
     along = cmath.exp(1j * end) * arm / (abs(arm) or 1.0)
-    return Spot(stop.joint.on, local=complex(on[stop.joint.at])), along, BAR
+    return Anchor(stop.joint.on, local=complex(on[stop.joint.at])), along, BAR
 
 
 def _begin(kind: str, name: str) -> dict[str, Any] | None:

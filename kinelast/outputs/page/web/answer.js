@@ -60,7 +60,7 @@ function limitsSection() {
         text: (each) =>
           limitName(each) + (each.on ? (LIMIT_WORDS[each.kind] ? ` of ${each.on}` : ` (${each.on})`) : ""),
       },
-      { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
+      { name: "allowed", text: allowedWords },
       {
         name: "used",
         means: "figure over its upper limit, or lower limit over the figure",
@@ -79,14 +79,13 @@ function limitsSection() {
   );
 }
 
+const allowedWords = ({ least, limit }) => `${least ? "at least" : "at most"} ${figureAngle(limit)}`;
 const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
 
 function foundWords(each) {
-  const { kind, found } = each, { start, end } = summary.run;
+  const { found } = each, key = each.figure ?? each.kind, { start, end } = summary.run;
   if (found.endless) {
-    return kind === "settling"
-      ? `not settled within the ${quantity(end.value - start.value, "s")} computed`
-      : "endless";
+    return key === "settling" ? `not settled within the ${quantity(end.value - start.value, "s")} computed` : "endless";
   }
   const error = errorWords(found);
   return besideWords(each) + (each.outcome === "kept" ? error.replace(" (unreliable)", "") : error);

@@ -66,9 +66,7 @@ function jointsSection() {
 
 // The first and the last of many instants, and their number.
 function contactWords(lost) {
-  const words = lost.map((at) =>
-    Object.entries(at.drive).map(([name, drive]) => `${name} ${coordinateWords(drive.value, drive.unit)}`).join(", ")
-  );
+  const words = lost.map(whenWords);
   return words.length > 4 ? `${words.length} positions, from ${words[0]} to ${words.at(-1)}` : words.join("; ");
 }
 

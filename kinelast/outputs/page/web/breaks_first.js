@@ -1,80 +1,62 @@
-// Reserves of the links: the failure mode of each link, and the first failure.
-const MODES = {
-  yield: "yield",
-  endurance: "endurance",
-  buckling: "buckling",
-  "safety limit": "limit on safety",
-  "endurance limit": "limit on endurance",
-  "buckling limit": "limit on buckling",
-  deflection: "deflection",
-  chord: "deflection from chord",
-  output: "output error",
-  life: "life",
-  "limit speed": "limit speed",
-};
-const modeName = (mode) => MODES[mode] ?? summary.figures[mode]?.name ?? mode;
+// Reserves of all items against their limits and of the links against failure, and the first failure.
 const MOST = 1000; // largest printed reserve
 
 // Reserve with its error, or its lower bound if the error is large. The mark is that of the figure of the reserve.
-function reserveWords(reserve) {
-  if (!reserve) return "";
+// A reserve is value / limit if the limit is a minimum (`least`), otherwise limit / value.
+function reserveWords({ reserve, least: minimum }) {
   const { value: size, error } = reserve, mark = reserve.unreliable ? " (unreliable)" : "";
-  if (size > MOST) return `more than ${MOST}`;
-  if (error > UNRELIABLE * size) return `more than ${number(size / (1 + error / size), 2)}${mark}`;
-  return number(size, 3) + errorSize(reserve) + mark;
+  if (size === null) return "–";
+  const uncertain = error > UNRELIABLE * size, direct = minimum && error < size;
+  const least = !uncertain ? size : direct ? size - error : size / (1 + error / size);
+  if (least > MOST) return `more than ${MOST}${mark}`;
+  return uncertain ? `more than ${number(least, 2)}${mark}` : number(size, 4) + errorSize(reserve) + mark;
 }
+
+const itemWords = ({ kind, item }) => [kind, item].filter(Boolean).join(" ");
 
 // Place of a failure: label of the beam, position along it (missing for a whole beam), and instant.
-function spotOf(mode, reserve) {
-  const { label } = reserve,
-    known = {
-      yield: () => summary.strength[label]?.safety_factor,
-      "safety limit": () => summary.strength[label]?.safety_factor,
-      deflection: () => summary.peaks[label]?.w,
-      chord: () => summary.peaks[label]?.chord,
-      endurance: () => summary.life?.links[label],
-      "endurance limit": () => summary.life?.links[label],
-      life: () => summary.life?.links[label],
-    };
-  return { label, along: known[mode]?.()?.along ?? null, at: reserve };
+function spotOf({ kind, figure, found }) {
+  const label = kind === "link" ? found.label : "";
+  const life = ["endurance", "life"].includes(figure) ? summary.life?.links[label] : null;
+  return { label, along: (life ?? found).along ?? null, at: found };
 }
 
-// Place of the first failure of the machine; null if there is none, or for a whole beam.
+// Place of the smallest reserve of a link; null if there is none, or for a whole beam.
 function firstSpot() {
-  const row = summary.breaks_first?.[0],
-    spot = row && spotOf(row.governs, row.reserve),
+  const row = summary.breaks_first.find(({ kind }) => kind === "link"),
+    spot = row && spotOf(row),
     beam = spot?.along ? summary.links.findIndex((each) => each.label === spot.label) : -1;
   return beam < 0 ? null : {
     beam,
     part: spot.along.value / summary.links[beam].length.value,
-    words: `breaks first: ${row.link} by ${modeName(row.governs)}, reserve ${reserveWords(row.reserve)}`,
+    words: `first link: ${row.item}, ${row.name}, reserve ${reserveWords(row)}`,
   };
 }
+
+// Failure modes of links that the report does not judge: yield without a yield stress, fatigue without its table.
+const unjudgedFailures = () => [leastSafe() ? "" : "yield", summary.life ? "" : "fatigue"].filter(Boolean);
 
 function breaksFirst() {
   const rows = summary.breaks_first;
   if (!rows.length) return;
-  const found = rows.flatMap((row) => Object.keys(row.reserves)),
-    modes = [...new Set([...Object.keys(MODES), ...found])].filter((mode) => found.includes(mode));
   section(
     "breaks-first",
     "Reserves",
     "What breaks first",
     soft(
-      "Reserve: load factor at which a link yields, breaks, buckles or exceeds one of its limits, or the output " +
-        "exceeds its limit. Below 1 this has happened. Limits on joints, drives and machine parts are under Limits." +
-        (firstSpot() ? " The red ring on the mechanism marks the smallest reserve." : ""),
+      "Reserve: limit / value, or value / limit for a minimum. Below 1, the limit is violated. If the value is " +
+        "proportional to the loads, the reserve is the factor by which the loads may grow. For lives and cam " +
+        "pressures it is this factor too, found from the exponent of their formula. Yield, fatigue and buckling of " +
+        "links need no limit in the scene, but yield needs a yield stress, and fatigue the table [fatigue]." +
+        (firstSpot() ? " The red ring on the mechanism marks the smallest reserve of a link." : ""),
     ),
     longTable(rows, [
-      { name: "Link or output", text: (row) => row.link },
-      { name: "governs", text: (row) => modeName(row.governs) },
-      { name: "reserve", of: (row) => row.reserve.value, words: (row) => reserveWords(row.reserve), worst: "least" },
-      { name: "where", text: (row) => whereWords(spotOf(row.governs, row.reserve)) },
-      ...modes.map((mode) => ({
-        name: modeName(mode),
-        of: (row) => row.reserves[mode]?.value ?? NaN,
-        words: (row) => reserveWords(row.reserves[mode]),
-      })),
+      { name: "Item", text: itemWords },
+      { name: "limit", wraps: true, text: (row) => row.name },
+      { name: "reserve", of: (row) => row.reserve.value, words: reserveWords, worst: "least" },
+      { name: "value", text: foundWords },
+      { name: "allowed", text: allowedWords },
+      { name: "where", text: (row) => whereWords(spotOf(row)) },
     ], "Reserves"),
   );
 }

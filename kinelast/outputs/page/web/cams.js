@@ -100,7 +100,8 @@ const outlineOf = (places) => {
 
 // The cam at the current instant, in ground axes with the shaft at the origin, with its follower and the normal.
 function camPicture(cam) {
-  const body = model.marks.find(({ spin }) => spin === cam.k), sizes = cam.flanks.flat().map(size).filter(isFinite);
+  const body = model.marks.find(({ x_axis: number }) => number === cam.k),
+    sizes = cam.flanks.flat().map(size).filter(isFinite);
   const reach = Math.max(...sizes, ...cam.pitch.map(size), 1e-12), faceEnds = cam.face ?? [];
   const most = Math.max(body.radius[1], reach + cam.radius) * 1.08;
   const turning = s(
@@ -126,7 +127,7 @@ function camPicture(cam) {
   );
   const place = (local, i) => plus(placeOf(cam.link, local, i), scaled(-1, cam.centre));
   const update = (i) => {
-    turning.setAttribute("transform", markTurn([0, 0], vector("spin", cam.k, i)));
+    turning.setAttribute("transform", markTurn([0, 0], vector("x_axis", cam.k, i)));
     if (roller) {
       const [px, py] = place(cam.roller, i);
       roller.setAttribute("cx", px || 0);

@@ -87,10 +87,7 @@ function outputTable() {
     {
       name: "turns back",
       means: "output at rest: dead points for a drive at the output",
-      text: () =>
-        turns.flatMap(({ drive }) =>
-          Object.entries(drive).map(([name, at]) => `${name} ${coordinateWords(at.value, at.unit)}`)
-        ).join("; ") || "nowhere",
+      text: () => turns.map(whenWords).join("; ") || "nowhere",
     },
     {
       name: "time ratio",

@@ -240,6 +240,7 @@ function inputsSection() {
       load.sizes.map((each) => figureWords(each)).join(", "),
       load.towards ? ` towards ${coordinateWords(load.towards.value, "rad")}` : "",
       load.varies ? ", times its table" : "",
+      load.resists ? `, resists the motion ${load.resists}` : "",
     );
   }
   if (!inputs.loads.length) say("Loads", "only weight and inertia");

@@ -67,6 +67,9 @@ function build() {
     const path = s("path", { "fill-rule": "evenodd", "data-link": mark.stroke === "link" ? mark.at.link : null });
     return { mark, path: parts[isUnder(mark) ? "ground" : "joints"].appendChild(path) };
   });
+  // An undeformed roller touches its cam.
+  parts.rollers = parts.marks.filter(({ mark }) => mark.kind === "roller")
+    .map(({ mark }) => ({ mark, path: parts.rigid.appendChild(s("path")) }));
   buildNames();
   parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path.force")) }));
   parts.first = firstSpot();
@@ -154,6 +157,10 @@ function update(i) {
   }
   const frame = frameAt(i);
   for (const each of parts.marks) put(each.path, each.drawn = markAttributes(each.mark, frame));
+  for (const each of parts.rollers) {
+    const { d, transform } = markAttributes(each.mark, frameAt(i, 0));
+    put(each.path, each.drawn = { d, transform });
+  }
   if (names) nameAll(i);
   if (reactions) { for (const [k, each] of parts.forces.entries()) drawForce(k, each, i); }
   [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));
@@ -165,15 +172,14 @@ function moveCircle(circle, /** @type {number[]} */ [x, y]) {
 }
 
 // The positions and axes of marks at a position of the mechanism.
-const frameAt = (i) => ({
+const frameAt = (i, factor = view.factor) => ({
   scale: stage.scale,
   unit: stage.unit,
   colour: linkColour,
   mirrored: (drive) => has("drive_rate") && row("drive_rate", drive)[i] < 0,
-  at: ({ link, point, local }) =>
-    at(point ? drawnPlace(link, point, i, view.factor) : drawnCorner(link, local, i, view.factor)),
+  at: ({ link, point, local }) => at(point ? drawnPlace(link, point, i, factor) : drawnCorner(link, local, i, factor)),
   way: (mark) => {
-    if (mark.spin !== null) return vector("spin", mark.spin, i);
+    if (mark.x_axis !== null) return vector("x_axis", mark.x_axis, i);
     return mark.axis ? armOf(mark.axis.link, mark.axis.way, i) : [1, 0];
   },
 });

@@ -131,15 +131,11 @@ function instantWords(i) {
   return [`t = ${quantity(row("time")[i], "s")}`, ...drives].join(", ");
 }
 
-// The location of a figure in the cycle, in words, given by the same quantity as on the axis.
-function atWords(figure) {
-  if (!figure || !figure.value || !figure.time) return "";
-  const first = axis.angular && Object.entries(figure.drive)[0];
-  return first ? `${first[0]} ${coordinateWords(first[1].value, first[1].unit)}` : `t = ${figureWords(figure.time)}`;
-}
-function atNumber(figure) {
-  if (!figure || !figure.value || !figure.time) return null;
-  return axis.angular ? withinTurn(Object.values(figure.drive)[0].value) : figure.time.value;
+// The location of a figure in the cycle, in words: the angle of the first drive if it defines the position, or the time.
+const atWords = (figure) => (figure?.value && figure.time ? whenWords(figure) : "");
+function whenWords({ time, drive }) {
+  const first = axis.angular && !summary.run.several_turns && Object.entries(drive)[0];
+  return first ? `${first[0]} ${coordinateWords(first[1].value, first[1].unit)}` : `t = ${figureWords(time)}`;
 }
 
 // The position nearest to the location of a figure of the summary.

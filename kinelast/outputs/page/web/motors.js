@@ -20,14 +20,19 @@ function motorTable(motored) {
     beside("largest torque", "motor_torque", "peak_torque"),
     beside("mean speed", "motor_mean_speed", "rated_speed", rpmWords),
     beside("largest speed", "motor_speed", "top_speed", rpmWords),
-    beside("load's inertia over its own", "inertia_ratio", "inertia_ratio"),
+    beside("largest inertia of the load over its own", "inertia_ratio", "inertia_ratio"),
     { name: "gear ratio", text: ({ drive }) => number(drive.given.gear_ratio) },
     ratio(
       "ratio of least torque",
       "least_ratio",
       "for which the root mean square of the torque is least, as far as the motor's speed allows",
     ),
-    ratio("ratio that matches inertias", "matched_ratio", "root of the load's mean inertia over the motor's"),
+    ratio(
+      "ratio that matches the mean inertia",
+      "matched_ratio",
+      "square root of the mean load inertia over that of motor and gearbox. The inertia ratio uses the largest load " +
+        "inertia instead, because its limit must hold at every position",
+    ),
   ], "Motors");
 }
 

@@ -11,9 +11,9 @@ const COLOURS = { load: "var(--red)", shade: "color-mix(in srgb, var(--soft) 14%
  */
 export function markPath({ lines, radius }, scale, unit, length = 0, mirrored = false) {
   const side = mirrored ? -1 : 1, r = unit * radius[0] + scale * radius[1];
-  const outlines = lines.map(({ size, far, share, closed }) => {
-    const spots = (size ?? far ?? share).map((_, k) => {
-      const [u, v] = size?.[k] ?? [0, 0], [x, y] = far?.[k] ?? [0, 0];
+  const outlines = lines.map(({ symbol_offset: inSymbols, offset, share, closed }) => {
+    const spots = (inSymbols ?? offset ?? share).map((_, k) => {
+      const [u, v] = inSymbols?.[k] ?? [0, 0], [x, y] = offset?.[k] ?? [0, 0];
       const along = length * (share?.[k] ?? 0) + side * (unit * u + scale * x);
       return `${along.toFixed(2)} ${(-unit * v - scale * y).toFixed(2)}`;
     });
@@ -37,7 +37,7 @@ export function markAttributes(mark, frame) {
     way = mark.to ? [(ex - x) / (length || 1), (y - ey) / (length || 1)] : frame.way(mark);
   const paint = (name) => COLOURS[name] ?? (name === "link" ? frame.colour(mark.at.link) : `var(--${name})`);
   const mirrored = mark.drive !== null && frame.mirrored(mark.drive);
-  const seen = isFinite(length + way[0] + way[1]);
+  const seen = isFinite(length + way[0] + way[1]) && (mark.to || Math.hypot(...way) > 0);
   return {
     class: `mark ${mark.kind}`,
     d: seen ? markPath(mark, frame.scale, frame.unit, length, mirrored) : "M0 0",

@@ -1,4 +1,5 @@
 // Tiles of the main figures.
+const MOST_DRIVES = 3; // largest number of drives with a tile, those with the largest peak power
 const CHORD = "the straight line through the displaced ends of the link: pure bending";
 
 // Tiles in this order: limit, stress and safety, output, drive, others.
@@ -7,47 +8,39 @@ function tiles() {
   const { nonlinear_check: nonlinear } = summary;
   const where = (figure) =>
     [memberOf(figure.label), placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
-  const driven = Object.entries(drives).map(([name, drive]) => driveTile(name, drive));
+  const peakPower = ([, { power }]) => Math.abs(power?.value ?? 0);
+  const [mainDrive, ...otherDrives] = Object.entries(drives).sort((one, other) => peakPower(other) - peakPower(one))
+    .slice(0, MOST_DRIVES)
+    .map(([name, drive]) => driveTile(name, drive));
   const shown = [decidingTile(), limitSpeedTile(), stressTile(where)];
   if (output && suited) {
     const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
     const place = [`${kind} ${output.name}`, atWords(output)].filter(Boolean).join(", ");
-    const lags = (output.lags ?? []).map((lag) => figureAngle({ ...lag, value: Math.abs(lag.value) })).join(", ");
+    const lags = (output.lags ?? []).map((lag) => ({ ...lag, value: Math.abs(lag.value) }));
+    const lagging = lags.map((lag) => figureAngle(lag)).join(", ");
     const words = `${place}${output.guessed ? "; chosen automatically" : ""}${
-      lags ? `; the drive lags behind its cam by ${lags}, not included` : ""
+      lagging ? `; the drive lags behind its cam by ${lagging}, not included` : ""
     }`;
     const means =
       `distance or angle between the output of the elastic links and that of rigid links with the same drive motion${
         output.guessed ? "; output under [run] chooses another output" : ""
       }`;
-    shown.push(tile("Error of the output", figureAngle(output) + errorWords(output), words, { means, at: output }));
-  }
-  shown.push(...driven.slice(0, 1));
-  if (bent) {
     shown.push(
-      tile("Bends most", quantity(Math.abs(bent.value), bent.unit) + errorWords(bent), where(bent), {
-        means: `largest deflection from ${CHORD}`,
-        at: bent,
-      }),
+      ...(lags.length && Math.abs(output.value) <= (output.error ?? 0)
+        ? lags.map((lag) => lagTile(lag, output, place))
+        : [figureTile("Error of the output", output, words, means)]),
     );
   }
+  shown.push(mainDrive);
+  const size = (figure) => ({ ...figure, value: Math.abs(figure.value) });
+  if (bent) shown.push(figureTile("Bends most", size(bent), where(bent), `largest deflection from ${CHORD}`));
   if (moved) {
-    shown.push(
-      tile(
-        "Displaced most across a link",
-        quantity(Math.abs(moved.value), moved.unit) + errorWords(moved),
-        where(moved),
-        { means: "largest displacement across a link from its place with rigid links, also by other links", at: moved },
-      ),
-    );
+    const means = "largest displacement across a link from its place with rigid links, also by other links";
+    shown.push(figureTile("Displaced most across a link", size(moved), where(moved), means));
   }
-  shown.push(...driven.slice(1, 2));
-  shown.push(
-    tile("Shaking force", figureWords(shaking.force) + errorWords(shaking.force), atWords(shaking.force), {
-      means: "resultant force of the mechanism on the ground",
-      at: shaking.force,
-    }),
-  );
+  shown.push(...otherDrives);
+  const { force } = shaking;
+  shown.push(figureTile("Shaking force", force, atWords(force), "resultant force of the mechanism on the ground"));
   const lowest = vibration?.natural[0]?.lowest;
   if (lowest) {
     const ratio = vibration.drive_to_lowest.value;
@@ -61,20 +54,24 @@ function tiles() {
     );
   }
   if (theory.error !== null) {
+    const jumps = summary.trust.some(({ heading }) => heading === "Jumps") ? " (it is excited by jumps)" : "";
     const vibrates = theory.name === "quasi-static" || theory.without_vibration === null
       ? ""
-      : `; vibration changes the main deflections, stresses and forces by up to ${share(theory.without_vibration)}`;
+      : `; without vibration${jumps} and large displacement, the main deflections, stresses and forces would differ by ` +
+        `up to ${share(theory.without_vibration)} of the values shown`;
     shown.push(
       tile(
-        "Accuracy of deflection, stress, output and limits",
+        summary.links.length ? "Accuracy of deflection, stress, output and limits" : "Accuracy of the main figures",
         `± ${errorShare(theory.error)}`,
         `${summary.links.length ? `${theory.name} theory` : "rigid links"}${
           theory.figure ? `; largest error: ${theory.figure}` : ""
+        }${
+          theory.near_zero.length ? `; larger relative errors of small figures: ${theory.near_zero.join(", ")}` : ""
         }${vibrates}`,
         {
           level: theory.error > summary.limits.vibration.beyond
             ? "poor"
-            : theory.error > (theory.accuracy ?? theory.expected)
+            : theory.error > (theory.accuracy ?? theory.expected) || theory.reached === false
             ? "caution"
             : "good",
           means: "largest error among the main figures: deflection, stress, output, and the figures of limits",
@@ -134,6 +131,9 @@ function decidingTile() {
     const level = { kept: "good", "not kept": "poor" }[outcome] ?? "caution";
     const words = [`${least ? "minimum" : "limit"} ${figureAngle(limit.limit)}`, of, found.drive ? atWords(found) : ""];
     const share = used === null ? null : h("b", `${number(100 * used, 3)} % used`);
+    if (used !== null && first && first.figure !== limit.kind && first.reserve.value < 0.999 / used) {
+      words.push(`smallest reserve: ${itemWords(first)}, ${first.name}, ${reserveWords(first)}`);
+    }
     return tile(
       `${outcome === "kept" ? "Closest to its limit" : "Deciding limit"}: ${limitName(limit)}`,
       foundWords(limit),
@@ -147,14 +147,17 @@ function decidingTile() {
     );
   }
   if (!first) return null;
-  const { link, governs, reserve } = first,
-    level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : "good";
-  const means = "factor by which the load may grow until the first link yields, breaks, buckles or exceeds its limit";
-  const where = whereWords(spotOf(governs, reserve));
+  const { reserve } = first,
+    missing = unjudgedFailures(),
+    level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : missing.includes("yield") ? "open" : "good";
+  const means = "factor by which the loads may grow until the first link yields, breaks or buckles";
   return tile(
-    `Breaks first: ${link}`,
-    `reserve ${reserveWords(reserve).replace("more than", ">")}`,
-    [modeName(governs), where].filter(Boolean).join(", "),
+    `Breaks first: ${first.item}`,
+    `reserve ${reserveWords(first).replace("more than", ">")}`,
+    [
+      [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
+      missing.length ? `not judged: ${missing.join(", ")}` : "",
+    ].filter(Boolean).join("; "),
     { level, means },
   );
 }
@@ -179,7 +182,7 @@ function stressTile(where) {
   const level = limit ? { kept: "good", "not kept": "poor" }[limit.outcome] ?? "caution" : byValue;
   const words = least
     ? [
-      `least safety ${number(safety.value, 3)}${errorWords(safety)}`,
+      `least safety ${number(safety.value, 4)}${errorWords(safety)}`,
       `: ${least[0]}, yield ${figureWords(least[1].yield_stress, 3)}`,
     ]
     : ["safety not known", `: add a yield stress, as in yield = "355 MPa" under [materials.${material}]`];
@@ -191,21 +194,35 @@ function stressTile(where) {
   ], { means, at: strained });
 }
 
+// The output has no error except that its drive lags behind a cam.
+function lagTile(lag, output, place) {
+  const rest = `error of the output apart from this lag: ${figureAngle(output)}${errorWords(output)}, ${place}`;
+  const means = "caused by the bending of the links between the cam and the drive";
+  return figureTile("Lag of the drive behind its cam", lag, `${atWords(lag)}; ${rest}`, means);
+}
+
 function driveTile(name, { effort, rms, power }) {
   const words = [
     atWords(effort),
     rms && `rms ${figureWords(rms)}${unreliableMark(rms)}`,
-    power && `peak power ${figureWords(power)}${unreliableMark(power)}${power.value ? ` at ${atWords(power)}` : ""}`,
+    power &&
+    `${power.value < 0 ? "peak power (braking)" : "peak power"} ${figureWords(power)}${unreliableMark(power)}${
+      power.value ? ` at ${atWords(power)}` : ""
+    }`,
   ];
-  return tile(`Drive of ${name}`, figureWords(effort) + errorWords(effort), words.filter(Boolean).join("; "), {
-    at: effort,
-  });
+  return figureTile(`Drive of ${name}`, effort, words.filter(Boolean).join("; "));
 }
 
 function leastSafe() {
   const rows = Object.entries(summary.strength).filter(([, row]) => row.safety_factor.value !== null);
   const [label, row] = rows.sort((a, b) => a[1].safety_factor.value - b[1].safety_factor.value)[0] ?? [];
   return row && [memberOf(label), row];
+}
+
+// Tile of a figure, or null if the figure is zero within its error.
+function figureTile(heading, figure, words, means = null) {
+  if (figure.error > Math.abs(figure.value) && !figure.unreliable) return null;
+  return tile(heading, figureAngle(figure) + errorWords(figure), words, { means, at: figure });
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {

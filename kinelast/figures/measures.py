@@ -1,10 +1,13 @@
-"""Measures, i.e. figures of all items together or of single items, by name."""
+"""Measures: named numbers such as the largest deflection of one link, or of all links.
+
+A measure reduces the values of a figure for one or several items to one number.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle
@@ -15,9 +18,11 @@ from kinelast.scene.parts.fatigue import FATIGUED
 from rigid.arrays import Integers, Reals
 
 
-@dataclass(frozen=True)
-class Measure:
-    """A figure of one, several or all items, reduced to a single number per design or speed."""
+class Measure(Struct, frozen=True):
+    """A figure of one, several or all items, reduced to a single number for each design or speed.
+
+    `items` is None for all items.
+    """
 
     name: str
     unit: str
@@ -25,12 +30,15 @@ class Measure:
     items: tuple[int, ...] | None = None
 
     def among(self, values: Any) -> Reals:
-        """Reduce the magnitudes of all items, shape (items, ...), to the values of this measure."""
+        """Reduce the magnitudes of all items, shape (items, ...), to the extreme value among `self.items`."""
         rows = values if self.items is None else values[[*self.items]]
         return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
 
     def of(self, cycle: Cycle) -> tuple[Reals, Integers]:
-        """Return the values, and numbers that identify the item and position of each (-1 if none), shape (...)."""
+        """Return the values, shape (...), and a number for each value.
+
+        The number identifies the item and the position of the value, and is -1 if it has no position.
+        """
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))
         rows = known if len(items) == count else _picked(known, items)
@@ -49,7 +57,7 @@ def _picked(known: Largest, items: Sequence[int]) -> Largest:
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """Return the magnitudes of figures by key for all items, including the gain of peaks between positions."""
+    """Return the magnitudes of figures for all items, by key. They include the gain of peaks between positions."""
     figures = [*figures]
     cycle.search(figures)
     return {figure.key: cycle.once(_magnitude, figure, cycle.sampled) for figure in figures}
@@ -62,7 +70,7 @@ def _magnitude(cycle: Cycle, figure: Figure, _sampled: bool) -> Any:
 
 
 def bounded_items(scene: Scene, limit: Limit) -> list[int]:
-    """Return the numbers of the items to which a limit applies; a limit on a link applies to all its beams."""
+    """Return the numbers of the items to which a limit applies. A limit on a link applies to all beams of the link."""
     mechanism = scene.mechanism
     of_links = limit.of in (BEAM, FATIGUED) and not limit.named
     names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
@@ -70,7 +78,10 @@ def bounded_items(scene: Scene, limit: Limit) -> list[int]:
 
 
 def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
-    """Return the measures of figures by name, for every single item and, if their units agree, for all items."""
+    """Return the measures of figures by name.
+
+    A figure has a measure for each item and, if its items have the same unit, one for all items.
+    """
     return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
 
 
@@ -86,7 +97,7 @@ def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
 
 
 def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
-    """Look up measures by name, and create measures of figures that are not in the registry.
+    """Return the measures for `names`. A name is looked up in `table`, and a `Figure` gives a new measure.
 
     Raises
     ------

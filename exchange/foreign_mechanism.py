@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from math import copysign
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 GROUND = "ground"
 
 
 class ExchangeError(ValueError):
-    """Raised if a file has another format, is damaged, or contains no mechanism."""
+    """A file has another format, is damaged, or contains no mechanism."""
 
 
-@dataclass(frozen=True)
-class ForeignLink:
+class ForeignLink(Struct, frozen=True):
     """Link of a drawing.
 
     Attributes
@@ -25,13 +26,13 @@ class ForeignLink:
     mass
         Mass [kg], or None if unknown.
     center
-        Centre of mass in drawing coordinates; None for that of a uniform bar.
+        Centre of mass in drawing coordinates; None if it is the same as for a uniform bar.
     inertia
-        Moment of inertia about the centre of mass [kg m^2]; None for that of a uniform bar.
+        Moment of inertia about the centre of mass [kg m^2]; None if it is the same as for a uniform bar.
     rigid
         True if the link is rigid.
     braces
-        Beams in addition to those from each point to the next.
+        Additional beams. A link that is not rigid has a beam from each point to the next.
     """
 
     points: tuple[str, ...]
@@ -42,18 +43,17 @@ class ForeignLink:
     braces: tuple[tuple[str, str], ...] = ()
 
     def with_beam(self, start: str, end: str) -> ForeignLink:
-        """Return the link with a beam between two points, which a slot between them needs."""
+        """Return the link with a beam between two points. A slot between these points needs this beam."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
         return self if known else replace(self, braces=(*self.braces, (start, end)))
 
 
-@dataclass(frozen=True)
-class Slot:
+class Slot(Struct, frozen=True):
     """Straight slot of the link `on`, in which the pin `point` of `link` moves.
 
-    `direction` is that of the slot in the drawing. `travel` is the range of the pin along the slot, relative to its
-    drawn position, or (0, 0) if unknown.
+    `direction` is the direction of the slot in drawing coordinates. `travel` is the range of positions of the pin along
+    the slot, measured from its drawn position, or (0, 0) if unknown.
     """
 
     point: str
@@ -63,8 +63,7 @@ class Slot:
     travel: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class ForeignSlider:
+class ForeignSlider(Struct, frozen=True):
     """Slider: `link` slides on `on` without rotation, along the line through the point `through` in `direction`.
 
     For `travel` see `Slot`.
@@ -77,20 +76,19 @@ class ForeignSlider:
     travel: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Drive:
+class Drive(Struct, frozen=True):
     """Motion of a joint, with constant speed or by a repeated law.
 
     Attributes
     ----------
     joint
-        Keys of the drive in a scene, which are `link`, `on` and `at` for a pin, or `slider`.
+        Keys of the drive in a scene: `link`, `on` and `at` for a driven pin, or `slider` for a driven slider.
     speed
         Speed with its unit, such as "30 rpm", or None if there is a law.
     law
-        Segments of the law as in a scene, with the keys curve, duration and by.
+        Segments of the law as in a scene, with the keys curve, duration and by. A dwell has no `by`.
     start
-        Initial angle, such as "0 deg", needed for a wheel that is drawn as a single point.
+        Initial angle, such as "0 deg". It is needed for a wheel, because a wheel is drawn as a single point.
     """
 
     joint: Mapping[str, str]
@@ -100,22 +98,32 @@ class Drive:
 
     @property
     def strokes(self) -> list[float]:
-        """Strokes of the law."""
-        return [float(segment["by"].split()[0]) for segment in self.law]
+        """Strokes of the law, without dwells, in the unit of the key `by`."""
+        return [float(segment["by"].split()[0]) for segment in self._moving]
+
+    @property
+    def _moving(self) -> list[Mapping[str, str]]:
+        """Segments of the law that are not dwells."""
+        return [segment for segment in self.law if "by" in segment]
 
     @property
     def mean_speed(self) -> float:
-        """Constant speed, or mean speed of the law with the sign of its first stroke."""
+        """Constant speed or, for a law, mean speed of its strokes, with the sign of the first stroke.
+
+        A constant speed is in the unit of `speed`. The mean speed is in rpm if the strokes are in degrees, and
+        otherwise in (unit of the strokes) per second. It is 0 if the law has no strokes.
+        """
         if self.speed is not None:
             return float(self.speed.split()[0])
-        duration = sum(float(segment["duration"].split()[0]) for segment in self.law)
-        unit = 6.0 if self.law[0]["by"].endswith("deg") else 1.0  # degrees per second for 1 rpm
+        if not self._moving:
+            return 0.0
+        duration = sum(float(segment["duration"].split()[0]) for segment in self._moving)
+        unit = 6.0 if self._moving[0]["by"].endswith("deg") else 1.0  # degrees per second for 1 rpm
         return copysign(sum(map(abs, self.strokes)) / duration / unit, self.strokes[0])
 
 
-@dataclass(frozen=True)
-class ForeignGear:
-    """Gear: joints of two wheels, ratio of the second angle to the first, and whether the teeth mesh."""
+class ForeignGear(Struct, frozen=True):
+    """Gear: joints of two wheels, ratio of the second angle to the first, and whether teeth mesh."""
 
     driver: Mapping[str, str]
     follower: Mapping[str, str]
@@ -123,9 +131,8 @@ class ForeignGear:
     teeth: bool
 
 
-@dataclass(frozen=True)
-class ForeignLoad:
-    """Force at a point of a link [N]. If `turning` is True, it rotates with the link."""
+class ForeignLoad(Struct, frozen=True):
+    """Force at a point of a link [N]. If `turning` is True, the force rotates with the link."""
 
     link: str
     point: str
@@ -133,8 +140,7 @@ class ForeignLoad:
     turning: bool = False
 
 
-@dataclass(frozen=True)
-class ForeignMechanism:
+class ForeignMechanism(Struct, frozen=True):
     """Mechanism that is defined by its drawing.
 
     Attributes
@@ -144,7 +150,7 @@ class ForeignMechanism:
     unit
         Unit of all lengths: "m", "cm", "mm" or "in".
     points
-        Drawn positions by name; the names are those of the scene.
+        Drawn positions, by the names of the points in the scene.
     ground, links
         Points of the fixed link, and moving links by name.
     slots, slides
@@ -178,13 +184,13 @@ class ForeignMechanism:
     notes: tuple[str, ...] = ()
 
 
-MIN_HEIGHT = 1e-3  # points closer to a line than this are on it; relative to the length of the line
+MIN_HEIGHT = 1e-3  # a point counts as on a line if its distance, relative to the length of the line, is smaller
 
 
 def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
     """Return the drawing with a beam from the last to the first point of each link that is not straight.
 
-    Other programs draw such a link as a plate. A note lists the links.
+    The reason is that other programs draw such a link as a plate. A note lists the links that got a beam.
     """
     links = dict(drawing.links)
     for name, body in drawing.links.items():
@@ -206,7 +212,7 @@ class Names:
         self._taken = set(taken)
 
     def __call__(self, key: object, wanted: str = "") -> str:
-        """Return the scene name of `key`, which the first call derives from `wanted`."""
+        """Return the scene name for `key`. The first call with this key derives the name from `wanted`."""
         known = str(key)
         if known not in self._names:
             plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted or known).strip("_") or "x"
@@ -223,13 +229,13 @@ def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
     return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
 
 
-def to_and_fro(ways: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Return the segments of a law with the strokes `ways`, each from rest to rest.
+def to_and_fro(strokes: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
+    """Return the segments of a drive law with the given strokes, each from rest to rest.
 
     `speed` is the mean speed in `unit` per second.
     """
     return tuple(
-        {"curve": "harmonic", "duration": f"{abs(way) / speed:.12g} s", "by": f"{way:.12g} {unit}"}
-        for way in ways
-        if way
+        {"curve": "harmonic", "duration": f"{abs(stroke) / speed:.12g} s", "by": f"{stroke:.12g} {unit}"}
+        for stroke in strokes
+        if stroke
     )

@@ -1,0 +1,83 @@
+"""Advice on how to reduce or measure the error in a figure (a result such as the largest deflection).
+
+The advice names only options that work for the scene.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinelast.figures import errors
+from kinelast.figures.checks import POSITIONS, nonlinear_refusal
+from kinelast.figures.errors import FigureError
+from kinelast.scene.data import GEOMETRICALLY_EXACT
+from kinelast.scene.numbers import percent
+
+if TYPE_CHECKING:
+    from kinelast.figures.answer import Answer
+    from kinelast.figures.results import Results
+
+MIN_ACCURACY = 1e-4  # smallest `accuracy` that a message suggests
+MEASURE = "Run with --check solid to measure the error of beam theory"
+EXCEEDANCES = {"axial force": "Make it thicker or shorter", "yield": "Make it thicker, or of a stronger material"}
+"""Advice by kind of exceeded limit of the theory."""
+
+
+def nearer(results: Results, error: FigureError, share: float) -> str:
+    """Return advice on how to reduce the relative error in a figure to `share`, or an empty string.
+
+    The advice names the largest part of the error, and an option that reduces this part and works for the scene.
+    """
+    answer, largest = results.answer, error.largest
+    if largest == errors.BEAM_THEORY:
+        parts = [abs(own.parts.get(errors.BEAM_THEORY, 0.0)) for own in results.errors.get("chord", ())]
+        measurable = not parts or _solid_would_measure(results, int(np.argmax(parts)))
+        return f"mostly {largest}: --check solid would measure it" if measurable else ""
+    if answer is None or largest in (errors.ROUND_OFF, errors.BODIES) or share <= 0.0:
+        return ""
+    if largest == errors.BETWEEN:
+        more = max(POSITIONS, 4 * len(results.motion.time))
+        return f"mostly {largest}: --positions {more} would reduce it"
+    if results.scene.theory.plain:
+        return f'mostly {largest}: without theory = "quasi-static" the error would be small'
+    return f"mostly {largest}{_by_a_finer_theory(results, answer, max(share / 2, MIN_ACCURACY))}"
+
+
+def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
+    """Return advice on an error due to the theory of motion.
+
+    The advice suggests a smaller value of the option `accuracy` only if the main figures reach the present value.
+    """
+    reached = max((each.share_by_motion for each in results.main_figures), default=0.0)
+    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= answer.wanted:
+        return f': accuracy = "{percent(aim)}" would suffice'
+    if not results.nonlinear and not nonlinear_refusal(results) and not _too_long(results):
+        return ": --check nonlinear would measure it"
+    return ", which a finer computation cannot reduce; stiffer links or more damping would"
+
+
+def exceedance_advice(results: Results, kind: str, beam: int) -> str:
+    """Return advice for a beam that exceeds a limit of the theory, or an empty string."""
+    if kind == "slenderness":
+        return MEASURE if _solid_would_measure(results, beam) else ""
+    return EXCEEDANCES.get(kind, "")
+
+
+def _solid_would_measure(results: Results, beam: int) -> bool:
+    """Return whether the check with plane bodies would measure the error of beam theory for a beam.
+
+    It would not if this check has been run already, if the run is too long, or if a section of the link is hollow.
+    Rarer obstacles, such as overlapping beams, are found only by the check itself.
+    """
+    link, beams = results.mechanism.beams[beam][0], results.mechanism.beams
+    hollow = any(
+        section.thin_walled for (at, _), section in zip(beams, results.scene.sections, strict=True) if at == link
+    )
+    return not results.solid and not _too_long(results) and not hollow
+
+
+def _too_long(results: Results) -> bool:
+    """Return whether the run is too long for the checks. Memory then holds the deflection at some positions only."""
+    return results.figures.positions > len(results.motion.time)
