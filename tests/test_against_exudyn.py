@@ -121,6 +121,7 @@ def test_every_field_of_two_ringing_cranks():
         pytest.param("end_masses", 0.005, marks=pytest.mark.slow),
         pytest.param("soft_crank", 0.05, marks=pytest.mark.slow),
         pytest.param("soft_crank", 0.02, marks=pytest.mark.slow),
+        pytest.param("snapping_four_bar", 0.05, marks=pytest.mark.slow),
     ],
 )
 def test_the_error_of_forces_that_ring_faster_than_deflections(name, accuracy):

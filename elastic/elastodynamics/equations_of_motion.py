@@ -198,15 +198,22 @@ class MotionTerms(Struct, frozen=True, eq=False):
         return steady + grid.rates_times(displacements, (2 * history[1], history[0]))
 
 
-def motion_terms(kinematics_: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
-    """Compute the terms of the equations of motion that do not depend on the speed."""
+def motion_terms(
+    kinematics_: Kinematics, grid: Grid, damping: Damping, rates: tuple[Complexes, Complexes] | None = None
+) -> MotionTerms:
+    """Compute the terms of the equations of motion that do not depend on the speed.
+
+    `rates` are the first and second time derivatives of `kinematics_.mass_displacements` at the points. If they are
+    unknown, they are computed from the values at the nodes.
+    """
     structure, basis = kinematics_.structure, kinematics_.basis
     inertia = np.empty((3, len(kinematics_.mass_displacements) - 1, basis.shape[-1], basis.shape[-1]))
     weights = masses(structure)[:, None]
     for part, (nodes, points) in grid.parts(kinematics_.mass_displacements[0].size):
         displacements = kinematics_.mass_displacements[nodes]
         weighted = (np.conj(displacements[1:]) * weights).swapaxes(-1, -2)
-        for order, moving in enumerate((displacements[1:], *part.rates(displacements))):
+        moving_rates = part.rates(displacements) if rates is None else (each[points] for each in rates)
+        for order, moving in enumerate((displacements[1:], *moving_rates)):
             inertia[order, points] = (weighted @ moving).real
     strains = strain_rows(structure, basis)
     strain_rate: Columns = 0.0

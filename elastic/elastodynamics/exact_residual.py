@@ -17,6 +17,7 @@ from elastic.elastodynamics.correction import displacements_of, inertia_load
 from elastic.elastodynamics.displaced_links import Displaced, ExactLoads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.exact_iterate import TINY
+from elastic.elastodynamics.exact_settings import SETTINGS
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_forces, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
@@ -187,6 +188,21 @@ class ResidualState(Struct, frozen=True, eq=False, dict=True):
         represented = self._coordinates.response(self._coordinates.static(self.load))
         return ResidualResponse(self.change, self.strain_force_residual) - represented
 
+    def is_disturbed_by(self, load: Reals) -> bool:
+        """Return whether the residual of the coordinates is large, and a load on them would disturb their correction.
+
+        The load has the shape (points, r).
+        """
+        grid = self.now.vibration.problem.terms.grid
+        by_load = self._coordinates.response(self._coordinates.static(grid.with_start(load))).moved
+        unrepresented = self.unrepresented.moved
+        disturbance, represented, rest = (
+            np.abs(each.beams[1:]).max(initial=0.0) for each in (by_load, self.change - unrepresented, unrepresented)
+        )
+        return bool(
+            represented > SETTINGS.max_represented_ratio * rest and disturbance > SETTINGS.max_disturbance * represented
+        )
+
 
 def residual_state(
     now: Displaced, loads: ExactLoads, rigid_loads_state: DeflectionState | None = None, share: float = 1.0
@@ -211,7 +227,9 @@ def residual_state(
     return ResidualState(now, bent, replace(state, force=state.force + grid.with_start(loads.section_correction)))
 
 
-def stepped(step: ResidualState, operator: Vibration, response: Response, cutoff: float) -> Displaced:
+def stepped(
+    step: ResidualState, operator: Vibration, response: Response, cutoff: float, separately: bool = False
+) -> Displaced:
     """Take one step: correct `step.now` by the response of linear equations of motion to its residual.
 
     Parameters
@@ -222,12 +240,17 @@ def stepped(step: ResidualState, operator: Vibration, response: Response, cutoff
         Function that returns the response of the coordinates of `operator` to a load.
     cutoff
         See `exact_steps.solve_exact`.
+    separately
+        Correct only the coordinates, and keep the residual response, if the coordinates are not in equilibrium and the
+        inertia of a corrected residual response would disturb them. In fast motion, the steps may not converge
+        otherwise.
     """
-    now = step.now
+    now, state, load, residual = step.now, step.state, step.load[1:], step.now.residual
     unrepresented = step.unrepresented.filtered(now.vibration.problem, now.vibration.cyclic, cutoff)
-    moving = response(step.load[1:] + inertia_load(operator, unrepresented))
-    x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    residual, state = now.residual + unrepresented, step.state
+    inertia = inertia_load(operator, unrepresented)
+    if not (separately and step.is_disturbed_by(inertia)):
+        load, residual = load + inertia, residual + unrepresented
+    x, x1, x2 = (part + added for part, added in zip(now.history, response(load), strict=True))
     after = replace(
         now, history=(x, x1, x2), residual=residual, force=state.force, joints=state.joints, moments=state.moments
     )

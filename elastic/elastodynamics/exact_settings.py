@@ -38,9 +38,12 @@ class ExactSettings(Struct, frozen=True):
     max_newton_steps: int = 20  # maximum number of steps at one load level
     # largest convergence error with which the method starts at full load, or accepts the final load step
     newton_from: float = 0.3
-    # the method ends if the change in a step exceeds this multiple of the change in the step before
-    max_newton_ratio: float = 1.5
-    # the operator (tangent equations) is reused if the change in a step is below this multiple of the previous change
+    # Only the coordinates are corrected if two ratios are large: first, the part of the residual that the coordinates
+    # represent, relative to the other part; second, the response of the coordinates to the inertia of a corrected
+    # residual response, relative to the part that they represent.
+    max_represented_ratio: float = 3.0
+    max_disturbance: float = 0.1
+    # the operator (tangent equations) is reused if a step leaves at most this fraction of the residual
     max_reuse_ratio: float = 0.2
     # A step at full load has stalled if the residual is still more than `stall_ratio` times the residual before the
     # step, and the change in the step is below `filtered_change` times the residual. The coordinates cannot represent

@@ -18,7 +18,9 @@ from elastic.elastodynamics.equations_of_motion import mass_displacements
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import Grid
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complexes, Numbers, Reals
+
+Series = tuple[Numbers, Numbers, Numbers]  # values with their first and second time derivatives
 
 MIN_SINGULAR_VALUE = 1e-9  # singular values below this are round-off, relative to the largest singular value
 MAX_ROUNDS = 12  # maximum number of steps of Newton's method, with which the amplitudes are computed
@@ -88,6 +90,14 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         `history` contains the values, rates and accelerations of the reduced coordinates. `amplitudes` is the result of
         the method `amplitudes`. `residual_displacements` is described there.
         """
+        _, (_, first_rate, second_rate) = self._rates(history, residual_displacements, amplitudes)
+        at_fixed_shape: Complexes = (self.mass_displacements[1:] @ second_rate[..., None])[..., 0]
+        return at_fixed_shape + self.grid.rates_times(self.mass_displacements, (2 * first_rate, amplitudes[1:]))
+
+    def _rates(
+        self, history: tuple[Reals, Reals, Reals], residual_displacements: Displacements, amplitudes: Reals
+    ) -> tuple[Series, Series]:
+        """Return phi and the amplitudes at the points, each with its first and second time derivative."""
         x, x1, x2 = history
         grid, rotations, feedback_rotations = self.grid, self.coordinate_rotations[1:], self.amplitude_rotations[1:]
         residual_rotation = _section_rotations(residual_displacements)[1:, :, 0]
@@ -95,10 +105,10 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         phi = self._rotation(rotations, x) + residual_rotation + self._rotation(feedback_rotations, values)
         rate = (
             self._rotation(rotations, x1)
-            + self._rotation(self._coordinate_rotation_rates, x)
+            + self._rotation(self._coordinate_rotation_rates[0], x)
             + grid.derivative(residual_rotation, 1)
         )
-        rate += self._rotation(self._amplitude_rotation_rates, values)
+        rate += self._rotation(self._amplitude_rotation_rates[0], values)
         second = (
             self._rotation(rotations, x2)
             + grid.rates_times(self.coordinate_rotations, (2 * x1, x))
@@ -111,8 +121,8 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         curved = -np.cos(phi) * rate**2 @ self.along.T - np.sin(phi) * rate**2 @ self.across.T
         right = (per_rotation @ second[..., None])[..., 0] + curved
         second_rate: Any = np.linalg.solve(feedback, right[..., None])[..., 0]
-        at_fixed_shape: Complexes = (self.mass_displacements[1:] @ second_rate[..., None])[..., 0]
-        return at_fixed_shape + grid.rates_times(self.mass_displacements, (2 * first_rate, values))
+        second += self._rotation(feedback_rotations, second_rate)
+        return (phi, rate, second), (values, first_rate, second_rate)
 
     def per_coordinate(self, phi: Reals) -> Reals:
         """Return the derivatives of the amplitudes with respect to the reduced coordinates, shape (nodes, k, r).
@@ -123,6 +133,35 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
             self._feedback(phi, self.amplitude_rotations), self._per_rotation(phi) @ self.coordinate_rotations
         )
         return np.asarray(found, float)
+
+    def mass_displacement_rates(
+        self, history: tuple[Reals, Reals, Reals], residual_displacements: Displacements, amplitudes: Reals
+    ) -> tuple[Complexes, Complexes]:
+        """Return time derivatives of the displacements of masses due to foreshortening, per unit of each coordinate.
+
+        The parameters are described in `accelerations`. The first and the second derivative are complex and have the
+        shape (points, masses, r). They follow from those of phi by the chain rule.
+        """
+        (phi, rate, second), _ = self._rates(history, residual_displacements, amplitudes)
+        rotations = self.coordinate_rotations[1:], *self._coordinate_rotation_rates
+        feedback_rotations = self.amplitude_rotations[1:], *self._amplitude_rotation_rates
+        sine, cosine = np.sin(phi)[:, None], np.cos(phi)[:, None]
+        second_order = -cosine * self.along - sine * self.across
+        third_order = sine * self.along - cosine * self.across
+        first_per_rotation = second_order * rate[:, None]
+        per_rotation = (
+            self._per_rotation(phi),
+            first_per_rotation,
+            third_order * np.square(rate)[:, None] + second_order * second[:, None],
+        )
+        direct, feedback = (_product_rates(per_rotation, each) for each in (rotations, feedback_rotations))
+        inverse = np.linalg.inv(np.eye(len(self.along)) - feedback[0])
+        per = inverse @ direct[0]
+        first_per = inverse @ (direct[1] + feedback[1] @ per)
+        second_per = inverse @ (direct[2] + feedback[2] @ per + 2 * feedback[1] @ first_per)
+        shapes = self.mass_displacements[1:], *self.grid.rates(self.mass_displacements)
+        _, one, two = _product_rates(shapes, (per, first_per, second_per))
+        return one, two
 
     @staticmethod
     def _rotation(per_unit: Reals, amounts: Reals) -> Reals:
@@ -141,12 +180,24 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         return np.eye(len(self.along)) - self._per_rotation(phi) @ rotations
 
     @cached_property
-    def _coordinate_rotation_rates(self) -> Reals:
-        return self.grid.rates(self.coordinate_rotations)[0]
+    def _coordinate_rotation_rates(self) -> tuple[Numbers, Numbers]:
+        return self.grid.rates(self.coordinate_rotations)
 
     @cached_property
-    def _amplitude_rotation_rates(self) -> Reals:
-        return self.grid.rates(self.amplitude_rotations)[0]
+    def _amplitude_rotation_rates(self) -> tuple[Numbers, Numbers]:
+        return self.grid.rates(self.amplitude_rotations)
+
+
+def _product_rates(left: Series, right: Series) -> Series:
+    """Return a matrix product with its first and second time derivative.
+
+    Each factor is given with its first and second time derivative.
+    """
+    return (
+        left[0] @ right[0],
+        left[1] @ right[0] + left[0] @ right[1],
+        left[2] @ right[0] + 2 * left[1] @ right[1] + left[0] @ right[2],
+    )
 
 
 def foreshortening(vibration: Vibration) -> Foreshortening:

@@ -2,13 +2,13 @@
 
 Each step solves the linear equations of small vibrations about the displaced links (the operator). Their mass matrix
 includes the foreshortening of rotated beams, and their geometric stiffness is due to the current section forces. Before
-each step, the section forces are iterated to equilibrium at every instant, with constant inertia forces. If the steps
+each step, the section forces are iterated to equilibrium at every instant, with constant inertia forces. In fast
+motion, a step corrects either the reduced coordinates alone, or the residual response too (see `stepped`). If the steps
 diverge, the loads of the rigid motion are increased from zero, so that the solution is found by continuation from the
 undeformed links. The derivation is in docs/theory.md.
 """
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -33,6 +33,7 @@ from elastic.elastodynamics.foreshortening import foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.time_elements import propagation
 from elastic.solution import Deflection
+from rigid.arrays import Complexes
 
 
 def solve_by_newton(linear: Vibration, tolerance: float, cutoff: float, guess: Displaced | None) -> ExactIterate | None:
@@ -123,40 +124,40 @@ def _at_load_level(
 
     Return the iterate with the smallest convergence error, or None if the first step fails.
     """
-    now, last, least, residual, stalled_count = guess, np.inf, np.inf, np.inf, 0
+    now, least, residual, stalled_count = guess, np.inf, np.inf, 0
     operator: Vibration | None = None
-    before: list[Any] = []
     best: ExactIterate | None = None
+    separate = False
+    similar_steps: list[tuple[Displaced, Complexes]] = []  # with the same operator and the same kind of correction
     for count in range(1, SETTINGS.max_newton_steps + 1):
         try:
             state = _with_equilibrium_forces(now, share, rigid_loads_state)
             if operator is None:
-                operator, before = tangent(state.now, state.bent), []
-            after = stepped(state, operator, partial(operator.response_to, often=True), cutoff)
+                operator, similar_steps = tangent(state.now, state.bent), []
+            after = stepped(state, operator, partial(operator.response_to, often=True), cutoff, separately=True)
         except np.linalg.LinAlgError:
             break
         change = compared_displacements(after.moved) - compared_displacements(state.now.moved)
         residual_now = compared_displacements(state.change)
         iterate = ExactIterate(state.now, change, residual_now, count, force_residual=state.force_residual)
-        size = float(np.abs(change).max(initial=0.0))
         best = iterate if best is None or iterate.convergence_error < best.convergence_error else best
         done = iterate.convergence_error if share == 1.0 else iterate.relative_change
-        high, residual = SETTINGS.stall_ratio * residual, iterate.relative_residual
+        before, residual = residual, iterate.relative_residual
         filtered = share == 1.0 and iterate.relative_change < SETTINGS.filtered_change * residual
-        stalled_count = stalled_count + 1 if filtered and residual > high else 0
-        # the first step mainly adds the residual response, so the second step may be larger
-        growing = count > 2 and size > SETTINGS.max_newton_ratio * last
-        if done <= tolerance or stalled_count == SETTINGS.max_stalled or growing or not np.isfinite(size):
+        stalled_count = stalled_count + 1 if filtered and residual > SETTINGS.stall_ratio * before else 0
+        diverged = not iterate.convergence_error < SETTINGS.max_growth * best.convergence_error
+        if done <= tolerance or stalled_count == SETTINGS.max_stalled or diverged:
             break
         if count % SETTINGS.patience == 0:
             if not best.convergence_error < SETTINGS.min_progress * least:
                 break
             least = best.convergence_error
-        if size > SETTINGS.max_reuse_ratio * last:
+        if residual > SETTINGS.max_reuse_ratio * before:
             operator = None
-        last = size
-        before = [*before[-SETTINGS.max_mixed :], (after, change)]
-        now = mixed(before)
+        was_separate, separate = separate, after.residual is state.now.residual
+        similar_steps = similar_steps[-SETTINGS.max_mixed :] if separate == was_separate else []
+        similar_steps.append((after, change))
+        now = mixed(similar_steps)
     return best
 
 
@@ -188,6 +189,7 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
     """
     linear, shape = now.vibration, now.foreshortening
     assert shape is not None
+    assert now.amplitudes is not None
     terms = linear.problem.terms
     kinematics = terms.kinematics
     phi = now.moved.phi[..., 0]
@@ -201,7 +203,10 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
         unit,
         kinematics.mass_displacements + shape.mass_displacements @ per,
     )
-    posed = problem(motion_terms(moving, terms.grid, terms.damping), bent, linear.problem.speed)
+    added = shape.mass_displacement_rates(now.history, now.residual.moved, now.amplitudes)
+    first, second = terms.grid.rates(kinematics.mass_displacements)
+    rates = first + added[0], second + added[1]
+    posed = problem(motion_terms(moving, terms.grid, terms.damping, rates), bent, linear.problem.speed)
     axial = (np.exp(-1j * phi) * now.force).real * kinematics.structure.weights
     geometric, equations = replace(posed.geometric, axial=axial), posed.equations
     # Foreshortening may have a transverse part. The slope then differs from the rotation, which must be used here.
