@@ -28,7 +28,8 @@ from elastic.elastodynamics import Elastodynamic, finer_solution, finer_vibratio
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_deflection
 from kinelast.figures.answer import Answer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import MIN_SHARE_OF_UNIT, NOT_OF_MOTION
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT
+from kinelast.figures.figure_error import NOT_OF_MOTION
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.results import Results
 from kinelast.figures.theory import _Answers, _vibrating, answer

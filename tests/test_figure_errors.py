@@ -23,7 +23,7 @@ from kinelast.figures import errors
 from kinelast.figures.advice import nearer
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import (
+from kinelast.figures.figure_error import (
     BEAM_THEORY,
     BETWEEN,
     BODIES,

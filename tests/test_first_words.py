@@ -14,7 +14,7 @@ from msgspec.structs import replace
 import kinelast.scene
 from kinelast.cli.command import main
 from kinelast.figures.advice import nearer
-from kinelast.figures.errors import LARGE, FigureError
+from kinelast.figures.figure_error import LARGE, FigureError
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_index
 from kinelast.figures.main_figures import MainFigure
 from kinelast.figures.ranges import yield_words

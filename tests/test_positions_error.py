@@ -9,7 +9,7 @@ from tiers import in_tiers
 
 from kinelast import shipped_scenes
 from kinelast.figures import theory
-from kinelast.figures.errors import BETWEEN
+from kinelast.figures.figure_error import BETWEEN
 from kinelast.figures.results import answered
 from kinelast.runs import computed
 from kinelast.scene.data import ACCURACY, Theory

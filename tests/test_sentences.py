@@ -14,7 +14,7 @@ from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
-from kinelast.figures.errors import BEAM_THEORY, BODIES, VIBRATION, FigureError
+from kinelast.figures.figure_error import BEAM_THEORY, BODIES, VIBRATION, FigureError
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.peaks import run_figures
 from kinelast.figures.report import UnreliableFigure

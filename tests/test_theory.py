@@ -19,11 +19,11 @@ from elastic.assessment import buckling
 from elastic.elastodynamics import transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.figures import theory
+from kinelast.figures import exact_errors
 from kinelast.figures.advice import exceedance_advice, nearer
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import NonlinearCheck, nonlinear_check, nonlinear_report, solid_check
-from kinelast.figures.errors import BEAM_THEORY, LARGE, MEASURED, NOT_OF_MOTION, TIME, VIBRATION, FigureError
+from kinelast.figures.figure_error import BEAM_THEORY, LARGE, MEASURED, NOT_OF_MOTION, TIME, VIBRATION, FigureError
 from kinelast.figures.report import FurtherCheck
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
@@ -243,10 +243,9 @@ def test_an_exact_answer_whose_iteration_stalled_also_has_the_last_change_of_its
     """The last change in the iteration of the answer is four times or twice its tolerance."""
     iterate = SimpleNamespace(worst=1.4e-2, convergence_error=last_change, finer_tolerance=lambda tolerance: tolerance)
     exact = SimpleNamespace(time_error=0.0, reduction_error=0.0, exact=iterate)
-    answers = SimpleNamespace(_worth_measuring=lambda *_: True, _report=lambda *_: None)
-    monkeypatch.setattr(theory, "large_displacement_error", lambda _: last_change)
-    monkeypatch.setattr(theory, "finer_solution", lambda *_: ("finer answer", 5e-3))
-    measured, shares = theory._Answers._errors_of_exact(answers, exact, 2.5e-3, 0.05, "finer vibration")
+    monkeypatch.setattr(exact_errors, "large_displacement_error", lambda _: last_change)
+    monkeypatch.setattr(exact_errors, "finer_solution", lambda *_: ("finer answer", 5e-3))
+    measured, shares = exact_errors.errors_of_exact(exact, 2.5e-3, "finer vibration")
     assert measured == {TIME: "finer answer"}
     assert shares == expected
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from kinelast.figures.advice import nearer
 from kinelast.figures.answer import Answer
-from kinelast.figures.errors import LARGE
+from kinelast.figures.figure_error import LARGE
 from kinelast.figures.main_figures import HEADLINE, MainFigure
 from kinelast.figures.peaks import greatest
 from kinelast.figures.results import Results

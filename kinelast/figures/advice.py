@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.figures import errors
+from kinelast.figures import figure_error
 from kinelast.figures.checks import POSITIONS, nonlinear_refusal
-from kinelast.figures.errors import FigureError
+from kinelast.figures.figure_error import FigureError
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import percent
 
@@ -31,13 +31,13 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     The advice names the largest part of the error, and an option that reduces this part and works for the scene.
     """
     answer, largest = results.answer, error.largest
-    if largest == errors.BEAM_THEORY:
-        parts = [abs(own.parts.get(errors.BEAM_THEORY, 0.0)) for own in results.errors.get("chord", ())]
+    if largest == figure_error.BEAM_THEORY:
+        parts = [abs(own.parts.get(figure_error.BEAM_THEORY, 0.0)) for own in results.errors.get("chord", ())]
         measurable = not parts or _solid_would_measure(results, int(np.argmax(parts)))
         return f"mostly {largest}: --check solid would measure it" if measurable else ""
-    if answer is None or largest in (errors.ROUND_OFF, errors.BODIES) or share <= 0.0:
+    if answer is None or largest in (figure_error.ROUND_OFF, figure_error.BODIES) or share <= 0.0:
         return ""
-    if largest == errors.BETWEEN:
+    if largest == figure_error.BETWEEN:
         more = max(POSITIONS, 4 * len(results.motion.time))
         return f"mostly {largest}: --positions {more} would reduce it"
     if results.scene.theory.plain:

@@ -14,7 +14,8 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.elastodynamics import Elastodynamic, deflection_at
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
-from kinelast.figures.errors import BETWEEN, TIME, Estimate, FigureError, figure_errors
+from kinelast.figures.errors import Estimate, figure_errors
+from kinelast.figures.figure_error import BETWEEN, TIME, FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure

@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
-from kinelast.figures import errors
+from kinelast.figures import errors, figure_error
 from kinelast.figures.measured import Measured
 from kinelast.figures.registry import NAMES
 from kinelast.figures.report import FurtherCheck
@@ -178,7 +178,7 @@ def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
     smaller
         For each beam, ratio of the largest deflection of all beams to the largest deflection of this beam.
     """
-    share = results.answer.off.shares.get(errors.TIME, 0.0) if results.answer else 0.0
+    share = results.answer.off.shares.get(figure_error.TIME, 0.0) if results.answer else 0.0
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 

@@ -8,29 +8,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from itertools import islice
 from typing import Any
 
 import numpy as np
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic import FIELDS, FieldKind, reference_deflection
 from elastic.assessment import VALIDITY_RANGES
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.figure_error import (
+    BEAM_THEORY,
+    BETWEEN,
+    BY_MOTION,
+    FREQUENCIES,
+    ROUND_OFF,
+    TIME,
+    VIBRATION,
+    FigureError,
+)
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, POINT, Figure, items_of
 from rigid.arrays import Reals
 
-VIBRATION, LARGE = "vibration", "large displacement"
-HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
-BETWEEN, FREQUENCIES = "between the positions", "natural frequencies by beam theory"
-MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
-NOT_OF_MOTION = (BEAM_THEORY, FREQUENCIES, ROUND_OFF, BETWEEN)  # errors that all theories of motion have
-BY_MOTION = (VIBRATION, LARGE)  # causes of signed errors: they are added first, then the magnitude of the sum is taken
 SEARCHED = LARGEST, LEAST, MOST  # reductions whose result is the value at one position, unlike averages
 STEP_RATIO = 4.0  # factor by which the error in an average grows if time steps are doubled
 ONE_POSITION = "there is no neighbouring instant to compare with"
@@ -43,51 +47,6 @@ MAX_CHANGE_RATIO = 3.0  # assumed relative change of load to critical load, divi
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure with this unit
 EPS = float(np.finfo(float).eps)
-
-
-class FigureError(Struct, frozen=True, dict=True):
-    """The error in a figure, in the unit of the figure.
-
-    Attributes
-    ----------
-    parts
-        Errors by cause. The parts `BY_MOTION` are signed corrections. The figure plus these corrections is more
-        accurate than the figure.
-    unknown
-        Reason why the total error is unknown; empty if it is known.
-    """
-
-    parts: Mapping[str, float] = field(default_factory=dict)
-    unknown: str = ""
-
-    @cached_property
-    def size(self) -> float:
-        """The total error: the sum of `terms`, or nan."""
-        return math.nan if self.unknown else math.fsum(self.terms.values())
-
-    @property
-    def terms(self) -> dict[str, float]:
-        """The terms by cause, which add up to the total error.
-
-        If the sum of the signed parts `BY_MOTION` is negative, these parts are negated. All other terms are magnitudes.
-        """
-        lacks = math.fsum(self.parts.get(name, 0.0) for name in BY_MOTION)
-        sign = -1.0 if lacks < 0.0 else 1.0
-        return {name: sign * part if name in BY_MOTION else abs(part) for name, part in self.parts.items()}
-
-    @cached_property
-    def largest(self) -> str:
-        """The cause of the largest part."""
-        return max(self.parts, key=lambda name: abs(self.parts[name]), default="")
-
-    @property
-    def measured(self) -> bool:
-        """Whether the largest part was measured by a check."""
-        return self.largest in (MEASURED, BODIES)
-
-    def without(self, names: Sequence[str]) -> FigureError:
-        """Return the error without the parts of the given causes."""
-        return FigureError({name: part for name, part in self.parts.items() if name not in names}, self.unknown)
 
 
 class Estimate(Struct, frozen=True, eq=False):

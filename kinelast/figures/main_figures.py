@@ -14,13 +14,12 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import (
     MIN_COMPUTED_RATIO,
     MIN_SHARE_OF_UNIT,
-    NOT_OF_MOTION,
     Estimate,
-    FigureError,
     figure_errors,
     limited_figures,
     scales_of,
 )
+from kinelast.figures.figure_error import NOT_OF_MOTION, FigureError
 from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from kinelast.figures.errors import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
+from kinelast.figures.figure_error import BEAM_THEORY, BODIES, MEASURED, NOT_OF_MOTION, FigureError
 
 SMALL = 0.1  # beams with a smaller estimated error, relative to the largest estimated error, are ignored
 

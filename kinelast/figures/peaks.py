@@ -18,7 +18,8 @@ from elastic import FIELDS, FieldKind, Largest, extremes
 from elastic.assessment import safety_factor, stress_ends
 from elastic.vibration import TOLERANCE
 from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
-from kinelast.figures.errors import MIN_SHARE_OF_UNIT, FigureError, frequency_error
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, frequency_error
+from kinelast.figures.figure_error import FigureError
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of

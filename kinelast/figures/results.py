@@ -17,7 +17,7 @@ from elastic.assessment import VALIDITY_RANGES, Exceedance, exceedances, period_
 from elastic.vibration import Frequencies
 from kinelast.figures.checks import NonlinearCheck, NotMade
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import FigureError
+from kinelast.figures.figure_error import FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.output import output_of

@@ -16,16 +16,8 @@ from elastic.assessment import beyond_beam_theory, buckling_bound
 from elastic.elastodynamics import Resonance, SpeedMap, SpeedSearch, SpeedSolutions, critical_speeds, prominences
 from kinelast.figures.bounds import BOUND_OVER_ERROR, accepted_bound, damping_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import (
-    HIGHER_ORDERS,
-    LARGE,
-    MIN_SHARE_OF_UNIT,
-    TIME,
-    Estimate,
-    figure_errors,
-    frequency_error,
-    motion_errors,
-)
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT, Estimate, figure_errors, frequency_error, motion_errors
+from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.figures.measures import Measure, magnitudes, measures_of

@@ -30,7 +30,6 @@ from elastic.elastodynamics import (
     moved_to,
     transient,
     with_large_displacement,
-    with_one_more_step,
     worth_halving,
 )
 from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
@@ -48,7 +47,14 @@ from kinelast.figures.bounds import (
     largest_rotation,
 )
 from kinelast.figures.cycle import Cycle, too_many_beams
-from kinelast.figures.errors import HIGHER_ORDERS, LARGE, TIME, VIBRATION, Estimate
+from kinelast.figures.errors import Estimate
+from kinelast.figures.exact_errors import (
+    FORCES_LATER,
+    errors_by_one_more_step,
+    errors_of_exact,
+    estimated_errors_of_exact,
+)
+from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME, VIBRATION
 from kinelast.figures.main_figures import HEADLINE, MainFigure, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
@@ -70,11 +76,6 @@ FINE_WITH_FRICTION = 0.02  # the same with friction; small enough to show whethe
 FINEST = 1e-6  # smallest solver tolerance if no theory is requested; smaller ones take minutes or do not converge
 EXACT = 0.02  # solver tolerance of an exact answer, relative to the accuracy, if this theory is not requested
 FAR = 3.0  # if vibration changes the largest deflection by more, relative to the accuracy, it is not neglected
-FORCES_LATER = 3.0  # bound on the ratio of force error to deflection error after the first steps to the exact answer
-SHARED = 0.5  # a finer exact answer counts as converged if its error is below this share of that of the answer
-STALLED = 3.0  # the iteration of an exact answer stalled if its last change / tolerance is larger
-MAX_FINER_ERROR = 10.0  # a finer exact answer is not used if it converges worse than the answer by this factor
-ERROR_OVER_CHANGE = 2.0  # ratio of the error due to large displacement to the last change in the iteration
 MAX_LAST_CHANGE = 0.25  # largest last change of the first steps, relative to the accuracy, if their result is an answer
 MAX_ROTATION = 4.0  # [rad] vibration is not computed if a section rotates by more
 SAME = 1e-9  # largest relative change in bending moments over time of a machine at rest, due to round-off
@@ -257,7 +258,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
             if LARGE in left:
                 left = {**left, LARGE: FORCES_LATER * left[LARGE]}
                 if not measured and left[LARGE] > self.accepted_bound(wanted):
-                    measured, left = self._one_more_step(stepped, left)
+                    measured, left = errors_by_one_more_step(stepped, left)
             yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
         self._report(3, "geometrically exact")
         self._announce(first_steps)
@@ -365,22 +366,6 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
             return linear, {}, {LARGE: large_displacement_error(linear)}
         return stepped, {LARGE: stepped}, {HIGHER_ORDERS: left}
 
-    def _one_more_step(
-        self, stepped: Elastodynamic, left: dict[str, float]
-    ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Measure the error after the first steps of the iteration to the exact answer by one more step.
-
-        Return two mappings by cause of the error: a corrected answer, and relative errors. The effect of all further
-        steps is estimated as (last change)^2 / previous change. If the changes do not decrease, no corrected answer is
-        returned, and the errors are those in `left`.
-        """
-        after = with_one_more_step(stepped)
-        before, change = (large_displacement_error(each) for each in (stepped, after))
-        if not change < before:
-            return {}, left
-        shares = {name: share for name, share in left.items() if name != LARGE}
-        return {LARGE: after}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
-
     def _errors_of_exact(
         self,
         exact: Elastodynamic,
@@ -389,26 +374,11 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Return two mappings by cause of the error: a finer exact answer as a correction, and relative errors.
-
-        A finer answer is not computed if the bounds on the discretization errors in displacements and forces are small,
-        or if it would take too long. It is not used if it converges much worse than the answer itself. If the iteration
-        of the answer stalled, the last change in the iteration of the finer answer is an additional error.
-        """
-        discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
-        shares = {TIME: discretized, LARGE: ERROR_OVER_CHANGE * large_displacement_error(exact)}
+        """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small."""
         if exact.exact is None or not self._worth_measuring(exact, wanted):
-            return {}, shares
+            return {}, estimated_errors_of_exact(exact)
         self._report(4, "error in time and coordinates")
-        begun = begun if finer else None
-        finer = finer or finer_vibration(exact)
-        after, left = finer_solution(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
-        worst = exact.exact.worst
-        if left > MAX_FINER_ERROR * max(tolerance, worst):
-            return {}, shares
-        if left > max(tolerance, SHARED * worst):
-            return {TIME: after}, {LARGE: ERROR_OVER_CHANGE * max(worst, left)}
-        return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > STALLED * tolerance else {}
+        return errors_of_exact(exact, tolerance, finer, begun)
 
     def _answer(
         self,
