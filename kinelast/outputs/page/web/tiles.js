@@ -33,7 +33,12 @@ function tiles() {
   }
   shown.push(mainDrive);
   const size = (figure) => ({ ...figure, value: Math.abs(figure.value) });
-  if (bent) shown.push(figureTile("Bends most", size(bent), where(bent), `largest deflection from ${CHORD}`));
+  if (bent) {
+    const rivals = possiblyLarger(bent);
+    const words = [where(bent), rivals.length ? `within the errors, ${rivals.join(", ")} may bend as much` : ""];
+    const text = words.filter(Boolean).join("; ");
+    shown.push(figureTile("Bends most", size(bent), text, `largest deflection from ${CHORD}`));
+  }
   if (moved) {
     const means = "largest displacement across a link from its place with rigid links, also by other links";
     shown.push(figureTile("Displaced most across a link", size(moved), where(moved), means));
@@ -119,6 +124,15 @@ function tiles() {
     ),
   );
   return shown.filter(Boolean);
+}
+
+// Other members whose largest bending deflection may exceed the given one, because of the errors of both.
+function possiblyLarger(bent) {
+  const least = Math.abs(bent.value) - (bent.error ?? 0);
+  const possible = Object.entries(summary.peaks).filter(([, { chord }]) =>
+    chord && Math.abs(chord.value) + (chord.error ?? 0) > least
+  );
+  return [...new Set(possible.map(([label]) => memberOf(label)))].filter((name) => name !== memberOf(bent.label));
 }
 
 // The deciding limit and its used share. Without limits: the link with the smallest reserve.
