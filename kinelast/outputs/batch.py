@@ -29,7 +29,7 @@ def _safety(report: Report) -> Reading | None:
 
 
 def _unreliable(report: Report) -> str:
-    """Return the names of those figures in the row of a scene that are unreliable."""
+    """Return the names of the unreliable values in the row of a scene, separated by commas."""
     shown = {
         "largest_deflection": report.largest_deflection,
         "largest_chord": report.largest_chord,
@@ -46,9 +46,9 @@ def _check(report: Report) -> str:
 
 
 def _decides(report: Report) -> tuple[str, float | None]:
-    """Return words on the limit that decides the verdict, and the utilisation of this limit.
+    """Return a phrase about the limit that decides the verdict, and the utilisation of this limit.
 
-    If a link buckles, return words on the buckling instead.
+    If a link buckles, return a phrase about the buckling and None. If there is no verdict, the phrase is empty.
     """
     if report.buckles or not report.acceptance.verdict:
         return report.buckles or "", None
@@ -56,7 +56,7 @@ def _decides(report: Report) -> tuple[str, float | None]:
     return next((words, used) for words, used, outcome in limit_rows(report) if outcome == worst)
 
 
-COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit and function of the value
+COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit, and function of the report
     ("verdict", "", lambda report: report.acceptance.verdict),
     ("decides", "", lambda report: _decides(report)[0]),
     ("used", "1", lambda report: _decides(report)[1]),
@@ -79,7 +79,7 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), *((name, unit) for name, u
 
 
 def summary_row(outcome: Outcome, name: str) -> list[Any]:
-    """Return the row of a scene in summary.csv, with None for unknown figures."""
+    """Return the row of a scene in summary.csv, with None for unknown values."""
     report = outcome.report
     cells = [None] * len(COLUMNS) if report is None else [cell(report) for *_, cell in COLUMNS]
     row = [name, outcome.state, outcome.status, *cells, outcome.line if report is None else ""]
@@ -98,13 +98,13 @@ def write_batch(
     rows, seconds
         Row (see `summary_row`) and computing time [s] of each scene, by the name of its folder in `out`.
     others
-        Formats besides CSV and HTML. Parquet is written if requested, or if there is a Parquet file from an earlier
-        run.
+        Formats in addition to CSV and HTML; only "parquet" has an effect. A Parquet file from an earlier run is also
+        updated without this request if pyarrow is installed.
 
     Raises
     ------
     RequestError
-        A file that would be replaced by a table was not written by this program.
+        A file to be replaced was not written by this program, or another run has locked the file.
     OSError
         A file cannot be written.
     """
@@ -131,7 +131,7 @@ def _table(rows: Sequence[Sequence[Any]]) -> Table:
 
 
 def _read(row: Sequence[str]) -> list[Any]:
-    """Return the values of a row of summary.csv, given the texts of its cells."""
+    """Convert the cells of a row of summary.csv from text to values."""
     return [
         (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
         for (name, unit), cell in zip(HEAD, row, strict=True)

@@ -1,4 +1,4 @@
-"""Charts of a scene over its cycle as vector graphics, drawn by matplotlib."""
+"""Charts of the results over the cycle of a mechanism as SVG, drawn by matplotlib."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ ACROSS, BETWEEN = 180, 14  # [px] width of a map, and gap between maps
 ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # the style would otherwise apply to the whole page
-    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture on the page may use the same identifier
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # this style would apply to the whole page
+    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture on the page may have the same identifier
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
     (r"\s*\n\s*", " "),
@@ -65,7 +65,10 @@ class Chart(Struct, frozen=True, eq=False):
 
 
 def svg_of(figure: Figure, name: str) -> str:
-    """Return a figure as an `<svg>` element. Its identifiers depend on `name`, so that they are unique in a page."""
+    """Return a matplotlib figure as an `<svg>` element, with identifiers that depend on `name`.
+
+    Pictures on one page need different names, because identifiers on a page must be unique.
+    """
     from matplotlib import rc_context
 
     text = StringIO()
@@ -79,7 +82,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Return each chart as SVG. The largest ordinate of a chart determines the SI prefix of its unit."""
+    """Return each chart as SVG. The ordinate of the largest magnitude determines the SI prefix of the unit."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -103,7 +106,7 @@ def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
 
 
 def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
-    """Draw the curves of a chart, with a dot at the largest magnitude of each. Return the unit of the ordinates."""
+    """Draw the curves of a chart, with a dot at the largest magnitude of each curve. Return the unit as text."""
     heights = np.array([np.broadcast_to(curve.values, axis.values.shape) for curve in chart.curves], float)
     finite = heights[np.isfinite(heights)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
@@ -126,7 +129,7 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
 def field_maps(
     axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
 ) -> str:
-    """Return one SVG with maps of fields: a row for each beam and a column for each field.
+    """Return one SVG with maps of fields (quantities along beams), a row for each beam and a column for each field.
 
     In a map, the vertical axis is the location along the beam, and the horizontal axis is the position in the cycle.
 
@@ -135,10 +138,11 @@ def field_maps(
     labels
         Labels of the beams, one for each row.
     fields
-        For each heading of a column: values of shape (beams, positions, stations), and words on the range of values on
-        each beam. The colour scale of a map extends from minus to plus the largest magnitude in the map. nan is grey.
+        Values of each field, shape (beams, positions, stations), and a text with the range of the values on each beam,
+        by heading of the column. The colour scale of a map extends from minus to plus the largest magnitude in the map.
+        nan is grey.
     columns
-        Minimum number of columns, so that pictures have equal widths.
+        Minimum number of columns for the width of the picture, so that several pictures have equal widths.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -169,7 +173,7 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """Return a few ticks of the axis, each with its position along the width of a map [in] and its label."""
+    """Return a few ticks of the axis: the distance from the left edge of a map [in], and the label."""
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
@@ -180,7 +184,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
 
     Returns
     -------
-    RGBA bytes, shape (rows, columns, 4): positive values are blue, negative values red, nan is grey, and the gaps
+    RGBA bytes, shape (rows, columns, 4). Positive values are blue, negative values are red, and nan is grey. The gaps
     between the maps are transparent.
     """
     from matplotlib import colormaps
@@ -201,9 +205,9 @@ def mosaic(fields: Sequence[Any]) -> Any:
     return picture.reshape(beams * (stations + below), -1, 4)
 
 
-MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # by row of maps
-MOST_MAPPED, MOST_CURVES = 16, 6
-ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
+MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # kinds in each picture
+MOST_MAPPED, MOST_CURVES = 16, 6  # maximum number of beams in maps, and of curves in a chart
+ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)  # [deg] distances between ticks
 
 
 def axis(results: Results) -> Axis:
@@ -223,9 +227,9 @@ def axis(results: Results) -> Axis:
 
 
 def _numbers(results: Results) -> Integers:
-    """Return the index in the run of each computed position, shape (positions,).
+    """Return the index of each computed position in the run, shape (positions,).
 
-    Positions that are left out have indices too.
+    The count includes positions of the run that are left out.
     """
     time = results.motion.time
     if not results.left_out or len(time) < 2:
@@ -240,7 +244,7 @@ def _spread(results: Results, values: Any) -> Reals:
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Return values of shape (..., positions), with nan at positions that are left out or are ill-conditioned."""
+    """Return values, shape (..., positions of the run), with nan at left-out and ill-conditioned positions."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -283,7 +287,7 @@ def _broken(results: Results, chart: Chart) -> Chart:
 
 
 def _largest(chart: Chart) -> Chart:
-    """Return a chart with at most `MOST_CURVES` curves: those with the largest magnitudes."""
+    """Return a chart with only the `MOST_CURVES` curves that have the largest magnitudes."""
     if len(chart.curves) <= MOST_CURVES:
         return chart
     sizes = [float(np.nanmax(np.abs(curve.values), initial=0.0)) for curve in chart.curves]
@@ -297,7 +301,7 @@ def _curves(named: dict[str, Any]) -> list[Curve]:
 
 
 def _places(results: Results) -> list[tuple[int, int]]:
-    """Return the indices of the colour and dashes of each beam. Beams of the same link differ in the dashes."""
+    """Return the indices of the colour and dashes of each beam. Beams of one link have the same colour."""
     places, seen = [], dict.fromkeys(range(len(results.mechanism.links)), 0)
     for link, _ in results.mechanism.beams:
         places.append(((link - 1) % len(COLOURS), seen[link] + (link - 1) // len(COLOURS)))
@@ -315,7 +319,7 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Return, for the maps of a field: heading, values (beams, positions, stations), and words on the ranges."""
+    """Return the heading of a field, its values, shape (beams, positions, stations), and the ranges as text."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)

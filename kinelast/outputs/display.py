@@ -1,4 +1,4 @@
-"""Display list of a scene, used by the page and the printed drawings."""
+"""Display list of a scene: the symbols that the page and the pictures show."""
 
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.results import Results
@@ -7,11 +7,11 @@ from symbols import Mark, extent_of, marks_of
 
 
 def display_list(cycle: Cycle) -> list[Mark]:
-    """Return the marks that represent the mechanism and its parts."""
+    """Return the symbols of the mechanism and its machine parts."""
     return marks_of(cycle.motion, symbols_of(cycle.scene))
 
 
 def extent(results: Results) -> tuple[complex, complex]:
-    """Return the corners of the bounding box of the moving mechanism [m]."""
+    """Return two opposite corners of the bounding box of the moving mechanism [m], as complex numbers."""
     low, high = extent_of(results.motion, results.cycle.once(display_list)) or (0j, 1 + 1j)
     return (low, high) if high != low else (low - 0.5 - 0.5j, low + 0.5 + 0.5j)

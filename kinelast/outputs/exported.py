@@ -26,15 +26,16 @@ if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
-MIN_STROKE = 1e-6  # a law oscillates if |sum of strokes| / largest stroke is smaller
+MIN_STROKE = 1e-6  # a motion law oscillates if |sum of strokes| / largest |stroke| is smaller
 POSITIONS = 360  # number of positions at which the travel of pins in slots is evaluated
 
 
 def exchanged(scene: Scene) -> ForeignMechanism:
     """Return the mechanism of a scene in its initial position, in mm or inches, for export to other programs.
 
-    Links that are welded together become one link with the sum of the masses. A slider whose block has only one pin
-    becomes a slot, and the mass of the block is placed at the pin. Sections, springs and varying loads are omitted.
+    Links that are welded together become one link with the sum of the masses. If the block of a slider has only one
+    pin, the slider becomes a slot, and the mass of the block is placed at the pin. Sections, springs and varying loads
+    are omitted.
     """
     from exchange import ForeignLink, ForeignMechanism
 
@@ -94,7 +95,10 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
 
 
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
-    """Return the constant forces at points of moving links, in the axes of the ground."""
+    """Return the constant forces at points of links, in the axes of the ground.
+
+    A force that turns with a link has the direction in the initial position.
+    """
     from exchange import ForeignLoad
 
     loads = []
@@ -112,7 +116,7 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
-    """Return the sliders that become slots, and those with links that slide without rotation, by slider name."""
+    """Return the sliders that become slots, and the other sliders, both by the name of the slider."""
     from exchange import ForeignSlider, Slot
 
     slots, slides = {}, {}
@@ -140,7 +144,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive with its constant speed or oscillation. Other motions of a drive are omitted."""
+    """Return a drive with its constant speed or oscillation. Any other motion of the drive is omitted."""
     from exchange import Drive, to_and_fro
 
     if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
@@ -157,7 +161,7 @@ def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], u
 
 
 def _swing(law: SegmentedLaw) -> list[float]:
-    """Return the strokes of a law that oscillates once between two limits without a dwell; empty for other laws."""
+    """Return the strokes of a motion law that oscillates between two limits without a dwell; empty for other laws."""
     strokes: list[float] = []
     for segment in law.segments:
         rise = float(segment.rise)

@@ -1,7 +1,7 @@
 """Atomic writing of result folders and files. Locks exclude concurrent runs.
 
-A folder is written under a hidden name, and then takes the place of the existing folder. The lock file contains the
-hidden name. If a run is killed, the next run can therefore remove the hidden files.
+A new result folder is written under a hidden name. When it is complete, it replaces the existing folder. The lock file
+contains the hidden name, so that the next run can remove the hidden files of a killed run.
 """
 
 import hashlib
@@ -25,18 +25,18 @@ EARLIER = "earlier"  # subfolder for files of earlier runs that the current run 
 HIDDEN = ".kinelast-"  # prefix of locks and unfinished folders
 UNFINISHED = ".part"  # suffix of unfinished files
 OWNER = ".owner"  # suffix of the file that replaces a lock on file systems without locks
-PATIENCE = 60.0  # [s] maximum waiting time for another run
-PAUSE = 0.05  # [s] between two attempts
+PATIENCE = 60.0  # [s] maximum time to wait for another run
+PAUSE = 0.05  # [s] pause between two attempts to lock a folder
 LINE = 300  # maximum number of characters of a path in a message
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[Path]:
-    """Yield a folder that replaces `folder` on success and is removed on failure.
+    """Yield a hidden folder that replaces `folder` on success and is removed on failure.
 
-    Files of earlier runs that are not written again move to the subfolder `EARLIER`. Files that this program did not
-    write stay in the folder (see `foreign`). A file of this program that the user has edited is renamed to
-    `NAME.edited.EXT`.
+    Files of earlier runs move to the subfolder `EARLIER` if this run does not write them again. Files that this program
+    did not write stay in the folder (see `foreign`). If the user has edited a file of this program, the file is renamed
+    to `NAME.edited.EXT`.
 
     Raises
     ------
@@ -76,10 +76,10 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
 
 
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
-    """Write a file atomically. It consists of `content`, followed by the contents of the files `more`.
+    """Write `content`, followed by the contents of the files `more`, to a file atomically.
 
-    The content is on the disk before the file gets its name. After a power failure, the file may be missing or an old
-    one, but it is never incomplete.
+    The content is written to a temporary file, which is renamed when the content is on the disk. After a power failure,
+    the file may be missing or old, but it is never incomplete.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -100,7 +100,7 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
 
 
 def sync(file: int) -> None:
-    """Wait until a file is on the disk, which also detects a full disk."""
+    """Wait until the content of a file is on the disk. Raise OSError if the disk is full."""
     os.fsync(file)
 
 
@@ -110,12 +110,12 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
     Parameters
     ----------
     summary
-        Content of summary.json if the folder is new.
+        Content of summary.json if the folder has no summary yet.
 
     Raises
     ------
     RequestError
-        The folder cannot be written, for the same reasons as in `complete`.
+        The folder cannot be written (for the reasons, see `complete`).
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -130,7 +130,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Write text files and the summary to the hidden folder `part`, and move them to a folder, the summary last."""
+    """Write text files and the summary to the hidden folder `part`, and move them to `folder`, the summary last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -140,7 +140,10 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
-    """Return the names of those files in a folder that this program did not write."""
+    """Return the names of the files in a folder that this program did not write.
+
+    By default, the summary is read from the folder.
+    """
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         return sorted(names - {EARLIER} - (own_names(summary) if summary else _ours(folder))) if names else []
@@ -148,7 +151,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Remove the hidden files that a killed run left behind, and restore the previous folder."""
+    """Remove the hidden files of a killed run. If the killed run had renamed `folder`, rename it back."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with locked(folder):
@@ -156,7 +159,7 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise an error if the path of a folder is that of a file or a link."""
+    """Raise RequestError if the path of a result folder, or of its subfolder `EARLIER`, is a file or a link."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
@@ -173,22 +176,23 @@ def _lock_of(folder: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
-    """Lock a folder or file against other runs, and yield the name of its hidden files.
+    """Lock a folder or file against other runs, and yield the prefix for the names of its hidden files.
 
     Parameters
     ----------
     patience
-        Maximum waiting time for another run [s] (default: `PATIENCE`).
+        Maximum time to wait for another run [s] (default: `PATIENCE`).
 
     Raises
     ------
     RequestError
-        Another run has the lock, or the folder cannot be created.
+        Another run still has the lock after this time, or the lock file or the parent folder cannot be created.
     """
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    left = (PATIENCE if patience is None else patience) / PAUSE  # attempts are counted, because the computer may sleep
+    # count attempts instead of measuring time: the computer may sleep while it waits
+    left = (PATIENCE if patience is None else patience) / PAUSE
     lock = None
     try:
         try:
@@ -212,11 +216,11 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
                 _release(path, lock, folder, hidden)
             for place in fresh:
                 with suppress(OSError):
-                    place.rmdir()  # if it is empty
+                    place.rmdir()  # fails if the folder contains files
 
 
 def _mark(lock: int, folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a killed run, if any, and write the hidden name of this run to the lock file."""
+    """Remove the hidden files of a killed run, if any. Write the prefix `hidden` of this run to the lock file."""
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
         _clean(folder, before)
@@ -226,22 +230,22 @@ def _mark(lock: int, folder: Path, hidden: str) -> None:
 
 
 def _release(path: Path, lock: int, folder: Path, hidden: str) -> None:
-    """Release a lock. The lock file is removed too, unless hidden files remain."""
+    """Release a lock. Remove the lock file if no hidden files remain."""
     with suppress(OSError):
-        folder.with_name(f"{hidden}.part").unlink()  # an unfinished file
+        folder.with_name(f"{hidden}.part").unlink()  # the unfinished file, if any
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # must precede the release: a waiting run checks that the file exists
+            path.unlink()  # before the release: a waiting run checks whether the file still exists
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """Return the open, locked file and an empty text.
+    """Try to lock a file. Return the descriptor of the open file, or None if another run has locked the file.
 
-    If another run has locked the file, return None and words to append to the error message. The operating system
-    releases the lock when the process ends.
+    The second value is a text to append to the error message of the caller. It is empty if there is nothing to add. The
+    operating system releases the lock when the process ends.
     """
     lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
@@ -251,11 +255,11 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # no locks on this system; the runs still have different hidden names
+    except ImportError:  # without locks, the hidden files of different runs still have different names
         return lock, ""
     except OSError:  # a file system without locks, such as a network drive
         os.close(lock)
-        if _owned(path):  # open again, because the previous owner may have removed the file
+        if _owned(path):  # open the file again, because the previous owner may have removed it
             return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), ""
         return None, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
     with suppress(OSError):
@@ -266,10 +270,10 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Create the file that replaces a lock.
+    """Create the file that replaces a lock (suffix `OWNER`). Return False if the file already exists.
 
-    Return False if the file exists, so that the caller has to wait. If the process that created it ran on this computer
-    and has ended, the file is also removed, so that the next attempt succeeds.
+    An existing file is removed if the process that created the file ran on this computer and has ended. The next
+    attempt then succeeds.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -297,10 +301,10 @@ def _runs(number: int) -> bool:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a folder.
+    """Remove the hidden files of a result folder.
 
-    If the new folder is not in place, the old folder is restored. Otherwise, files that exist only in the old folder
-    are moved into the new one, see `complete`.
+    `hidden` is the prefix of their names. If there is no folder with the final name, the old folder gets this name
+    again. Otherwise, files that exist only in the old folder are moved into the new folder, see `complete`.
     """
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
@@ -313,16 +317,16 @@ def _clean(folder: Path, hidden: str) -> None:
         return
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
-            place.chmod(0o700)  # allows read-only files to be removed
+            place.chmod(0o700)  # files in a read-only folder could not be removed
     others = {*foreign(old), EARLIER}
-    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # files of others first
+    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # files of the user first
         if not (folder / entry.name).exists():
             _move(entry, folder if entry.name in others else folder / EARLIER)
     shutil.rmtree(old, ignore_errors=True)
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder. A number is appended to the name if the name exists there."""
+    """Move a file or folder into a folder. If the name already exists in this folder, append a number to the name."""
     folder.mkdir(exist_ok=True)
     place, number = folder / entry.name, 1
     while place.exists() or place.is_symlink():
@@ -332,9 +336,9 @@ def _move(entry: Path, folder: Path) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Return the names of those files in a folder that this program has written, as listed in the summary.
+    """Return the names of the files in a folder that this program has written, as listed in the summary.
 
-    If the summary cannot be read, return the names of those files that have a name which this program uses.
+    If the summary is not valid JSON, return the names of the files that are named like files of this program.
     """
     known = summary_in(folder)
     if known is None:
@@ -344,7 +348,7 @@ def _ours(folder: Path) -> set[str]:
 
 
 def _move_aside(folder: Path) -> None:
-    """Rename files of this program that the user has edited."""
+    """Find files of this program that the user has edited, and rename them to `NAME.edited.EXT`."""
     for name in changed(folder):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
@@ -360,7 +364,7 @@ def _written() -> set[str]:
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise an error if files that this program did not write have the names of new files."""
+    """Raise RequestError if a new file has the same name as a file that this program did not write."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)

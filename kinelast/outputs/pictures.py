@@ -1,4 +1,4 @@
-"""Pictures of a scene: deflected mechanism, charts, films, and drawings for other programs."""
+"""Pictures of a scene (a mechanism with its motion): deflected mechanism, charts, films, and drawings for CAD."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
 
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12  # approximate number of positions at which the links are drawn faintly
+GHOSTS = 12  # approximate number of positions at which undeformed links are drawn faintly
 FOOT = 0.3  # [in] space for the length scale below the mechanism
 EDGE = 0.06  # [in] margin around parts that extend beyond the frame
 SHARE = 0.08  # drawn size of the largest displacement / size of the mechanism
-MIN_NAMED = 6  # a link gets a name if its length / size of the symbols is larger
-STATIONS = np.linspace(0.0, 1.0, 25)
+MIN_NAMED = 6  # a link gets a name if (its longest line / size of the symbols) is larger
+STATIONS = np.linspace(0.0, 1.0, 25)  # points of a deflected beam / length of the beam
 
 
 def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
@@ -50,7 +50,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
     Returns
     -------
-    An `<svg>` element, and the factor by which displacements are drawn larger.
+    An `<svg>` element, and the factor that multiplies the displacements in the picture.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -107,7 +107,7 @@ def position_of_largest(results: Results) -> int:
 
 
 def _extend_limits(axes: Axes, scale: float) -> None:
-    """Enlarge the drawing to include the deformed shape, symbols and texts. `scale` is in inches per metre."""
+    """Enlarge the picture to include the deflected links, symbols and texts. `scale` is in inches per metre."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -117,7 +117,7 @@ def _extend_limits(axes: Axes, scale: float) -> None:
     (left, right), (foot, top) = axes.get_xlim(), axes.get_ylim()
     boxes = [to_metres.transform(text.get_window_extent(renderer).get_points()) for text in axes.texts]
     every = np.concatenate([[(left, foot), (right, top)], axes.dataLim.get_points(), *boxes])
-    every = every[np.isfinite(every).all(axis=1)]  # singular positions are nan
+    every = every[np.isfinite(every).all(axis=1)]  # coordinates are nan at a singular position
     edge = EDGE / scale * (every.min(axis=0) < (left, foot)), EDGE / scale * (every.max(axis=0) > (right, top))
     low, high = every.min(axis=0) - edge[0], every.max(axis=0) + edge[1]
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -125,7 +125,10 @@ def _extend_limits(axes: Axes, scale: float) -> None:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Return a round factor that makes the largest displacement clearly visible; 0 if displacements are unknown."""
+    """Return a round factor by which to enlarge displacements, so that the largest one is clearly visible.
+
+    Return 0 if a link buckles, because the displacements are then unknown.
+    """
     if results.buckles:
         return 0.0
     cycle = results.cycle
@@ -135,12 +138,12 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Return displacements times a factor, or zeros if the factor is 0, even if displacements are nan."""
+    """Return displacements multiplied by a factor. If the factor is 0, return zeros, even for nan."""
     return factor * values if factor else np.zeros_like(values)
 
 
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
-    """Return the drawing of the mechanism at a position, with displacements enlarged by a factor."""
+    """Return the picture of the mechanism at a position, with displacements enlarged by a factor."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     marks, motion = results.cycle.once(display_list), results.motion
     thin = list(_links(results, position)) if factor else []
@@ -156,7 +159,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the positions of the moving points, including the enlarged displacements, by link and point."""
+    """Return the positions of points on moving links, including the enlarged displacements, by link and point."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -234,7 +237,7 @@ def _span(line: Any) -> float:
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw the length scale and, as text, the factor by which displacements are drawn larger."""
+    """Draw the length scale and, as text, the factor that multiplies the displacements."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -259,13 +262,13 @@ def write_stills(folder: Path, results: Results) -> None:
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
 
 
-MIN_FREE = 1_000_000  # [bytes] encoders write in blocks, and fail if less space is free
+MIN_FREE = 1_000_000  # [bytes] with less free space, a failed film is reported as a full disk
 
 
 def write_dxf(path: Path, results: Results) -> None:
     """Write a drawing of the links in the first position, with outlines, holes and paths of points, as DXF and SVG.
 
-    The drawings have true size, in inches if the report uses inches, otherwise in millimetres.
+    The drawings have true size. The unit is the inch if the report uses inches, otherwise the millimetre.
     """
     from exchange import DrawnLink, dxf_text, svg_text
 
@@ -286,7 +289,7 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # a name with a space is that of the block of a slot, which is not drawn
+        if " " not in link.name  # the block of a slot has a name with a space; blocks are not drawn
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
@@ -311,7 +314,7 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
 
 
 def _holes(scene: Scene) -> dict[str, float]:
-    """Return the known diameters of holes [m] by joint, from the eye, the pin or the plain bearing."""
+    """Return the known diameters of holes [m] by joint: of the eye, otherwise of the pin or the plain bearing."""
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
     return {
         name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
@@ -319,7 +322,7 @@ def _holes(scene: Scene) -> dict[str, float]:
 
 
 def require_rendering() -> None:
-    """Raise `RequestError` if this computer cannot render."""
+    """Raise RequestError if this computer cannot render, or ModuleNotFoundError if a package is missing."""
     from animations import RenderingUnavailable, probe
 
     for name in ("pyvista", "vtkmodules"):  # the probe would report a missing package as a missing driver
@@ -355,7 +358,10 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """Return an error with a message of the operating system, because that of the encoder is a command line."""
+    """Return the error of a failed film with a readable message.
+
+    The message of the encoder itself is only its command line.
+    """
     if error.errno not in (None, errno.EPIPE):
         return error
     if shutil.disk_usage(target.parent).free < MIN_FREE:
@@ -369,5 +375,6 @@ def style_of(scene: Scene, request: Request) -> Style:
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}  # polygon
+    # a polygon has at least three corners
+    outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}
     return Style(title=scene.title, outlines=outlines, marks=symbols_of(scene), look=request.style, **given)

@@ -14,16 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
 LINK_ZORDER = 3  # zorder of the lines that represent links; all other lines and patches count as thin lines
-SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))
-AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # tried distances from a point or line / size of the symbols
+SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))  # tried directions from a point, the best first
+AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # tried distances from a point or line / symbol size
 SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # tried positions of a name along its line / length of the line
-# costs of a name that crosses a thin line, needs a leader line, or covers a link or name [pixels of hidden line]
+# costs of each crossed thin line, of a leader line, and of each covered link or name
+# each hidden pixel of a thin line costs 1
 CROSSING, ASTRAY, COVER = 10.0, 100.0, 1e4
-LEADER = 1.0  # a name gets a leader line if its distance from its line / size of the symbols is larger
-MIN_NEARER = 4.0  # [pixels] the name of a point gets a leader line unless other points are farther away by this
+LEADER = 1.0  # the name of a line gets a leader line if (length of the leader line / symbol size) is larger
+MIN_NEARER = 4.0  # [pixels] see `_astray`
 LEADER_GAP = 1.5  # [pixels] gap between a name and its leader line
 SAME_PLACE = 1.0  # [pixels] points that are closer together count as one place
-LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] smallest distance of a name from a link, and from a thin line
+LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] a name covers a link, or crosses a thin line, if it is nearer
 
 
 class PlacedName(Struct, frozen=True, eq=False):
@@ -56,7 +57,7 @@ class PlacedName(Struct, frozen=True, eq=False):
 
 
 def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: Any) -> None:
-    """Move names to their best positions.
+    """Move names to their best positions, and draw leader lines.
 
     Names of points are placed first. Names of lines that would cover a link or another name are removed.
 
@@ -77,7 +78,7 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
     own = {id(name.text) for name in named}
     taken = [_box(text) for text in axes.texts if id(text) not in own]
     links, thin = (to_pixels(lines) for lines in _lines(axes, behind))
-    lines: list[tuple[Any, int, float]] = []  # leader lines: line, index in `taken`, smallest length [pixels]
+    lines: list[tuple[Any, int, float]] = []  # leader lines: named line, index in `taken`, minimum length [pixels]
     points = np.array([to_pixels(np.asarray(name.line))[0] for name in named if name.always], complex)
     for name in named:
         half = _box(name.text)[1]
@@ -105,12 +106,12 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
 
 
 def _astray(middles: Any, half: complex, point: complex, points: Any) -> Any:
-    """Return, for candidate positions of the name of a point, whether the name might seem to belong to another point.
+    """Return, for each candidate position of the name of a point, whether the name seems to belong to another point.
 
-    This is the case if the name is not clearly nearer to its own point.
+    This is true if (distance to another point) < (distance to the named point) + `MIN_NEARER`.
 
-    `middles` are the candidate centres of the name, `half` is half the size of the name, `point` is its point, and
-    `points` are all named points. Other points at the same place as `point` are ignored. All lengths are in pixels.
+    `middles` are the candidate centres of the name, and `half` is half its size. `point` is the named point, and
+    `points` are all points with names. Other points at the place of `point` are ignored. All lengths are in pixels.
     """
     others = points[abs(points - point) > SAME_PLACE]
     own, *away = (_away(middles, half, each) for each in (point, *others))
@@ -118,16 +119,16 @@ def _astray(middles: Any, half: complex, point: complex, points: Any) -> Any:
 
 
 def _away(middles: Any, half: complex, point: complex) -> Any:
-    """Return the distance of a point from each box, given by the centres and half the size of the boxes."""
+    """Return the distance of a point from each box. `middles` are the centres, and `half` is half the size of a box."""
     way = middles - point
     return np.hypot(np.maximum(abs(way.real) - half.real, 0.0), np.maximum(abs(way.imag) - half.imag, 0.0))
 
 
 def _draw_leader(axes: Axes, line: Any, box: tuple[complex, complex], others: Any, least: float) -> None:
-    """Draw a leader line from a name to the line or point that it names, if it would be longer than `least`.
+    """Draw a leader line from a name to the named line or point if the leader line is longer than `least`.
 
-    `box` is the centre and half the size of the name. `others` are the boxes of other names, which the leader line must
-    not cross. All lengths are in pixels.
+    `box` contains the centre and half the size of the name. `others` are the boxes of other names. A leader line that
+    would cross another name is not drawn. All lengths are in pixels.
     """
     middle, half = box
     feet = np.interp(np.linspace(0.1, 0.9, 9), np.linspace(0.0, 1.0, len(line)), line) if len(line) > 1 else line
@@ -150,9 +151,9 @@ def _box(text: Text) -> tuple[complex, complex]:
 
 
 def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
-    """Return the ends of the line segments of links, and those of all other lines, as complex numbers [m].
+    """Return two arrays with the ends of line segments, as complex numbers [m], shape (segments, 2).
 
-    Both arrays have the shape (segments, 2).
+    The first array contains the lines of links. The second array contains all other lines, including `behind`.
     """
     links: list[Any] = []
     thin: list[Any] = [*behind]
@@ -169,7 +170,7 @@ def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
 def _hidden(lines: Any, middles: Any, half: complex) -> Any:
     """Return the length of each line inside each box [pixels], shape (lines, boxes).
 
-    The boxes are given by their centres and half their size.
+    `middles` are the centres of the boxes, and `half` is half the size of a box.
     """
     start, course = lines[:, 0, None] - middles, (lines[:, 1] - lines[:, 0])[:, None]
     first, last = np.zeros(start.shape), np.ones(start.shape)

@@ -19,8 +19,8 @@ from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
-PROFILE = 1440  # number of points of the profile of a cam, four per degree
-PER_TIME = ("", "/s", "/s^2")  # unit suffixes of a coordinate, of its rate, and of its acceleration
+PROFILE = 1440  # number of points of a cam profile, four per degree
+PER_TIME = ("", "/s", "/s^2")  # unit suffixes of a coordinate, a rate and an acceleration
 
 
 def position_table(results: Results) -> Table:
@@ -54,9 +54,9 @@ def position_table(results: Results) -> Table:
 def cam_tables(scene: Scene) -> dict[str, Table]:
     """Return a table with the profile of each cam over one turn, by file name.
 
-    Coordinates are in the axes of the cam, which coincide with those of the ground at the start. The rows are in the
-    order in which the follower passes over the profile. The table also contains the pitch curve if the follower has a
-    roller, and the second flank `outer` of a groove.
+    Coordinates are in the axes of the cam. At the start, these axes coincide with the axes of the ground. The rows are
+    in the order in which the follower passes over the profile. The table also contains the pitch curve if the follower
+    has a roller, and the flank `outer` if the cam is a groove.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -79,8 +79,8 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 def motion_table(results: Results) -> Table:
     """Return the table motion.csv, in the units of the report.
 
-    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts come from the
-    answer, which includes the deformation of the links.
+    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts (moments or
+    forces of the drives) come from the deflection analysis.
     """
     motion = results.motion
     columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
@@ -90,8 +90,8 @@ def motion_table(results: Results) -> Table:
 def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
     """Return the columns of a rigid motion with their units, by name: drives, links, points and joints.
 
-    In the names of the columns, `theta` is the angle of a link, without jumps of a full turn. `angle` or `slide` is the
-    coordinate of a drive or joint.
+    In the names of the columns, `theta` is the angle of a link, without jumps of a full turn. The coordinate of a drive
+    or joint is called `angle` if it turns, and `slide` if it slides.
     """
     links = motion.mechanism.links
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
@@ -136,10 +136,10 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Return the force [N] and moment [N m] with which each joint acts on each of its links, by joint and link number.
+    """Return the force [N] and moment [N m] of each joint on each connected link, by joint name and link number.
 
-    Forces are complex numbers. If more than two links meet at a pin, force and moment are the total action of the pin
-    on the link. The moment is 0 if the joint transmits no moment.
+    Forces are complex numbers. If more than two links meet at a pin, force and moment are the total load of the pin on
+    the link. The moment is 0 if the joint transmits no moment.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -151,7 +151,10 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
 
 
 def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the columns with joint forces in the axes of ground and link, joint moments, and shaking loads."""
+    """Return the columns with joint forces, joint moments, and the shaking force and moment on the ground.
+
+    Joint forces are given in the axes of the ground and in the axes of the link.
+    """
     motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
     for (name, link), (force, moment) in joint_loads(results).items():
@@ -198,16 +201,17 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Append the rows of a table to a CSV file. If they are the first rows, write the headings before them."""
+    """Append the rows of a table to a CSV file. If `first` is true, write a new file with headings."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 
 
 class FieldFile:
-    """Writes all fields at equally spaced stations to a numpy file (npz), chunk by chunk.
+    """Numpy file (npz) with the main fields (quantities along beams), written chunk by chunk.
 
-    The arrays are `t` [s], shape (positions,), and for each beam `LABEL/x` [m], shape (stations,), and the main fields,
-    such as `LABEL/N`, shape (positions, stations). Temporary files collect the chunks.
+    The array `t` contains the times [s], shape (positions,). For each beam, `LABEL/x` contains equally spaced stations
+    [m], shape (stations,). Each field of a beam is an array such as `LABEL/N`, shape (positions, stations). Temporary
+    files collect the chunks.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:
@@ -247,7 +251,7 @@ class FieldFile:
 
 
 def write_fields(path: Path, results: Results, stations: int) -> None:
-    """Write the fields of a run, see `FieldFile`."""
+    """Write the main fields of a run to a file, see `FieldFile`."""
     file = FieldFile(path, len(results.motion.time), stations)
     file.add(results)
     file.close()

@@ -1,4 +1,4 @@
-"""Printed page as PDF: verdict, picture, main figures, limits, assumptions and checks."""
+"""Printed page as PDF: verdict, picture, main results, limits, assumptions and checks."""
 
 from collections.abc import Iterator
 from datetime import date
@@ -31,15 +31,15 @@ from kinelast.scene.reading import GOOD, Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
 WIDTH = PAPER.real - 2 * MARGIN  # [in]
-LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in]
+LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in] smallest and largest height of the picture, and gap around it
 LINE = 1.35  # line spacing / font size
-MOST_LIMITS = 12
+MOST_LIMITS = 12  # maximum number of limits on the page
 MOST_LINES = 3  # maximum number of lines of the title and of the source
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 
 class Paragraph(Struct, frozen=True, dict=True):
-    """A paragraph with its font size [pt], colour and weight, and the height of the space above it [in]."""
+    """A paragraph with font size [pt], colour, weight, space above [in], and maximum number of lines."""
 
     words: str
     size: float = 8.5
@@ -75,7 +75,7 @@ class Paragraph(Struct, frozen=True, dict=True):
 
 
 def write_page(path: Path, results: Results, report: Report) -> None:
-    """Write the page as PDF. The picture fills the space between the paragraphs."""
+    """Write the page as PDF. The picture fills the space between the upper and the lower paragraphs."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
@@ -95,7 +95,10 @@ def write_page(path: Path, results: Results, report: Report) -> None:
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs from the height `top` [in] downwards. Return the height of the end of the last one [in]."""
+    """Write paragraphs below the position `top`. Return the position of their lower edge.
+
+    Both positions are measured from the lower edge of the paper [in].
+    """
     for each in paragraphs:
         top -= each.above
         for line in each.lines:
@@ -123,7 +126,7 @@ def _head(report: Report) -> Iterator[Paragraph]:
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
-    """Yield the main figures, limits, assumptions and checks, and the checksum of the scene."""
+    """Yield the main results, limits, assumptions and checks, and the checksum of the scene."""
     yield from (Paragraph(words) for words in _figures(report))
     rows = limit_rows(report)
     if rows:

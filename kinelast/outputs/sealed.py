@@ -1,4 +1,4 @@
-"""Summary of a result folder, with its origin and the checksums of all files."""
+"""Summary of a result folder (summary.json), with the origin of the results and the checksums of all files."""
 
 import hashlib
 import json
@@ -17,9 +17,9 @@ SUMMARY = "summary.json"
 
 
 def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Origin:
-    """Return the origin of a report, i.e. all inputs that determine its content.
+    """Return the origin of a report: the checksums of the input files, and the options.
 
-    `files` contains the texts of the files to which the scene refers, by name.
+    `content` is the scene file. `files` contains the texts of the files to which the scene refers, by name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
     digests = beside_digests(files).get("beside", UNSET)
@@ -27,7 +27,10 @@ def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Ori
 
 
 def beside_digests(files: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Return the checksums of the files to which a scene refers, as an entry of the origin of a report."""
+    """Return the entry `beside` of the origin of a report: the checksums of the files to which the scene refers.
+
+    Return an empty dictionary if the scene refers to no files.
+    """
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     return {"beside": digests} if digests else {}
 
@@ -52,12 +55,12 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
 
 def seal(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the summary of a folder with the size and checksum of each file. All other files must exist already.
+    """Write the summary of a folder, with the size and checksum of each file. Call this after writing all other files.
 
     Returns
     -------
     dict
-        The summary as written, including the size of its own file.
+        The written summary, with the size of summary.json added.
     """
     whole = {**summary, "files": sizes(folder)}
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
@@ -114,10 +117,9 @@ def _own_digest(summary: Mapping[str, Any]) -> str:
 
 
 def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """Return the summary of a folder if a run with this origin and version completed it, otherwise None.
+    """Return the summary of a folder if a finished run had the origin `made` and the current version, otherwise None.
 
-    If files of a matching folder have changed, are missing or are unreadable, the second value says so. Otherwise it is
-    empty.
+    The second value says which file of the folder has changed, is missing or is unreadable; otherwise it is empty.
     """
     before = summary_in(folder)
     if before is None:
@@ -142,7 +144,7 @@ def own_names(summary: Mapping[str, Any]) -> set[str]:
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the sizes of the files that a summary lists, by name. Invalid entries are ignored."""
+    """Return the sizes of the files that a summary lists, by file name. Invalid entries are ignored."""
     files = summary.get("files")
     names = files if isinstance(files, (dict, list)) else ()
     return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
@@ -151,7 +153,7 @@ def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 def summary_in(folder: Path) -> dict[str, Any] | None:
     """Return the summary in a folder.
 
-    It is empty if there is no summary by this program, and None if it is not valid JSON.
+    Return an empty dictionary if the folder has no summary by this program, and None if summary.json is not valid JSON.
     """
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Sensitivities of figures, and scatter of figures due to tolerances, as plain data, tables and bar charts."""
+"""Sensitivities and tolerance ranges of results (such as the largest stress), as plain data, tables and bar charts."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 class Bars(Struct, frozen=True):
     """A group of bars with a heading.
 
-    Each bar has a name, a size and words. A bar with a negative size points to the left.
+    Each bar in `rows` has a name, a size and a text. A bar with a negative size points to the left.
     """
 
     title: str
@@ -36,7 +36,7 @@ class Bars(Struct, frozen=True):
 
 
 def bars_svg(charts: Sequence[Bars]) -> str:
-    """Return groups of bars as SVG. Each group is scaled by its largest bar."""
+    """Return groups of bars as SVG. In each group, the largest bar has the full length."""
     parts, y = [], 0
     for chart in charts:
         parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
@@ -74,13 +74,13 @@ def _short(name: str) -> str:
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
-MOST_BARS = 12
-NAMED = 2  # number of figures that the printed sentences mention
-MIN_CHANGE = 5e-6  # smaller changes, relative to the figure, are not drawn
+MOST_BARS = 12  # maximum number of bars and sentences for each result
+NAMED = 2  # number of results that the printed sentences mention
+MIN_CHANGE = 5e-6  # smallest change that is reported / value of the result
 
 
 class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
-    """Sensitivities with the variables, the unit of each figure, the step of each variable, and the display units."""
+    """Sensitivities with the variables, the unit of each result, the step of each variable, and the display units."""
 
     result: Sensitivities
     variables: Sequence[Variable]
@@ -90,16 +90,16 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def change(self) -> Reals:
-        """Changes in the figures due to the steps of the variables, shape (figures, variables)."""
+        """Changes in the results due to the steps of the variables, shape (results, variables)."""
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
-        """Return words on the step of a variable."""
+        """Return the step of a variable as text."""
         step, unit = self.steps[column], self.variables[column].unit
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """Return words on the change in a figure due to the step of a variable."""
+        """Return the change in a result due to the step of a variable as text."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
@@ -107,7 +107,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
         return f"{_signed(size, change)}{share}"
 
     def ranked(self, row: int) -> list[int]:
-        """Return the indices of the variables that change a figure, in the order of decreasing change."""
+        """Return the indices of the variables that change a result, the variable with the largest change first."""
         sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
         least = MIN_CHANGE * abs(float(self.result.figure[row]))
         return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
@@ -119,7 +119,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
         return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
 
     def sentences(self, row: int, most: int) -> list[str]:
-        """Return sentences about the variables that affect a figure most."""
+        """Return sentences about the `most` variables that change a result most."""
         return [self.sentence(row, column) for column in self.ranked(row)[:most]]
 
 
@@ -128,7 +128,7 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
-    """Return sensitivities as plain data for JSON. The entry `words` contains sentences on the largest ones."""
+    """Return sensitivities as plain data for JSON. The entry `words` contains sentences about the largest ones."""
     result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
@@ -170,7 +170,7 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
 
 
 def sensitivity_table(shown: PrintedSensitivities) -> Table:
-    """Return a table of derivatives, their errors, logarithmic derivatives, kinks, and changes due to the steps."""
+    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes due to the steps."""
     result = shown.result
     sides = (
         result.slope,
@@ -202,7 +202,7 @@ def sensitivity_table(shown: PrintedSensitivities) -> Table:
 
 
 def sensitivity_bars(shown: PrintedSensitivities) -> str:
-    """Return the largest changes in each figure due to the steps of the variables as bars in SVG."""
+    """Return the largest changes in each result due to the steps of the variables as bars in SVG."""
     result, charts = shown.result, []
     for row, name in enumerate(result.figures):
         size = quantity(float(result.figure[row]), shown.units[name], shown_in=shown.shown_in)
@@ -220,9 +220,10 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
-    """Return the ranges of figures as plain data for JSON.
+    """Return the ranges of results due to tolerances as plain data for JSON.
 
-    The entry `words` contains sentences on the first figures.
+    The entry `words` contains sentences about the output errors or, without an output, about the first results. It also
+    states how many machines meet all limits.
     """
     numbers = [
         {
@@ -252,7 +253,7 @@ def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> d
 
 
 def _kept_words(kept: KeptShare) -> str:
-    """Return words on the share of machines that meet all limits."""
+    """Return a phrase about the percentage of machines that meet all limits."""
     plain = f"{percent(kept.plain)} without"
     beyond = "" if math.isnan(kept.beyond) else (
         f"; the limit of the output applies to its deflection: including geometry, {percent(kept.beyond)} of machines"
@@ -266,7 +267,7 @@ def _kept_words(kept: KeptShare) -> str:
 
 
 def _range_words(name: str, sampled: Scatter, unit: str, shown_in: DisplayUnits) -> str:
-    """Return words on the range of a figure."""
+    """Return a phrase about the range of a result."""
     low, median, high = (
         quantity(value, unit, shown_in=shown_in) for value in (sampled.low, sampled.median, sampled.high)
     )
@@ -296,12 +297,16 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """Return the value of a figure for the nominal scene and its error, from the full answer; nan if unknown."""
+    """Return the nominal value of a result by the full deflection analysis, and its error; nan if unknown."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """Return a table of values, first-order ranges, sampled ranges, and the share of each variable in the variance."""
+    """Return a table of values, first-order ranges, sampled ranges, and the contributions to the variance.
+
+    A contribution (Sobol index) is the fraction of the variance of a result that is due to the tolerance of one
+    variable, first without and then including interactions with other variables.
+    """
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
             *SAMPLED, *(f"share of {name}" for name in names),
@@ -317,7 +322,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
 
 
 def tolerance_bars(result: ToleranceResult, shown_in: DisplayUnits = SI) -> str:
-    """Return the share of each variable in the variance of each figure as bars in SVG."""
+    """Return the contribution of each variable to the variance of each result, in per cent, as bars in SVG."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
         sampled, unit = result.sampled[name], result.units[name]

@@ -1,4 +1,4 @@
-"""Drawing of a mechanism on matplotlib axes: links, marks of the display list, and names."""
+"""Picture of a mechanism on matplotlib axes: links, symbols (marks of the display list), and names."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": 
 """Colours of marks by name."""
 ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links have the zorder 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
-FLAT = 1e-6
+FLAT = 1e-6  # the outline of a link omits a corner if 2 * triangle area <= FLAT * (extent of all points)^2
 
 
 class MechanismAxes:
-    """Drawing of a mechanism in one posture.
+    """Picture of a mechanism in one posture.
 
     Parameters
     ----------
     places
         Positions of points [m] by link and point (default: positions of the points in the posture `here`).
     extent
-        Corners of the drawing [m], which determine the size of the symbols.
+        Two opposite corners of the mechanism [m], which determine the size of the symbols.
     marks
         Display list (default: the marks of the mechanism in the posture `here`).
     x_axis
-        Function that returns the direction of the x axis of a mark that has `x_axis_of` (default: the direction in the
-        posture `here`).
+        Function that returns the direction of the x axis of a mark. It is used only for marks with `x_axis_of`
+        (default: the direction in the posture `here`).
     thin
         Thin lines behind the links [m], which the names avoid if possible.
     """
@@ -96,7 +96,7 @@ class MechanismAxes:
 
     def draw(self) -> None:
         """Draw all parts from back to front."""
-        # the longest link first, so that short links are drawn on top of it
+        # draw the longest link first, so that short links are in front of long links
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
@@ -130,14 +130,14 @@ class MechanismAxes:
             self.name(name, spots, color=color, fontsize=10)
 
     def name(self, words: str, line: Any, always: bool = False, **style: Any) -> None:
-        """Add the name of a line or a point. `place_names` later moves it to its final position."""
+        """Add the name of a line or a point. `place_names` later moves the name to its final position."""
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         text = self.axes.text(*_xy(line[0]), words, **{**style, "fontsize": self.letters * style["fontsize"]})
         self.names.append(PlacedName(text, line, always))
 
     def place_names(self) -> None:
-        """Place all names. The size and the limits of the axes must be final."""
+        """Place all names. Call this when the size and the limits of the axes are final."""
         place_names(self.axes, self.names, self.unit, self.thin)
 
     def _mark(self, mark: Mark) -> None:

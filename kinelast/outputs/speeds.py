@@ -1,4 +1,4 @@
-"""Results as a function of the drive speed: table, plot, plain data and sentences."""
+"""Results at several speeds of a drive: table, plot, plain data and sentences."""
 
 import math
 from collections import Counter
@@ -22,14 +22,18 @@ from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.scene.reading import known
 
-NEAR = 0.002  # relative accuracy to which the limit speed is found
-MAX_DISTANCE = 0.05  # a peak explains large errors at speeds within this relative distance
+NEAR = 0.002  # relative accuracy of the limit speed
+MAX_DISTANCE = 0.05  # a peak explains large errors at a speed if |speed of the peak / speed - 1| is at most this
 LABEL_ROOM = 0.04  # width of the label of a peak / width of the speed range
 UNITS = dict(zip(FIGURE_OF_FIELD, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
-    """Return a table with a row for each speed: largest values with and without vibration, growth, errors, figures."""
+    """Return a table with a row for each speed.
+
+    The columns are the largest deflections and stresses with and without vibration, the growth of vibration, the
+    verdict, further results, and errors.
+    """
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
     of_fields = {key: name for name, key in FIGURE_OF_FIELD.items()}
@@ -70,9 +74,10 @@ PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: 
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Plot chord deflection, stress and the limited figure as functions of the speed, as SVG.
+    """Plot chord deflection, stress and the value that limits the speed as functions of the drive speed, as SVG.
 
-    The limited figure is the one that determines the limit speed. Peaks and the limit speed are marked.
+    The deflection is also plotted if it is limited. Peaks, speeds without a steady state, and the limit speed are
+    marked.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -128,7 +133,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
 
 
 def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
-    """Label peaks with harmonic and mode, the highest peaks first. A label that would overlap another is left out."""
+    """Label peaks with harmonic and mode, the highest peaks first. Leave out labels that would overlap others."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
     sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
@@ -239,16 +244,19 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """Return words on the vibrating mode and the harmonic of the drive that excites it.
+    """Return a phrase about the vibrating mode and the harmonic of the cycle that excites this mode.
 
-    A mode is named after the beam that bends most in it.
+    The phrase names the beam with the largest strain energy in this mode.
     """
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.beam_names[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.coincides else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Return words on the limit that fails or the link that yields above the limit speed, and on the resonance."""
+    """Return a phrase about the limit that fails, or the link that yields, above the limit speed.
+
+    The phrase also names the resonance at this speed, if there is one.
+    """
     if limit.limit is None:
         return "no steady state exists: vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
@@ -263,7 +271,7 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the item that fails to meet the limit; empty for the whole machine."""
+    """Return the name of the item (such as a link) that violates the limit; empty for the whole machine."""
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
@@ -317,9 +325,9 @@ def _outcome(result: Speeds, scene: Scene) -> str:
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
-    """Yield a sentence about the speeds at which the error exceeds the accuracy.
+    """Yield a sentence about the speeds at which the error exceeds the requested accuracy.
 
-    It names a resonance near the speed with the largest error, if there is one.
+    The sentence names a resonance near the speed with the largest error, if there is one.
     """
     wanted = scene.theory.wanted
     missed = np.flatnonzero(result.error > wanted)

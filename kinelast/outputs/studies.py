@@ -118,12 +118,12 @@ def _limits(solved: OptimumResult) -> list[OptimumLimit]:
 
 
 def _theory(solved: OptimumResult) -> str:
-    """Return the name of the theory by which the full answer of the best design was computed."""
+    """Return the name of the theory of the full deflection analysis of the best design."""
     return solved.answer.theory if solved.answer and solved.answer.theory else QUASI_STATIC
 
 
 def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
-    """Return the goal figure of the full answer, and its error; None if unknown."""
+    """Return the optimized value by the full deflection analysis, and the error of this value; None if unknown."""
     value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
     return known(value), known(error)
 
@@ -136,7 +136,7 @@ def _verdict(solved: OptimumResult, shown_in: DisplayUnits) -> Verdict:
 
 
 def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
-    """Return sentences about an optimum."""
+    """Return sentences about the best design."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
     found = _verdict(solved, shown_in)
@@ -170,9 +170,9 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
 
 
 def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return words on the goal figure of the full answer.
+    """Return a phrase about the optimized value by the full deflection analysis.
 
-    They are empty if the full answer is quasi-static too, unknown or exact.
+    The phrase is empty if this analysis is quasi-static, like the search, or if the value is unknown or exact.
     """
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
@@ -182,7 +182,7 @@ def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return words on the limits that the best design violates, and by how much."""
+    """Return a phrase about the limits that the best design violates, with the violations in per cent."""
     violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -199,7 +199,7 @@ def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def optimum_table(best: OptimumReport) -> Table:
-    """Return a table with rows for the goal, the variables and the limits."""
+    """Return a table of the optimum, with rows for the goal, the variables and the limits."""
     goal = (best.goal, best.figure, best.unit, best.before, best.value)
     rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, best.in_full, best.error, None)]
     for each in best.variables:
@@ -232,7 +232,7 @@ def write_studies(
     part
         Folder for the files.
     document
-        Document of the scene or, if an optimum was requested, of its best design.
+        Document of the scene. If an optimum was requested, it is the document of the best design.
     best
         Report on the best design, if an optimum was requested.
     request

@@ -23,9 +23,9 @@ from msgspec.structs import replace
 from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
 
-ROWS_OF_A_SHEET = 1_048_576
-FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # would be a formula in a spreadsheet
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # a formula after a quote, which makes it plain text
+ROWS_OF_A_SHEET = 1_048_576  # maximum number of rows of an XLSX sheet, including headings
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet would read as a formula
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # a formula after a leading quote; a spreadsheet reads it as text
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -36,8 +36,8 @@ class Column(Struct, frozen=True, eq=False):
     name, unit
         Name and unit of the column, for the heading. The unit may be empty.
     values
-        Array of numbers of shape (rows,), with nan for unknown ones. Or a sequence of strings, booleans, numbers and
-        None.
+        Either an array of numbers, shape (rows,), with nan for unknown numbers; or a sequence of strings, booleans,
+        numbers and None.
     """
 
     name: str
@@ -89,9 +89,9 @@ class Table(Struct, frozen=True, eq=False):
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return the table with only the first column and columns that match a pattern with `*` and `?`.
+        """Return a table with the first column and the columns with a name that matches a pattern.
 
-        Without patterns, all columns are kept.
+        A pattern may contain `*` and `?`. Without patterns, return all columns.
         """
         if not patterns:
             return self
@@ -99,7 +99,7 @@ class Table(Struct, frozen=True, eq=False):
         return Table((first, *(each for each in others if any(fnmatchcase(each.name, one) for one in patterns))))
 
     def rows(self) -> list[tuple[Any, ...]]:
-        """Return the rows of the table, with None in place of nan."""
+        """Return the rows of the table, with None instead of nan."""
         columns = (column.values.tolist() if column.is_numeric else column.values for column in self.columns)
         return list(zip(*([None if value != value else value for value in each] for each in columns), strict=True))  # noqa: PLR0124
 
@@ -117,7 +117,7 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
     """Return the lines of a CSV file.
 
-    If all columns contain finite floats, they are encoded together, which is faster.
+    If all columns contain only floats without infinities, encode all columns together, which is faster.
     """
     if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
@@ -194,7 +194,7 @@ def html_bytes(table: Table) -> bytes:
     ).encode()
 
 
-SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, annex L.2
+SHEET = {  # files of a workbook with one sheet: ECMA-376, part 1, annex L.2
     "[Content_Types].xml": '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
     '<Override PartName="/xl/workbook.xml"'
@@ -221,7 +221,7 @@ def xlsx_bytes(table: Table) -> bytes:
     Raises
     ------
     RequestError
-        The table has more rows than a sheet can have.
+        The table has more rows than an XLSX sheet can have.
     """
     import zipfile
 
@@ -256,7 +256,7 @@ FORMATS: dict[str, Callable[[Table], bytes]] = {
 
 
 def require_formats(names: Sequence[str]) -> None:
-    """Raise `RequestError` for an unknown format."""
+    """Raise RequestError for an unknown table format."""
     for name in names:
         if name not in FORMATS:
             raise RequestError(f'--tables: unknown format "{name}"; formats: {", ".join(FORMATS)}')

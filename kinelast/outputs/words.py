@@ -38,10 +38,10 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"
-MAX_DOUBTED = 2  # maximum number of unjudged limits and unreliable figures named in the sentence on reliability
-MAX_ITEMS = 3  # maximum number of items named for each figure in the sentence on reliability
+MAX_DOUBTED = 2  # maximum number of unjudged limits and unreliable values in the sentence on reliability
+MAX_ITEMS = 3  # maximum number of items for each unreliable value in the sentence on reliability
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
-MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are only counted
+MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are counted, not named
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
 
 
@@ -89,26 +89,26 @@ def headline(report: Report) -> str:
 def member(report: Report, label: str) -> str:
     """Return the name of the member to which the beam with a label belongs.
 
-    A member is a straight run of beams. A label that is not that of a beam is returned unchanged.
+    A member is a straight row of connected beams. If no beam has this label, return the label unchanged.
     """
     return next((str(each["member"]) for each in report.links if each["label"] == label), label)
 
 
 def least_safety(report: Report) -> tuple[str, Reading] | None:
-    """Return the smallest known safety factor of all beams, together with the name of the member."""
+    """Return the member with the smallest safety factor, and this factor; None if no factor is known."""
     known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
     label = min(known, key=lambda each: known[each].value or 0.0, default=None)
     return None if label is None else (member(report, label), known[label])
 
 
 def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
-    """Format the value of a reading, which must be known, with its unit."""
+    """Return the value of a reading with its unit as text. The value must be known."""
     assert found.value is not None
     return quantity(found.value, found.unit, digits, shown_in)
 
 
 def magnitude(found: Reading) -> Reading:
-    """Return a reading with its absolute value."""
+    """Return a copy of a reading with the absolute value."""
     return replace(found, value=None if found.value is None else abs(found.value))
 
 
@@ -118,7 +118,7 @@ def _coordinate_words(found: Reading, shown_in: DisplayUnits) -> str:
 
 
 def _motors(report: Report) -> Iterator[str]:
-    """Yield words on each drive with a motor: the largest effort of the drive, and the torque at the motor shaft."""
+    """Yield a phrase about each drive with a motor: the largest effort (moment or force), and the motor torque."""
     for name, drive in report.drives.items():
         effort, shaft = drive["effort"], drive.get("motor", {}).get("motor_torque")
         if shaft is not None and effort.value is not None and shaft.value is not None:
@@ -144,7 +144,7 @@ def _run(run: RunReport) -> Iterator[str]:
 
 
 def _reliability(report: Report) -> Iterator[str]:
-    """Yield the reasons for caution, and the number of figures with large errors."""
+    """Yield the reasons for caution, and the number of values with large errors."""
     trust = report.reliability
     if trust.level != GOOD:
         yield _reasons(trust)
@@ -153,16 +153,16 @@ def _reliability(report: Report) -> Iterator[str]:
 
 
 def _reasons(trust: Reliability) -> str:
-    """Return the worst severity in words, and the reasons for it."""
+    """Return a phrase about the worst severity, and the reasons for this severity."""
     return f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}"
 
 
 def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
-    """Return a suffix with the error in a figure.
+    """Return a suffix with the error of a value, such as " ± 3 %".
 
-    It contains no error if the error is unknown or zero. The error is given in per cent, or with its unit if it exceeds
-    the figure. A figure with a large relative error is marked "unreliable". If the figure is small relative to the
-    largest figure with the same unit, it is marked "near zero" instead.
+    An unknown or zero error is not stated. The error is given in per cent, or with its unit if it exceeds the value. A
+    large relative error is marked "(unreliable)", or "(near zero)" if the value is small relative to the largest value
+    with the same unit.
     """
     error, value = figure.error, figure.value
     if value is None:
@@ -179,7 +179,7 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
 
 
 def verdict_words(report: Report) -> str:
-    """Return words on the verdict, and on the limits that decide it or the link that buckles."""
+    """Return a phrase with the verdict, and the limits that decide the verdict or the link that buckles."""
     accepted, rows = report.acceptance, limit_rows(report)
     if report.buckles:
         return f"{accepted.verdict}: {report.buckles}"
@@ -202,9 +202,9 @@ def to_read(report: Report) -> Report:
 
 
 def trust_words(report: Report) -> tuple[str, str]:
-    """Return words on the reliability of the figures, and its level.
+    """Return a phrase about the reliability of the results, and the level of reliability.
 
-    If a link yields, figures are not called "reliable".
+    If a link yields, the phrase does not call the results "reliable".
     """
     trust, doubted = report.reliability, ", ".join(_doubted(report))
     near = ""
@@ -224,9 +224,9 @@ def trust_words(report: Report) -> tuple[str, str]:
 
 
 def _doubted(report: Report) -> list[str]:
-    """Return phrases on limits that cannot be judged and on figures with large errors.
+    """Return phrases about limits that cannot be judged, and about values with large errors.
 
-    A few are named, the rest counted.
+    If there are more than `MAX_DOUBTED` phrases, the last phrase only counts the other ones.
     """
     names, verdict = [], verdict_words(report)
     if not report.run.one_position and not report.yields:
@@ -236,12 +236,12 @@ def _doubted(report: Report) -> list[str]:
 
 
 def output_words(output: OutputReading) -> str:
-    """Return the kind and name of the output in words."""
+    """Return the kind and name of the output as text."""
     return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}"
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
-    """Return for each limit: words on figure and limit, utilisation, outcome.
+    """Return a phrase about each limit, the utilisation (None if unknown), and the outcome.
 
     The limit with the highest utilisation is first.
     """
@@ -251,7 +251,7 @@ def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
 
 
 def _limit_words(row: JudgedLimit, report: Report) -> str:
-    """Return words on the figure that a limit applies to, and on the limit."""
+    """Return a phrase with the limited value and its limit."""
     figure, shown_in = row.found, report.shown_in
     item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
@@ -261,7 +261,7 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
         name = f"{row.name} ({item})" if item else row.name
     if figure.value is None and not figure.endless:
         return name
-    bound = math.inf if row.limit.value is None else row.limit.value  # JSON has no infinity
+    bound = math.inf if row.limit.value is None else row.limit.value  # an infinite limit is None in JSON
     value, allowed = with_limit(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
@@ -278,7 +278,10 @@ def questions(report: Report) -> list[str]:
 
 
 def _theory(report: Report) -> list[str]:
-    """Return phrases on the theory, the accuracy if it is not reached, and the nonlinear and solid checks."""
+    """Return phrases about the theory, the nonlinear check and the solid check.
+
+    If the requested accuracy is not reached, they also state the accuracy.
+    """
     theory, words = report.theory, []
     if theory.error is not None and theory.reached is False:
         words.append(f"{theory.name}, {percent(theory.accuracy or 0.0)} asked, {reached_words(theory)}")
@@ -297,7 +300,7 @@ def _checks(report: Report) -> Iterator[str]:
 def further_checks(
     nonlinear: FurtherCheck | None, solid: FurtherCheck | None, shown: Callable[[str], str] = str
 ) -> Iterator[str]:
-    """Yield the results of the nonlinear and the solid check. `shown` returns the name of a beam from its label."""
+    """Yield the results of the nonlinear and the solid check. `shown` returns the name for the label of a beam."""
     for check, name in ((nonlinear, "nonlinear check"), (solid, "solid check")):
         if not check:
             continue
@@ -319,12 +322,15 @@ def further_checks(
 
 
 def _difference(row: Any) -> float:
-    """Return the relative difference that a check found for a link."""
+    """Return the relative difference of a link in a check."""
     return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:
-    """Return words on the accuracy reached instead of the requested one, and on the main cause of the error."""
+    """Return a phrase about an error that exceeds the requested accuracy.
+
+    The phrase names the main cause of the error, or the curve with the largest error.
+    """
     if theory.error is not None and theory.accuracy is not None and theory.error > theory.accuracy:
         largest = max(theory.errors, key=lambda part: theory.errors[part] or 0.0)
         return f"{percent(theory.error)} reached in the {theory.figure}: mostly {largest}"
@@ -333,7 +339,7 @@ def reached_words(theory: TheoryReport) -> str:
 
 
 def check_words(check: CheckReport) -> str:
-    """Return words on the result of the finite element check, with the largest differences."""
+    """Return a phrase about the result of the finite element check, with the largest differences."""
     if check.passed is None:
         return "check has nothing to compare"
     sizes = [] if check.largest is None else [number(check.largest, 2)]
@@ -397,7 +403,7 @@ def assumptions(report: Report) -> list[str]:
 
 
 def _place_words(mass: Mapping[str, Any], words: Callable[[Reading], str]) -> str:
-    """Return words on the position of a point mass on its link."""
+    """Return a phrase about the position of a point mass on its link."""
     offset = f"({', '.join(map(words, mass['offset']))}) from" if "offset" in mass else "at"
     return f"{offset} {mass['point']}"
 
@@ -406,7 +412,7 @@ RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", 
 
 
 def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
-    """Yield the name of each drive, with phrases on the ratings of its motor."""
+    """Yield the name of each drive, with phrases about the ratings of the motor."""
     for name, drive in report.drives.items():
         given = drive.get("motor", {}).get("given", {})
         yield (
@@ -420,7 +426,7 @@ def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
 
 
 def checked(report: Report) -> str:
-    """Return a sentence about the error and the checks of the answer."""
+    """Return a sentence about the estimated error, and about the checks of the deflection analysis."""
     theory, words = report.theory, []
     if theory.error is not None:
         worst = f" ({theory.figure})" if theory.figure else ""

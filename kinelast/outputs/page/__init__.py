@@ -1,4 +1,4 @@
-"""Self-contained HTML pages: for a scene (report.html), for many designs (designs.html), for a folder (index.html)."""
+"""Self-contained HTML pages for a scene (report.html), many designs (designs.html) and many scenes (index.html)."""
 
 import re
 import zlib
@@ -70,9 +70,10 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """Return a page with a body and scripts.
+    """Return a page in UTF-8.
 
-    Each name in double braces is replaced by the HTML in `parts` with this name.
+    `body` is the name of an HTML file in `WEB`, and `scripts` are the names of JavaScript files without extension. Each
+    name in double braces is replaced by the entry of `parts` with this name.
     """
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
@@ -90,20 +91,20 @@ def text_of(words: str) -> bytes:
 
 @cache
 def _pieces(body: str) -> list[bytes]:
-    """Return the common frame of all pages, filled with a body and split at the names in double braces."""
+    """Return the HTML of a page, split at the names in double braces. The entries with odd indices are these names."""
     shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
     return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """Return several scripts as one, without comments and indentation."""
+    """Return several scripts as one script without comments and indentation."""
     whole = "\n".join(map(script, names)).encode()
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
 
 def script(name: str) -> str:
-    """Return a script without exports, because the scripts of a page share one scope."""
+    """Return a script without `export` keywords, because the scripts of a page share one scope."""
     return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
 
 
@@ -126,9 +127,9 @@ def _packaged() -> Path | None:
 
 
 def _installed() -> Path | None:
-    """Return the folder `WEB` of the installed kinelast, or None.
+    """Return the folder `WEB` of the installed kinelast, or None if kinelast is not installed.
 
-    If Python runs in a source tree, the imported kinelast is not the installed one.
+    If Python runs in a source tree, the imported kinelast may not be the installed one.
     """
     from importlib.metadata import PackageNotFoundError, distribution  # a slow import
 
@@ -139,7 +140,7 @@ def _installed() -> Path | None:
 
 
 def _library() -> Path:
-    """Return the folder with the files of uPlot: `WEB`, its Python package, or the installed kinelast."""
+    """Return the folder with the files of uPlot: `WEB`, the package of uPlot, or `WEB` of the installed kinelast."""
     for find in (lambda: WEB, _packaged, _installed):
         if (folder := find()) and (folder / "uPlot.iife.js").is_file():
             return folder
@@ -156,7 +157,7 @@ def index_page(
 ) -> bytes:
     """Return the page for a folder with the results of many scenes, in UTF-8.
 
-    It shows the rows of summary.csv, with links to the reports.
+    The page shows the rows of summary.csv, with links to the reports.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def index_page(
     head, rows
         Content of summary.csv, with the folder of each scene in the first column.
     seconds
-        Computing times of the scenes computed in this run [s], by folder.
+        Computing times [s] of the scenes that this run has computed, by name of the folder.
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
@@ -174,8 +175,8 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # if there are more designs than this, a page shows Pareto fronts and a random selection
-FRONTS = 6  # the Pareto front of each pair of the first `FRONTS` figures is shown
+SHOWN = 10_000  # maximum number of designs on a page, see `kept_designs`
+FRONTS = 6  # number of results for which the page shows Pareto fronts, one for each pair of results
 GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
     each.key for each in figures_of(None) if each.over == LEAST
 )
@@ -202,24 +203,25 @@ def designs_page(
     title
         Title of the scene.
     columns
-        Values of all designs by name, shape (designs,); nan if unknown.
+        Input values and results (such as the largest stress) by name, shape (designs,); nan if unknown.
     units
-        Units by name.
+        Units of the columns by name.
     reasons
-        For each design, the reason why it has no figures; empty if it has figures.
+        For each design, the reason why it has no results; empty if it has results.
     numbers, figures
-        Paths of the numbers that vary, and names of the figures.
+        Columns with the input values that vary (paths in the scene file), and columns with results.
     best
         Index of the best design, if known.
     pages
         Addresses of the reports on single designs, by index of the design.
     scene, options
-        Name of the scene, and command line options. They are used in the command that reproduces the figures of a
-        design, which the page shows for designs without a report.
+        Name of the scene, and command line options. For a design without a report, the page shows the commands that
+        compute the report. They contain this name and these options.
     shown_in
         Display units of the scene.
     answered
-        Full answers, by index of the design. Each contains `theory`, `verdict`, and `figures` with `value` and `error`.
+        Results of the full deflection analysis (e.g. with vibration), by index of the design. Each entry contains
+        `theory`, `verdict`, and `figures` with `value` and `error`.
 
     Raises
     ------
@@ -265,7 +267,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Return the names of the two columns that a page plots first: a varied number and a figure, or two figures.
+    """Return the names of the two columns that a page plots first: an input value and a result, or two results.
 
     Examples
     --------
@@ -281,21 +283,21 @@ def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
 
 
 def is_greater(figure: str) -> bool:
-    """Return True if larger values of a figure are better."""
+    """Return True if larger values of a result are better."""
     return figure.partition(".")[0] in GREATER
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
     """Return the indices of the designs that a page shows.
 
-    If there are more than `SHOWN` designs, it shows the best design, the Pareto fronts of pairs of figures, and a
+    If there are more than `SHOWN` designs, the page shows the best design, the Pareto fronts of pairs of results, and a
     random selection of the other designs.
 
     Parameters
     ----------
     figures
-        Values of each figure, shape (designs,); smaller values are better. Pareto fronts are computed only for the
-        first `FRONTS` figures.
+        Values of each result, shape (designs,); smaller values are better. Pareto fronts are computed only for the
+        first `FRONTS` results.
     """
     if count <= SHOWN:
         return np.arange(count)
@@ -311,9 +313,9 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Intege
 
 
 def front(first: Reals, second: Reals) -> Integers:
-    """Return the Pareto front of two figures, shape (designs,), for which smaller values are better.
+    """Return the indices of the designs on the Pareto front of two results, sorted by the first result.
 
-    It is returned as the indices of the designs on the front, sorted by the first figure.
+    Both results have the shape (designs,), and smaller values are better. Designs with unknown results are left out.
 
     Examples
     --------

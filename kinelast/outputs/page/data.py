@@ -1,4 +1,4 @@
-"""Data for the page of a scene: arrays of field coefficients, motion and forces, and plain data of the mechanism."""
+"""Data for the page of a scene: arrays (quantities along beams, motion, forces), and plain data of the mechanism."""
 
 from __future__ import annotations
 
@@ -21,24 +21,28 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 
-BUDGET = 2_400_000  # [bytes] if there are more data than this, only some positions are included
-STORED = ("N", "M", "u", "w")
-INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # integrated field, number of integrations, rigidity
+BUDGET = 2_400_000  # [bytes] if the data are larger, the page contains only some positions
+STORED = ("N", "M", "u", "w")  # fields (quantities along beams) that are always stored
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # field to integrate, number of integrations, rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # fields that are usually derivatives of stored fields, see `field_coefficients`
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # fields that scene.js computes from stored fields
 OUTLINE = 360  # number of points of the outline of a cam
-CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # functions of cycle and cam name
+CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # functions of the cycle and the name of a cam
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
     "cam_torque": cam_torque,
     "cam_pressure": cam_pressure,
 }
 EPS = float(np.finfo(float).eps)
-REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field
+REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field for the page
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields, except for those that the page can compute by integrating another field."""
+    """Store the coefficients of the fields.
+
+    If the page can compute a field by integrating another field, store only the integration constants of the field.
+    `taken` is a function that selects the positions on the page.
+    """
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -53,7 +57,7 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Return True if `count` integrations of the field `source` give the field `values`, up to round-off."""
+    """Return True if `count` integrations of `source` give `values`, except for integration constants and round-off."""
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -63,10 +67,11 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
-    """Return fields as polynomials in the coordinate along a piece (0 to 1), shape (coefficients, pieces, positions).
+    """Return the polynomial coefficients of fields, shape (coefficients, pieces, positions), by name of the field.
 
-    Fields in `FOLLOWING` are included only if they are not the derivatives of stored fields, e.g. because of shear.
-    Other fields are included only if the script of the page has no formula for them.
+    The variable of the polynomials is the coordinate along a piece of a beam (0 to 1). A field in `FOLLOWING` is
+    included only if it is not the derivative of a stored field, for example because of shear. Fields that the page
+    computes from other fields are not included.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
@@ -82,7 +87,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 def kept_positions(results: Results) -> Integers:
     """Return the indices of the positions on the page.
 
-    If there are too many, return every n-th position and the positions of the peaks.
+    If the data of all positions exceed `BUDGET`, return every n-th position and the positions of the largest values.
     """
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
@@ -140,7 +145,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """Return the links, beams, display list, joints and drives as plain data."""
+    """Return the links, beams, symbols, cams, joints and drives as plain data."""
     mechanism, bent, marks = results.mechanism, results.deflection, results.cycle.once(display_list)
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
@@ -191,7 +196,7 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
     """Yield, for each joint force, the number of a link and the point of this link at which the force acts.
 
-    For a slider, it is the block.
+    For the force of a slider, this link is the block of the slider.
     """
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
@@ -228,7 +233,8 @@ def _beams(results: Results) -> list[dict[str, Any]]:
 def _member(members: BeamRuns, number: int) -> dict[str, Any]:
     """Return plain data of the member of a beam: its ends, and the part of the member that the beam covers.
 
-    An end is given by a beam, xi on this beam, and the sign of w of this beam relative to the given one.
+    An end consists of the number of the beam at this end, the coordinate xi of the end on this beam, and a sign. The
+    sign is -1 if this beam and the beam `number` have opposite directions along the member.
     """
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
@@ -244,7 +250,7 @@ def _member(members: BeamRuns, number: int) -> dict[str, Any]:
 
 
 def _first(value: Any) -> float:
-    """Return the first value of an array, which is the only one."""
+    """Return the only value of an array."""
     return float(np.ravel(value)[0])
 
 
@@ -253,21 +259,21 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] data that are larger are compressed
+PACKED = 400_000  # [bytes] larger data are compressed
 
 
 class Numbers:
-    """Arrays with an axis for positions or designs, which are stored as consecutive rows.
+    """Arrays in binary form. Their last axis is that of positions or designs, and they are stored row by row.
 
     Attributes
     ----------
     places
-        How each array is stored, by name. Four items: "d" (float64) or "f" (float32); the shape without the last axis;
-        whether the array is complex, with separate rows for real and imaginary parts; a list with the value of each
-        constant row, or None for a row that is stored.
+        Description of each array, by name of the array. It has four items: "d" (float64) or "f" (float32); the shape
+        without the last axis; True for a complex array, which has separate rows for real and imaginary parts; and a
+        list with an entry for each row. The entry is the value of a row of equal values, or None for a stored row.
     integrals
-        For each array of coefficients that is computed by integration: name of the integrated array, number of
-        integrations, and a factor for each piece.
+        For each array of coefficients that the page computes by integration: name of the array to integrate, number of
+        integrations, and a factor for each piece of a beam.
     """
 
     def __init__(self) -> None:
@@ -290,8 +296,8 @@ class Numbers:
     def bytes(self) -> tuple[bytes, bool]:
         """Return all float64 numbers followed by all float32 numbers (little-endian), and whether they are compressed.
 
-        Before compression, the bytes are sorted by their position in a number, because bytes at the same position are
-        similar.
+        Before compression, the bytes of all numbers are grouped by their position in a number. Bytes at the same
+        position are similar and therefore compress better.
         """
         whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
         if sum(part.nbytes for part in whole) <= PACKED:
