@@ -1,4 +1,4 @@
-"""Evaluation of many designs of a scene at once: from numbers, given by path, to figures."""
+"""Many designs of a scene, computed in one call: results (figures) such as the mass, for given input values."""
 
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.scene.variables import Variable

@@ -1,4 +1,7 @@
-"""Common data of all designs of a scene: numbers that vary, which of these numbers can be arrays, and figures."""
+"""Common data of all designs of a scene (a mechanism with its motion).
+
+Designs differ in some input values of the scene. The results of a design are called figures, e.g. the largest stress.
+"""
 
 from __future__ import annotations
 
@@ -27,11 +30,11 @@ from rigid.plane import unit
 
 TABLES_ON_AXIS = ("masses", "joints", "limits", "springs", "sliders", "slots")
 EVEN_POSITIONS = 16  # number of evenly spaced positions at which designs are checked for buckling
-FLOATS = ("poisson", "strain")  # keys of dimensionless numbers that can be arrays
+FLOATS = ("poisson", "strain")  # keys of dimensionless input values that can be arrays
 
 
 class Base(Struct, frozen=True, eq=False, dict=True):
-    """The document of a scene, and the numbers that differ between its designs.
+    """The document of a scene, the input values that differ between the designs, and the requested figures.
 
     "Nominal" means "as written in the document".
 
@@ -40,15 +43,15 @@ class Base(Struct, frozen=True, eq=False, dict=True):
     document
         Nominal document.
     places
-        Locations in the document of the numbers that differ.
+        Locations of these input values in the document.
     on_axis
-        For each number, True if it can be an array. Designs that differ in a number that cannot be an array are
-        computed separately.
+        For each input value, True if it can be an array. Designs with different values of an input that cannot be an
+        array are computed separately.
     measures
-        Requested figures.
+        Requested figures, each reduced to one value per design.
     by_position
-        True if a figure needs its data at exactly the positions of the run, such as the points of a path. No other
-        times are then added.
+        True if the designs must be computed at exactly the positions of the run, e.g. for the points of a path.
+        Otherwise further times are added, see `instants`.
     """
 
     document: Document
@@ -59,7 +62,7 @@ class Base(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def table(self) -> SceneTable:
-        """The parsed tables."""
+        """Parsed tables of the document."""
         return self.document.table
 
     @property
@@ -69,16 +72,24 @@ class Base(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def buckling_positions(self) -> Integers:
-        """Positions at which buckling is checked: evenly spaced ones, and the worst ones of the nominal scene."""
+        """Positions at which buckling is checked.
+
+        They are evenly spaced positions and, for each beam, the position with the largest (load / critical load) in the
+        nominal scene.
+        """
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
         even = np.linspace(0, len(times) - 1, min(EVEN_POSITIONS, len(times))).round().astype(int)
         return distinct([*even, *np.ravel(cycle.buckling_ratio.position)])
 
     def instants(self, scene: Scene) -> Reals:
-        """Return the times at which designs are computed: the positions, and both sides of each break in the laws.
+        """Return the times at which designs are computed [s].
 
-        If a number is an array, the breaks are computed for the nominal mechanism with the laws of these designs.
+        These are the times of the positions, and the times just before and after each break in the drive laws. Breaks
+        are left out if the times differ between designs, or if `by_position` is set.
+
+        If an input value is an array, the breaks are computed for the nominal mechanism. The drive laws are nominal
+        if all input values are arrays. Otherwise they are the drive laws of `scene`.
         """
         course, times = scene.course, scene.course.times()
         if times.ndim > 1 or self.by_position:
@@ -90,12 +101,18 @@ class Base(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def fields(self) -> frozenset[str]:
-        """Fields that the figures need."""
+        """Names of the data fields that are needed to compute the figures."""
         return frozenset(key for measure in self.measures for key in measure.figure.fields)
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | figure.Figure] | None) -> Base:
-    """Look up the numbers and figures of a scene by name. Raises the same errors as `evaluate`."""
+    """Look up input values by path and figures by name.
+
+    Raises
+    ------
+    SceneError
+        See `evaluate`.
+    """
     table = document.table
     places = tuple(variables.place_of(table, path) for path in paths)
     if varied := _links_that_vary(table, places):
@@ -105,33 +122,38 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     keys = {measure.figure.key for measure in known.values()}
     requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not requested | bounded <= keys:  # choose an output
+    if scene.output is None and not requested | bounded <= keys:  # a figure may need an output: choose one
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    by_position = not all(isinstance(name, str) for name in names)  # figures of a path or of the nominal output
+    by_position = not all(isinstance(name, str) for name in names)  # a `Figure` may refer to data at each position
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
 def design_measures(scene: Scene, output: limits.Output | None) -> dict[str, Measure]:
-    """Return all figures of the designs of a scene, by name, including those that the limits need."""
+    """Return all available figures of designs by name.
+
+    If the scene has limits, two further figures describe the limits, see `limits_kept`.
+    """
     figures = figures_of(output)
     return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
 
 
 def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> frozenset[str]:
-    """Return the names of the links with a point that varies."""
+    """Return the names of the links that have a point with varying coordinates."""
     drawn = {place.keys[1] for place in places if place.keys[0] == "points"}
     own = {place.keys[1] for place in places if place.keys[0] == "links" and place.keys[2] == "points"}
     return frozenset(own.union(name for name, link in table.links.items() if drawn & set(link.points)))
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
-    """Return True if a number can be an array: it affects neither the structure nor the assembly branch.
+    """Return True if an input value can be an array with one value per design.
 
-    With friction, no number can be an array: the iteration ends when all columns have converged. The result of a design
-    would then depend on the other designs.
+    This is possible if the input value affects neither the structure of the mechanism nor its assembly branch.
+
+    With friction, no input value can be an array. The iteration for friction ends when all designs have converged, so
+    that the results of a design would depend on the other designs.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
@@ -162,7 +184,11 @@ def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
 
 
 def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
-    """Return True if the drawing determines the branch of each design: all groups are driven links or dyads."""
+    """Return True if the drawn positions of the points determine the assembly branch of each design.
+
+    This requires that all groups are driven links or dyads, that there are no gears, and that no stroke depends on a
+    drawn start. If a drive starts at the drawn position, it must be the only drive.
+    """
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or len(table.drives) == 1
@@ -170,7 +196,10 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
 
 
 def _stroke_depends_on_start(table: SceneTable) -> bool:
-    """Return True if the stroke of a drive depends on its drawn start: its law ends at a given value, or repeats."""
+    """Return True if a drive starts at the drawn position and the length of its stroke depends on this position.
+
+    This is the case if the law of the drive has a segment to a given end value, or repeats.
+    """
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
         segment.to is not None for drive in drawn for segment in drive.law or ()
@@ -183,31 +212,33 @@ def _is_tapered(section: Any) -> bool:
 
 
 class DesignRows(Struct, frozen=True, eq=False):
-    """A subset of the designs: row index of each design, and values, shape (designs, paths)."""
+    """A subset of the designs: their row numbers among all designs, and input values, shape (designs, paths)."""
 
     rows: Integers
     values: Reals
 
     def at(self, which: Any) -> DesignRows:
-        """Return the designs with the given indices in this subset."""
+        """Return designs by their indices in this subset."""
         return DesignRows(self.rows[which], self.values[which])
 
     def without(self, rows: Any) -> DesignRows:
-        """Return all designs of this subset except those with the given row indices."""
+        """Return this subset without the designs that have the row numbers `rows`."""
         kept = ~np.isin(self.rows, rows)
         return DesignRows(self.rows[kept], self.values[kept])
 
 
 def table_with(base: Base, group: DesignRows) -> SceneTable:
-    """Return the tables of designs with arrays of numbers. The first row of each array is the nominal scene.
+    """Return the tables of a scene, in which arrays contain the input values of several designs.
 
-    The designs must agree in all numbers that cannot be arrays. If no number is an array, all designs are equal, and
-    the tables describe a single scene.
+    The first row of each array is the nominal value, and the other rows are the values of the designs.
+
+    The designs must have equal values of every input that cannot be an array. If no input value can be an array, the
+    designs are therefore equal, and the tables describe a single scene.
 
     Raises
     ------
     SceneError
-        A common number is invalid.
+        An input value that is not an array is invalid.
     """
     apart = {place.variable.path: group.values[0, k] for k, place in enumerate(base.places) if not base.on_axis[k]}
     table = base.document.with_values(apart).table
@@ -219,7 +250,7 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _array_content(place: variables.Place, each: Any) -> Any:
-    """Return the content of a location in the document: an array of the values of many designs."""
+    """Return the entry for a location in the document. The entry contains an array of the values of many designs."""
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, quantities.Sizes):
         both = quantities.Size.many(each, bare_unit)
@@ -233,7 +264,7 @@ def _array_content(place: variables.Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Yield the rows of designs with a number out of bounds, and a message for each row."""
+    """Yield the row numbers of designs that have an input value out of bounds, and an error message for each design."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

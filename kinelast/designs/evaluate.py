@@ -1,4 +1,4 @@
-"""Evaluation of many designs of a scene on an array axis."""
+"""Evaluation of many designs of a scene at once, with arrays that have an axis of designs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -24,26 +24,26 @@ from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
-BLOCK = 4096  # maximum number of designs that are built together
-MIN_POSITIONS = 64  # the batch size is computed for at least this number of positions per design
-BUCKLING_MARGIN = 2.0  # assumed (largest load over all positions) / (largest load over the sampled positions)
-BATCH_FACTOR = 2  # (columns of a batch) / (columns of a motion); above 1 because maxima are found with small arrays
+BLOCK = 4096  # maximum number of designs for which a scene with arrays is built
+MIN_POSITIONS = 64  # with fewer positions per design, batches contain as many designs as with this number
+BUCKLING_MARGIN = 2.0  # assumed maximum of (largest load at all positions) / (largest load at sampled positions)
+BATCH_FACTOR = 2  # (batch size) / `columns_of`; above 1 because the search for largest values only needs small arrays
 
 
 class Designs(Struct, frozen=True, eq=False):
-    """Figures of designs.
+    """Results of designs, called figures, e.g. the mass or the largest stress.
 
     Attributes
     ----------
     columns
-        Figures by name in SI units, shape (designs,); nan if unknown.
+        Values by name of the figure in SI units, shape (designs,); nan if unknown.
     units
-        SI units of the figures by name.
+        SI units by name of the figure.
     reason
-        Reason why each design has no figures, shape (designs,); empty if a design has figures.
+        Reason why a design has no figures, shape (designs,); empty for designs with figures.
     place
-        Location of the largest value of a figure, by name of the figure: an integer that identifies the position and
-        the beam or joint.
+        Location of the largest value by name of the figure, shape (designs,). The location is an integer that
+        identifies the position and the beam or joint, or -1 if there is no location.
     """
 
     columns: Mapping[str, Reals]
@@ -58,25 +58,26 @@ class Designs(Struct, frozen=True, eq=False):
 def evaluate(
     scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
-    """Compute quasi-static figures of many designs. The designs differ in some numbers of a scene.
+    """Compute results (figures) of many designs of a scene by quasi-statics.
 
-    The result of a design does not depend on the other designs.
+    The designs differ in some input values of the scene. The results of a design do not depend on the other designs.
 
     Parameters
     ----------
     scene
         Document, or tables of a file.
     paths
-        Paths of the numbers, see `variable`.
+        Paths of these input values, such as "sections.bar.depth".
     values
         Values in SI units, shape (designs, paths).
     figures
-        Names or `Figure` objects (default: the figures in the summary of a design). Only these are computed.
+        Names or `Figure` objects of the figures to compute. By default, the figures in the summary of a design.
 
     Raises
     ------
     SceneError
-        The tables are invalid, or a number or figure does not exist. The error of a single design is in `reason`.
+        The tables are invalid, or an input value or figure does not exist. An error in a single design is not raised
+        but stored in `reason`.
 
     Examples
     --------
@@ -93,7 +94,7 @@ def evaluate(
 
 
 def evaluated(base: Base, values: Any) -> Designs:
-    """Compute figures of many designs from their common data, see `evaluate`."""
+    """Compute figures of many designs from the common data of the designs, see `evaluate`."""
     values, paths = np.asarray(values, float), base.places
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
@@ -120,7 +121,17 @@ Words = NDArray[np.object_]
 
 
 class PartialResult(Struct, frozen=True, eq=False):
-    """Rows, reasons and figures of some designs."""
+    """Results of some designs.
+
+    Attributes
+    ----------
+    rows
+        Row numbers of these designs among all designs.
+    reason
+        Reason why a design has no figures; empty for designs with figures.
+    figures
+        Values of each figure, and locations of the largest values, by name of the figure.
+    """
 
     rows: Integers
     reason: Any
@@ -128,7 +139,10 @@ class PartialResult(Struct, frozen=True, eq=False):
 
 
 def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
-    """Yield blocks of designs. The designs of a block agree in the numbers that cannot be arrays."""
+    """Yield blocks of at most `BLOCK` designs that can be computed together.
+
+    Within a block, all designs have equal values of every input that cannot be an array.
+    """
     apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
     if not apart:
         same = np.zeros(len(values), int)
@@ -143,7 +157,7 @@ def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
 
 
 def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute a group of designs. For designs that cannot be built, the result contains the reason."""
+    """Compute a group of designs. If a design cannot be built, yield the reason instead of figures."""
     for rows, reason in out_of_bounds(base, group):
         yield PartialResult(rows, reason, {})
         group = group.without(rows)
@@ -157,7 +171,7 @@ def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
             if wrong is None or not len(wrong):
                 yield PartialResult(group.rows, str(error), {})
                 return
-            # row 0 is the nominal scene
+            # row 0 of the arrays is the nominal scene, and row k + 1 is design k of the group
             bad = group.rows[wrong[wrong > 0] - 1]
             if not len(bad):
                 yield PartialResult(group.rows, f"the scene as written: {error}", {})
@@ -170,7 +184,10 @@ def _computed(base: Base, group: DesignRows) -> Iterator[PartialResult]:
 
 
 def _with_design_axis(base: Base, scene: Scene, count: int) -> Scene:
-    """Make the first section of a scene an array, so that all figures have an axis of designs."""
+    """Give the stiffness EA of the first section one row per design.
+
+    All figures then have one row per design, even figures that do not depend on the input values.
+    """
     if not scene.sections or not any(base.on_axis):
         return scene
     first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
@@ -191,9 +208,9 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
     """Compute a batch of designs.
 
-    The first row is the nominal scene, which selects the branch. Copies of the nominal scene fill the batch, so that
-    all batches have the same size: the round-off of numpy's products depends on the array size. The result of a design
-    therefore does not depend on the number of designs.
+    The first row is the nominal scene, which selects the assembly branch. If there are fewer than `step` designs,
+    copies of the nominal scene fill the batch. All batches therefore have the same size. Otherwise the results of a
+    design would depend on the number of designs, because the round-off of numpy's products depends on the array size.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
@@ -208,7 +225,7 @@ def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -
 
 
 def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[PartialResult]:
-    """Compute the figures of designs at all positions. The result leaves out row 0, which is the nominal scene."""
+    """Compute the figures of designs from all positions. Row 0, the nominal scene, is not part of the result."""
     rows = group.rows
     cycle = Cycle(scene, scene.course.at(base.instants(scene)), wanted=base.fields, used=len(rows) + 1)
     counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
@@ -224,7 +241,7 @@ def _all_positions(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part
 
 
 def _reasons(cycle: Cycle) -> Words:
-    """Return the reason why each design has no figures, shape (designs,); empty if a design has figures."""
+    """Return the reason why a design has no figures, shape (designs,); empty for designs with figures."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
     reason = np.full(known, "", object)
@@ -239,7 +256,7 @@ def _reasons(cycle: Cycle) -> Words:
                 )
             elif share[at]:
                 reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
-    bent = cycle.__dict__.get("deflection")  # None if no figure needs it
+    bent = cycle.__dict__.get("deflection")  # None if no figure needs the deflection
     for block in () if bent is None else bent.blocks:
         off = (reached & np.isnan(block.xi)).any(axis=-1)
         number, beam = motion.mechanism.beams[block.beam]
@@ -251,7 +268,10 @@ def _reasons(cycle: Cycle) -> Words:
 
 
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
-    """Return the largest (load / critical load) over some positions, shape (designs,); inf if unknown."""
+    """Return the largest (load / critical load) at the positions checked for buckling, shape (designs,).
+
+    The ratio is inf if it is unknown.
+    """
     if len(cycle.columns) > 1:
         times = base.instants(cycle.scene)
         some = times[..., np.minimum(base.buckling_positions, times.shape[-1] - 1)]
@@ -260,7 +280,7 @@ def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
 
 
 def _buckling_reason(base: Base, values: Reals) -> str:
-    """Return a description of the buckling of a design; empty if it does not buckle."""
+    """Return a description of the buckling of a design; empty if the design does not buckle."""
     scene = base.document.with_values({place.variable.path: float(value)
                                        for place, value in zip(base.places, values, strict=True)}).scene  # fmt: skip
     words = at_breaks(Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))).buckles
@@ -268,7 +288,10 @@ def _buckling_reason(base: Base, values: Reals) -> str:
 
 
 def _opening_joint(cycle: Cycle) -> Words:
-    """Return the name of a joint in the first group that is open at one or more positions, shape (designs,)."""
+    """Return, for each design, the name of a joint that opens at one or more positions, shape (designs,).
+
+    The joint belongs to the first group of links that cannot be assembled; the name is empty if all groups can.
+    """
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)
     for closed in motion.closures:
@@ -281,9 +304,9 @@ def _opening_joint(cycle: Cycle) -> Words:
 
 
 class Evaluation(Struct, frozen=True, dict=True):
-    """Function that evaluates the designs of a plan, see `kinelast.sweep.running.Compute`.
+    """Callable object that computes the designs of a plan, see `kinelast.sweep.running.Compute`.
 
-    The results are columns: the varied numbers by path, and the figures by name.
+    The results are columns: input values by path, and figures by name.
     """
 
     document: Document
@@ -291,7 +314,7 @@ class Evaluation(Struct, frozen=True, dict=True):
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:
-        """Pickle the document, plan and figures only; the base is rebuilt."""
+        """Pickle only the document, plan and figures. After unpickling, `base` is computed again."""
         return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
@@ -306,7 +329,7 @@ class Evaluation(Struct, frozen=True, dict=True):
         return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Return the columns for designs `first` to `last` - 1, and reasons why some have no figures."""
+        """Return the columns for designs `first` to `last` - 1, and the reasons for missing figures."""
         values = self.plan.values(first, last)
         found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))

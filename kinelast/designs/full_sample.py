@@ -1,4 +1,8 @@
-"""Full answers for some machines of a sample, extended to the whole sample by response surfaces."""
+"""Full answers for some machines of a sample, extended to the whole sample by response surfaces.
+
+Each machine of the sample has other input values within the tolerances. Quasi-static results (figures, e.g. the largest
+stress) are known for all machines. A full answer contains the figures by the theory chosen in the scene, with errors.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -10,21 +14,21 @@ from scipy.interpolate import RBFInterpolator
 from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
-SAMPLE_SIZES = 8, 16, 32  # number of machines with a full answer; increased until the response surfaces are accurate
-MAX_SURFACE_ERROR = 0.002  # a response surface with a smaller error is accurate; relative to the figure
+SAMPLE_SIZES = 8, 16, 32  # numbers of machines with a full answer, tried until the response surfaces are accurate
+MAX_SURFACE_ERROR = 0.002  # a response surface is accurate if (error) / (figure) is at most this value
 
 
 class FullColumn(Struct, frozen=True):
-    """A figure of all sampled machines, derived from full answers.
+    """A figure (result) of all sampled machines, derived from full answers of some machines.
 
     Attributes
     ----------
     value
-        Values from the response surface, shape (machines,); nan if the figure is unknown in a full answer.
+        Values from the response surface, shape (machines,); nan if a full answer does not contain the figure.
     error
-        Largest stated error of the full answers, relative to the figure.
+        Largest (error / figure) of the full answers.
     surface
-        Error of the response surface, relative to the figure: twice the rms leave-one-out error.
+        Relative error of the response surface: twice the rms leave-one-out error.
     """
 
     value: Reals
@@ -37,14 +41,14 @@ def full_columns(
 ) -> dict[str, FullColumn]:
     """Extend full answers of some machines to all sampled machines.
 
-    A response surface interpolates the ratio (figure of the full answer / quasi-static figure).
+    A response surface interpolates the ratio (figure of the full answer) / (quasi-static figure).
 
     Parameters
     ----------
     answer
-        Function of the numbers of a machine that returns its full answer.
+        Function that returns the full answer of a machine for given input values, shape (variables,).
     machines, scale
-        Numbers of all machines, shape (machines, numbers), and the tolerance of each number.
+        Input values of all machines, shape (machines, variables), and the tolerances, shape (variables,).
     columns
         Quasi-static figures of all machines, by name.
     """
@@ -76,23 +80,24 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 
 
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
-    """Return an interpolation by cubic radial basis functions plus a linear polynomial.
+    """Interpolate values by cubic radial basis functions plus a linear polynomial.
 
-    If there are few points, linear radial basis functions plus a constant are used.
+    If there are too few points for a linear polynomial, use linear radial basis functions plus a constant.
     """
     linear = len(places) > places.shape[1] + 1
     return RBFInterpolator(places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0)
 
 
 def within_limits(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColumn]], side: float) -> Flags:
-    """Return the machines that meet all limits, bool, shape (machines,).
+    """Return True for each machine that meets all limits, shape (machines,).
 
     Parameters
     ----------
     limits
-        For each limit: a function that tests values, True if the limit is a lower bound, and the figure.
+        For each limit: a function that tests values, True for a lower bound, and the limited figure.
     side
-        The values are moved towards the bound by the stated error, plus `side` times the error of the response surface.
+        Weight of the error of the response surface. Before the test, values are moved towards the bound by
+        (error of the full answers) + `side` * (error of the response surface).
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

@@ -1,4 +1,9 @@
-"""Best design of a problem, with an optimality certificate: active limits, their cost, and neighbouring designs."""
+"""Best design of a problem, with an optimality certificate.
+
+The certificate contains the active limits, the effect of each limit on the cost, and a search among similar designs. A
+figure is a result such as the largest stress. A full answer contains the figures by the theory chosen in the scene,
+with errors.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,21 +19,24 @@ from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-ACTIVE = 1e-4  # an active limit has at most this relative margin; same for bounds, relative to the range
-RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # distances of neighbouring designs, relative to the ranges of the variables
+# A limit is active if its relative margin is below ACTIVE in magnitude. A bound of a variable is active if the scaled
+# variable (0 to 1) is closer to the bound than ACTIVE.
+ACTIVE = 1e-4
+RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # largest changes of scaled variables (0 to 1) in neighbouring designs
 NEIGHBOURS_PER_RADIUS = 64
-MIN_GAIN = 1e-6  # a design is better if the cost is lower by more than this; relative to the cost
+MIN_GAIN = 1e-6  # a neighbour is better if its cost is lower by more than MIN_GAIN * abs(cost)
 
 
 class Neighbours(Struct, frozen=True):
-    """Result of a search among neighbouring designs at distances `RADII`.
+    """Result of a search among neighbouring designs, in which the scaled variables change by at most `RADII`.
 
     Attributes
     ----------
     tried, feasible, better
-        Number of designs for each radius: designs tried, feasible designs, and designs that are feasible and better.
+        Numbers of computed, feasible and better designs for each radius. Better designs are feasible and have a lower
+        cost. If the original design violates limits, better designs have a smaller violation.
     best
-        Scaled variables of the best of the better designs; None if no design is better.
+        Scaled variables of the best neighbouring design; None if no neighbouring design is better.
     """
 
     tried: tuple[int, ...]
@@ -43,17 +51,17 @@ class Certificate(Struct, frozen=True):
     Attributes
     ----------
     margin
-        Relative margin to each limit, shape (limits,).
+        Distance to each limit, divided by the magnitude of the limit, shape (limits,).
     multiplier
         Reduction of the cost in per cent if a limit is relaxed by one per cent, shape (limits,); 0 for inactive limits.
     low, high
         Reduction of the cost in per cent if the lower or upper bound of a variable is relaxed by one per cent of the
-        range of the variable, shape (variables,); 0 for inactive bounds.
+        scaled range, shape (variables,); 0 for inactive bounds.
     residual
-        Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance. It is
-        relative to the gradient or to the mean slope towards the farthest neighbours, whichever is larger.
+        Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance. The
+        residual is divided by the gradient, or by the mean slope towards the farthest neighbours if this is larger.
     kinked
-        True if the cost or an active limit has a kink, which makes the residual less conclusive.
+        True if the cost or an active limit has a kink. In this case, the residual is less conclusive.
     neighbours
         Neighbouring designs.
     """
@@ -91,13 +99,16 @@ def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Ce
 def _gradients(
     problem: DesignProblem, shares: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return cost, slopes of the cost, margins, slopes of the margins, and kinks. Slopes are extrapolated."""
+    """Return the cost, its gradient, the margins, their gradients, and True for each kink (cost first, then limits).
+
+    Gradients are derivatives with respect to the scaled variables, from extrapolated difference quotients.
+    """
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
     slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
-    if not np.isfinite(slope).all():  # the design is at a bound, and figures beyond this bound are unknown
+    if not np.isfinite(slope).all():  # figures beyond a bound of a variable may be unknown
         rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + RESERVE, rough.margin_slope, kinked
     judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
@@ -108,7 +119,7 @@ def _gradients(
 
 
 def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
-    """Evaluate neighbouring designs. Also return the mean slope of the cost towards the farthest neighbours."""
+    """Evaluate neighbouring designs; return the result, and the mean slope of the cost towards the farthest ones."""
     cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS_PER_RADIUS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
@@ -128,7 +139,7 @@ def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[
     ) else 0.0
 
 
-MAX_RESTARTS = 4  # maximum number of restarts of the local search from a better neighbour
+MAX_RESTARTS = 4  # maximum number of further local searches, each from a better neighbouring design
 
 
 class Optimum(Struct, frozen=True):
@@ -137,15 +148,15 @@ class Optimum(Struct, frozen=True):
     Attributes
     ----------
     shares, values
-        Variables of the best design, scaled (`shares`) and in their units (`values`), shape (variables,).
+        Variables of the best design, shape (variables,): scaled to 0...1 (`shares`), and in SI units (`values`).
     feasible
         True if all limits are met.
     searches
         Results of the local searches, best first.
     certificate
-        Optimality conditions and neighbours.
+        Optimality conditions and neighbouring designs.
     designs, calls
-        Number of designs computed, and number of batches.
+        Number of designs evaluated by the search, and number of batches.
     """
 
     shares: Reals
@@ -164,19 +175,24 @@ def optimum(
     first: np.ndarray | None = None,
     progress: Progress = SILENT,
 ) -> Optimum:
-    """Find the best design by local searches from many starts or, if `evolve`, from the best of an evolved population.
+    """Find the best design by local searches.
 
     Parameters
     ----------
+    evolve
+        If False, local searches start from many designs. If True, one local search starts from the best design of a
+        differential evolution.
+    seed
+        Seed of the random generator.
     first
-        Additional start as scaled variables, shape (variables,).
+        Additional start (a member of the first population if `evolve`) as scaled variables, shape (variables,).
     progress
         Progress callback.
 
     Raises
     ------
     ValueError
-        No tried design has all figures.
+        The search finds no design with all figures that the problem needs.
     """
     return _certified(
         problem, (evolved if evolve else from_many_starts)(problem, seed, first, progress), seed, progress
@@ -184,7 +200,7 @@ def optimum(
 
 
 def optimum_from(problem: DesignProblem, shares: np.ndarray, seed: int = 0, progress: Progress = SILENT) -> Optimum:
-    """Find the best design by a local search from a design with the scaled variables `shares`, shape (variables,).
+    """Find the best design by a local search that starts at the scaled variables `shares`, shape (variables,).
 
     Raises
     ------
@@ -219,16 +235,19 @@ class OptimumResult(Struct, frozen=True, eq=False):
     Attributes
     ----------
     before, after
-        Figures of the nominal scene and of the best design, by name; nan if unknown.
+        Quasi-static figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds that the quasi-static search used. They are tighter than the limits by a reserve for vibration and
-        errors.
+        Bounds that the quasi-static search used in place of the limits. They differ from the limits by a reserve for
+        vibration and errors.
     judgements
-        Limits with the figures of the full answer; empty if there are no limits or no design is feasible.
+        Judgements of all limits by the full answer; empty if there are no limits, or if no design is feasible.
+    units
+        Units of the figures by name.
     quasi_static
-        True if the theory of the scene is quasi-static, like the theory of the search.
+        True if the scene requests the quasi-static theory, which the search always uses.
     answer
-        Full answer for the best design, which includes the goal; None if no design is feasible.
+        Full answer for the best design, with the figure to be optimized. It is None if no design is feasible, or if
+        there are no limits and this figure does not depend on the deflection.
     """
 
     task: OptimizationTask

@@ -1,4 +1,7 @@
-"""Plans of sweeps. The values of a design depend only on its number."""
+"""Plans of sweeps: the input values of all designs.
+
+The input values of a design follow from the index of the design, so that each chunk of a sweep can be computed alone.
+"""
 
 import csv
 import re
@@ -20,12 +23,12 @@ from kinelast.scene.text import COLUMNS, reader_in
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
-MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # limited by memory, and by the bits of Sobol points
-HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # limited by memory / by the bits of Sobol points
+HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")  # heading of a column: path, and optionally a unit in brackets
 
 
 class ListedValues(Struct, frozen=True, eq=False):
-    """Values from a list or a table, shape (count, numbers)."""
+    """Values from a list or a table, shape (count, varied inputs)."""
 
     rows: Reals
 
@@ -35,33 +38,33 @@ class ListedValues(Struct, frozen=True, eq=False):
         return len(self.rows)
 
     def values(self, number: Any) -> Reals:
-        """Return values by index, shape (n, numbers)."""
+        """Return the values with the indices `number`, shape (n, varied inputs)."""
         return self.rows[number]
 
 
 class EvenValues(Struct, frozen=True, eq=False):
-    """Evenly spaced values of one number, from `low` to `high`."""
+    """Evenly spaced values of one input, from `low` to `high`."""
 
     low: float
     high: float
     count: int
 
     def values(self, number: Any) -> Reals:
-        """Return values by index, shape (n, 1)."""
+        """Return the values with the indices `number`, shape (n, 1)."""
         last = self.count - 1
         found = np.where(number == last, self.high, self.low + number * ((self.high - self.low) / last))
         return found[:, None]
 
 
 class Sample(Struct, frozen=True, eq=False, dict=True):
-    """Samples of several ranges.
+    """Random samples of several inputs, each within a range.
 
     Attributes
     ----------
     count
         Number of samples.
     low, high
-        Ends of the ranges, shape (numbers,).
+        Ends of the ranges, shape (varied inputs,).
     method
         "latin-hypercube", or "sobol" for a scrambled Sobol sequence.
     seed
@@ -75,7 +78,7 @@ class Sample(Struct, frozen=True, eq=False, dict=True):
     seed: int
 
     def values(self, number: Any) -> Reals:
-        """Return values by index, shape (n, numbers)."""
+        """Return the samples with the indices `number`, shape (n, varied inputs)."""
         return self.low + self._shares(np.asarray(number)) * (self.high - self.low)
 
     def _shares(self, number: Any) -> Reals:
@@ -103,14 +106,16 @@ Factor = ListedValues | EvenValues | Sample
 
 
 class Plan(Struct, frozen=True, eq=False):
-    """Designs of a sweep, numbered from 0: all combinations of the factors. The last factor varies fastest.
+    """Designs of a sweep, numbered from 0.
+
+    The designs are all combinations of the values of the factors. The last factor varies fastest.
 
     Attributes
     ----------
     paths, units
-        Paths of the varied numbers, and their SI units.
+        Paths of the varied inputs, such as "sections.bar.depth", and the SI units.
     factors
-        Factors of the sweep, each for one or several numbers.
+        Factors of the sweep. Each factor contains the values of one or several inputs.
     """
 
     paths: tuple[str, ...]
@@ -123,7 +128,7 @@ class Plan(Struct, frozen=True, eq=False):
         return prod(factor.count for factor in self.factors)
 
     def values(self, first: int, last: int) -> Reals:
-        """Return the values of designs `first` to `last` - 1 in SI units, shape (last - first, paths)."""
+        """Return the input values of designs `first` to `last` - 1 in SI units, shape (last - first, paths)."""
         number, parts = np.arange(first, last, dtype=np.int64), []
         for factor in reversed(self.factors):
             number, own = np.divmod(number, factor.count)
@@ -139,7 +144,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     scene
         Document, or tables of a file.
     folder
-        Folder of the scene, in which its table of designs is looked up.
+        Folder of the scene file. The table of designs is read from this folder.
 
     Raises
     ------
@@ -191,7 +196,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
 
 
 def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
-    """Return the sample of all ranges that have no count of their own; these are sampled together."""
+    """Return joint samples of all inputs that have a range without a count."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
@@ -211,7 +216,10 @@ def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, flo
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
-    """Return locations and values from a CSV file. The headings of the file are paths, with units in brackets."""
+    """Return the locations and values of inputs from a CSV text, shape (designs, varied inputs).
+
+    The headings are the paths of the inputs, with units in brackets.
+    """
     name = plain(name, 80)
     head, *rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)] or [[]]
     if not rows:
@@ -221,7 +229,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Plac
         heading = HEADING.fullmatch(cell)
         assert heading is not None
         unit = heading[2] or ""
-        whole = unit and not unit.isdecimal()  # a number in brackets belongs to the path
+        whole = unit and not unit.isdecimal()  # a number in brackets is not a unit but part of the path
         columns.append((variables.place_of(table, heading[1] if whole else cell.strip()), unit if whole else ""))
     values = np.empty((len(rows), len(columns)))
     for number, row in enumerate(rows):
@@ -233,7 +241,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Plac
 
 
 def _cell(text: str, unit: str) -> float | str:
-    """Return the number in a cell, with the unit of its column if necessary."""
+    """Return the content of a cell. If it is a number without a unit, add the unit of the column."""
     try:
         bare = float(text)
     except ValueError:
@@ -242,7 +250,7 @@ def _cell(text: str, unit: str) -> float | str:
 
 
 def _require_apart(places: Sequence[variables.Place]) -> None:
-    """Raise SceneError if two paths lead to the same number."""
+    """Raise SceneError if two paths lead to the same input value."""
     seen: dict[tuple[Any, ...], str] = {}
     for place in places:
         before = seen.setdefault(place.keys, place.variable.path)

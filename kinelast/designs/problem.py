@@ -1,4 +1,7 @@
-"""Tasks for studies, read from the tables of a scene: sensitivities, tolerances, and optimization within limits."""
+"""Tasks for studies, read from the tables of a scene: sensitivities, tolerances, and optimization within limits.
+
+Studies vary input values, called variables, and compute results, called figures, e.g. the largest stress.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ from rigid.arrays import Reals
 
 
 class ToleranceTask(Struct, frozen=True, eq=False):
-    """Toleranced numbers of a scene."""
+    """Input values of a scene that have tolerances, and these tolerances."""
 
     variables: tuple[Variable, ...]
     tolerances: tuple[Tolerance, ...]
@@ -49,14 +52,14 @@ def tolerance_task(document: Document) -> ToleranceTask:
 
 
 class SensitivityStep(Struct, frozen=True):
-    """Change in a number for which the change in the figures is reported.
+    """Change in an input value for which the sensitivity study reports the change in the results.
 
     Attributes
     ----------
     size
-        Size of the change, in the SI unit of the number; 0 if unknown.
+        Size of the change in the SI unit of the input value; 0 for a change in per cent if the input value is 0.
     kind
-        `TOLERANCE`, `ABSOLUTE` or `PER_CENT`.
+        `TOLERANCE` for a tolerance, `ABSOLUTE` for a length or an angle, `PER_CENT` for 1 % of the input value.
     """
 
     size: float
@@ -64,15 +67,18 @@ class SensitivityStep(Struct, frozen=True):
 
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
-MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] by length unit of the file (default 1 mm)
-MIN_STEPS = 10  # smallest (length / change in this length)
+MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] largest change of a length by length unit (default: 1 mm)
+MIN_STEPS = 10  # minimum of (length) / (change of the length)
 
 
 def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
-    """Return the change in each number: the tolerance of the number, else 1 mm or 1 degree, else 1 %.
+    """Return the change in each input value for which the change in the results is reported.
 
-    If 1 mm is more than a tenth of a length, the change is 0.1 mm, 0.01 mm, and so on. For a coordinate of a point, the
-    extent of the drawing replaces the length.
+    The change is the tolerance if the input value has one. Otherwise it is 1 degree for an angle, 1 mm for a length
+    (0.01 in if the file uses inches), and 1 % for other input values.
+
+    The change of a length is at most a tenth of the length: if 1 mm is more, the change is 0.1 mm, 0.01 mm, and so on.
+    For a coordinate of a point, the largest coordinate in [points] is used as the length if it is larger.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
@@ -93,7 +99,21 @@ def _step(table: SceneTable, number: Variable, extent: float) -> SensitivityStep
 
 
 class OptimizationTask(Struct, frozen=True, eq=False):
-    """An optimization task: variables with bounds, goal, and limits on figures other than the goal."""
+    """An optimization task, read from [optimize] and [limits].
+
+    Attributes
+    ----------
+    variables, low, high
+        Input values to be varied, and their bounds in SI units, shape (variables,).
+    figure, largest
+        Name of the figure (result) to be minimised, or maximised if `largest`.
+    limits
+        Limits on figures.
+    evolve
+        True if the search uses differential evolution.
+    seed
+        Seed of the random generator.
+    """
 
     variables: tuple[Variable, ...]
     low: Reals
@@ -106,7 +126,7 @@ class OptimizationTask(Struct, frozen=True, eq=False):
 
 
 def optimization_task(document: Document, units: Mapping[str, str]) -> OptimizationTask:
-    """Read the optimization task of a scene, including its [limits].
+    """Read the optimization task of a scene, which includes [limits].
 
     Parameters
     ----------
@@ -118,7 +138,8 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
     Raises
     ------
     SceneError
-        The table is missing, refers to unknown items, or has reversed bounds.
+        The table [optimize] is missing, an input value or figure does not exist, or a lower bound is not below the
+        upper bound.
     """
     goal = document.table.optimize
     if not goal.variables and goal.minimize is None and goal.maximize is None:
@@ -143,12 +164,12 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
 
 
 def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
-    """Return the limits of a scene with the units of the limited figures.
+    """Return limits with the units of the limited figures.
 
     Raises
     ------
     SceneError
-        The figure of a limit is unknown.
+        A limited figure is unknown.
     """
     for limit in limits:
         if limit.figure not in units:
@@ -159,7 +180,7 @@ def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Lim
 
 
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
-    """Return the limits under [optimize.limits]."""
+    """Return the limits in the table [optimize.limits]."""
     limits = []
     for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
         known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
@@ -169,29 +190,33 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     return limits
 
 
-GRADIENT_STEP = 2.0**-14  # largest step of difference quotients, relative to the range of a variable
-MIN_RATIO = 10.0  # a variable is scaled logarithmically from this ratio (high / low) of its bounds
-RESERVE = 1e-7  # relative margin to each limit, so that a design still meets the limit when it is computed again
+GRADIENT_STEP = 2.0**-14  # step of difference quotients for scaled variables (0 to 1); up to twice as large at a bound
+MIN_RATIO = 10.0  # the scale of a variable is logarithmic if (upper bound) / (lower bound) is at least this value
+RESERVE = 1e-7  # relative margin kept to each limit: a design computed again must meet the limit despite round-off
 
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """Minimisation of a figure over variables. Variables are scaled to 0...1 between their bounds ("shares").
+    """Minimisation of a figure (result) by choosing the values of variables (input values) between bounds.
 
-    The scale is logarithmic if both bounds are positive and their ratio is at least `MIN_RATIO`.
+    Searches use scaled variables ("shares"), which go from 0 at the lower bound to 1 at the upper bound. The scale is
+    logarithmic if the lower bound is positive and (upper bound) / (lower bound) is at least `MIN_RATIO`.
 
     Attributes
     ----------
     figures_of
-        Function of the values of the variables, shape (designs, variables), that returns the figures.
+        Function that returns the figures of designs. The argument contains the values of the variables, shape
+        (designs, variables).
     low, high
         Bounds of the variables, shape (variables,).
     figure
-        Figure to be minimised, or maximised if `largest`.
+        Name of the figure to be minimised, or maximised if `largest`.
     limits
-        Limits on figures other than `figure`.
+        Limits on figures.
     parts
-        Names of the figures that are squared, if the goal is a sum of squares; otherwise empty.
+        If `figure` is a sum of squares: names of the figures that are squared; otherwise empty.
+    counted
+        Number of designs in each batch evaluated so far.
     """
 
     figures_of: FiguresOf
@@ -205,11 +230,11 @@ class DesignProblem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Figures that the problem needs."""
+        """Names of the figures that must be computed."""
         return tuple(dict.fromkeys([self.figure, *(limit.figure for limit in self.limits), *self.parts]))
 
     def values(self, shares: np.ndarray) -> np.ndarray:
-        """Convert shares to values of the variables."""
+        """Convert scaled variables to values of the variables."""
         shares = np.asarray(shares)
         ratio = np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0)
         by_ratio = np.where(self.by_ratio, self.low, 1.0) * ratio**shares
@@ -217,20 +242,20 @@ class DesignProblem:
         return np.asarray(np.clip(found, self.low, self.high))
 
     def shares(self, values: np.ndarray) -> np.ndarray:
-        """Convert values of the variables to shares."""
+        """Convert values of the variables to scaled variables."""
         low, high, own = (np.where(self.by_ratio, each, 1.0) for each in (self.low, self.high, values))
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.where(self.by_ratio, np.log(own / low) / np.log(high / low), (values - self.low) / self.span)
         return np.asarray(np.clip(found, 0.0, 1.0))
 
     def rate(self, values: np.ndarray) -> np.ndarray:
-        """Return the derivative of values with respect to shares, shape (variables,)."""
+        """Return the derivatives of the values with respect to the scaled variables, shape (variables,)."""
         log = np.log(np.where(self.by_ratio, self.high, 1.0) / np.where(self.by_ratio, self.low, 1.0))
         return np.asarray(np.where(self.by_ratio, values * log, self.span))
 
     @property
     def span(self) -> np.ndarray:
-        """Differences between the bounds, shape (variables,)."""
+        """Differences between the upper and lower bounds of the variables, shape (variables,)."""
         return np.asarray(self.high - self.low)
 
     @property
@@ -239,17 +264,17 @@ class DesignProblem:
         return np.asarray((self.low > 0) & (self.high >= MIN_RATIO * self.low))
 
     def held_to(self, bounds: Sequence[float]) -> DesignProblem:
-        """Return the problem with the given bounds for the limits."""
+        """Return a copy of the problem, in which `bounds` replace the bounds of the limits."""
         moved = zip(self.limits, bounds, strict=True)
         return dataclasses.replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
-        """Evaluate the cost and margins of designs with the given shares, shape (designs, variables)."""
+        """Evaluate designs with the scaled variables `shares`, shape (designs, variables)."""
         self.counted.append(len(shares))
         return self.judged_by(self.figures_of(self.values(shares)).columns)
 
     def judged_by(self, columns: Mapping[str, np.ndarray]) -> Judged:
-        """Return the cost and margins of designs from their figures."""
+        """Return the cost and margins of designs from the figures of the designs."""
         sign = -1.0 if self.largest else 1.0
         margins = [limit.margin(np.asarray(columns[limit.figure], float)) - RESERVE for limit in self.limits]
         cost = sign * np.asarray(columns[self.figure], float)
@@ -266,10 +291,10 @@ class Judged(Struct, frozen=True):
     cost
         Value to be minimised, shape (designs,).
     margin
-        Relative margin to each limit, shape (limits, designs).
+        Relative margin to each limit minus `RESERVE`, shape (limits, designs).
     parts
-        Figures whose squares add up to the cost, shape (parts, designs). There are no rows if the cost is not a sum of
-        squares.
+        The cost is the sum of the squares of these figures, shape (parts, designs). There are no rows if the cost is
+        not a sum of squares.
     """
 
     cost: Reals
@@ -278,17 +303,30 @@ class Judged(Struct, frozen=True):
 
     @property
     def violation(self) -> np.ndarray:
-        """Sum of the relative violations of all limits, shape (designs,); inf if a figure is unknown."""
+        """Sum of the relative violations of all limits, shape (designs,); inf if the cost or a margin is unknown."""
         return violation(self.cost, self.margin)
 
     def order(self) -> np.ndarray:
-        """Return the indices of the designs, best first: feasible ones by cost, then infeasible ones by violation."""
+        """Return the indices of the designs, best first.
+
+        Feasible designs, sorted by cost, are followed by infeasible designs, sorted by violation.
+        """
         broken = self.violation
         return np.lexsort((np.where(broken > 0, 0.0, self.cost), broken))
 
 
 class Linear(Struct, frozen=True):
-    """A design: its cost, margins and parts, and their gradients with respect to the shares, shape (..., variables)."""
+    """Linearisation of a problem at one design.
+
+    Attributes
+    ----------
+    shares
+        Scaled variables of the design, shape (variables,).
+    cost, margin, parts
+        See `Judged`, without the axis of designs.
+    cost_slope, margin_slope, parts_slope
+        Derivatives with respect to the scaled variables, shape (..., variables).
+    """
 
     shares: Reals
     cost: float
@@ -300,7 +338,7 @@ class Linear(Struct, frozen=True):
 
     @property
     def violation(self) -> float:
-        """See `Judged`."""
+        """Sum of the relative violations of all limits; inf if the cost or a margin is unknown."""
         return float(violation(np.array(self.cost), self.margin))
 
 
@@ -311,7 +349,10 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
 
 
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
-    """Linearise several designs with a single evaluation. Slopes are fourth-order differences with four offsets."""
+    """Linearise a problem at several designs with a single evaluation.
+
+    Derivatives are difference quotients of fourth order, from four displaced designs for each variable.
+    """
     pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in pairs]))
     values = np.concatenate([found.cost[None], found.margin, found.parts])
@@ -321,7 +362,10 @@ def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Li
 
 
 def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the offsets of the variables, (4, variables), and the designs (the original one first)."""
+    """Return the offsets of the variables, shape (4, variables), and the original design with all displaced designs.
+
+    The designs have the shape (1 + 4 * variables, variables). The original design comes first.
+    """
     offsets = _offsets(shares)
     moved = np.tile(shares, (*offsets.shape, 1))
     own = np.arange(len(shares))
@@ -330,7 +374,17 @@ def _displaced(shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits: int) -> Linear:
-    """Linearise a design from `values`: cost, margins and parts (first axis) of the design and its displaced copies."""
+    """Linearise a problem at one design from the values of this design and of displaced designs.
+
+    Parameters
+    ----------
+    offsets
+        Offsets of the variables in the displaced designs, shape (4, variables).
+    values
+        Cost, margins and parts (first axis) of the original design and of the displaced designs (second axis).
+    limits
+        Number of limits.
+    """
     change = (values[:, 1:] - values[:, :1]).reshape(-1, *offsets.shape)
     own, slope = values[:, 0], (_weights(offsets) * change).sum(axis=1)
     end = 1 + limits
@@ -338,7 +392,10 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 
 
 def _offsets(shares: np.ndarray) -> np.ndarray:
-    """Return the offsets of the variables, shape (4, variables): to both sides, or only inwards near a bound."""
+    """Return four offsets for each variable, shape (4, variables).
+
+    The offsets go to both sides of the design. Near a bound, all offsets go away from the bound.
+    """
     middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
     inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP
     free = (shares >= GRADIENT_STEP) & (shares <= 1 - GRADIENT_STEP)
@@ -346,7 +403,10 @@ def _offsets(shares: np.ndarray) -> np.ndarray:
 
 
 def _weights(offsets: np.ndarray) -> np.ndarray:
-    """Return weights of difference quotients that are exact for polynomials of degree four, shape (4, variables)."""
+    """Return the weights of difference quotients, shape (4, variables).
+
+    The difference quotients are exact for polynomials of degree four.
+    """
     powers = offsets.T[:, None, :] ** np.arange(1, len(offsets) + 1)[:, None]  # (variables, powers, offsets)
     one = np.eye(len(offsets))[:, :1]
     return np.asarray(np.linalg.solve(powers, np.broadcast_to(one, (len(powers), *one.shape)))[..., 0].T)

@@ -1,4 +1,7 @@
-"""Optimization methods: parallel local searches from many starts, or differential evolution."""
+"""Optimization methods: parallel local searches from many starts, or differential evolution.
+
+The arrays `shares` contain the variables of designs, each scaled to 0...1 between its bounds.
+"""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -24,11 +27,13 @@ Result = TypeVar("Result")
 def batched(
     jobs: Sequence[Callable[[Callable[[Request], Reply]], Result]], answers: Callable[[list[Request]], list[Reply]]
 ) -> list[Result]:
-    """Run jobs in parallel and evaluate their requests in batches.
+    """Run jobs in parallel, and evaluate the requests of all jobs in batches.
 
-    To request an evaluation, a job calls the function that it gets as its argument. Once every running job has a
-    pending request, a single call of `answers` evaluates all requests, in the thread of the caller and in the order of
-    the jobs. The result therefore does not depend on timing. An exception in a job or in `answers` ends all jobs.
+    Each job is called with a function as its argument. The job calls this function to request an evaluation. Once every
+    running job has a pending request, a single call of `answers` evaluates all requests in the order of the jobs. This
+    call runs in the thread of the caller. The result therefore does not depend on timing.
+
+    An exception in a job or in `answers` ends all jobs.
     """
     if not jobs:
         return []
@@ -63,7 +68,7 @@ def batched(
         except BaseException:
             for _, _, reply in waiting:
                 reply.cancel()
-            while running:  # these jobs may still send a request
+            while running:  # cancel requests that a running job still sends
                 if event := events.get():
                     event[2].cancel()
                 else:
@@ -72,16 +77,19 @@ def batched(
     return [each.result() for each in results]
 
 
-SAMPLES_PER_VARIABLE = 64  # number of designs per variable from which starts are selected
+SAMPLES_PER_VARIABLE = 64  # number of sampled designs per variable, from which the starts of searches are selected
 MAX_SAMPLES = 1024
 STARTS = 8
 MIN_START_DISTANCE = 0.1  # smallest distance between starts, relative to the diagonal of the unit cube
-MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200  # of each local search, and of the best one if it did not converge
-PRECISION = 1e-13  # a local search ends when the relative change in the cost is below this
+# Maximum number of iterations of a local search, and of further iterations of the best search if it did not converge.
+MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200
+PRECISION = 1e-13  # sequential quadratic programming ends when (change in cost) / (cost at the start) is below this
 POPULATION, GENERATIONS = 15, 400  # population size per variable; maximum number of generations
 ITERATION_LIMIT_STATUS = 9  # status of scipy for a search that reaches the maximum number of iterations
-PENALTY = 1e3  # cost of a design without figures, relative to the cost at the start
-INFEASIBLE = 1e50  # offset that ranks infeasible designs after all others
+# Replaces unknown values of (cost) / (cost at the start) and of -(relative margin) in local searches. In a differential
+# evolution, larger violations are reduced to this value.
+PENALTY = 1e3
+INFEASIBLE = 1e50  # the cost of an infeasible design is INFEASIBLE * (1 + violation), more than for any feasible design
 
 
 class LocalOptimum(Struct, frozen=True):
@@ -90,11 +98,11 @@ class LocalOptimum(Struct, frozen=True):
     Attributes
     ----------
     start, end
-        First and last design as shares, shape (variables,).
+        Scaled variables of the design at the start and of the best design, shape (variables,).
     cost
-        Value to be minimised.
+        Cost of the best design. The search minimises the cost.
     violation
-        Sum of relative limit violations.
+        Sum of the relative limit violations of the best design.
     converged
         True if the search converged.
     """
@@ -107,25 +115,30 @@ class LocalOptimum(Struct, frozen=True):
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Key for sorting. The best result has the smallest key."""
+        """Key for sorting. The best local search has the smallest key."""
         return self.violation, self.cost
 
 
 def from_many_starts(
     problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Run local searches from the best distinct designs of a Latin hypercube; return their results, best first.
+    """Run local searches from the best designs of a Latin hypercube; return the results, best first.
 
     Parameters
     ----------
+    seed
+        Seed of the random generator.
     first
-        Additional start as shares, shape (variables,).
+        Additional start as scaled variables, shape (variables,).
     """
     return local_searches(problem, _starts(problem, seed, first), progress)
 
 
 def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
-    """Return starts: `first`, and the best designs of a Latin hypercube that are not too close to each other."""
+    """Return the starts of local searches: `first`, and the best designs of a Latin hypercube.
+
+    Two starts are at least `MIN_START_DISTANCE` * (diagonal of the unit cube) apart.
+    """
     variables = len(problem.low)
     cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
     shares = cube.random(min(SAMPLES_PER_VARIABLE * variables, MAX_SAMPLES))
@@ -141,7 +154,7 @@ def _starts(problem: DesignProblem, seed: int, first: np.ndarray | None) -> list
 def evolved(
     problem: DesignProblem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Run a local search from the best design of a differential evolution."""
+    """Run a differential evolution, then a local search from the best design of the evolution."""
     variables, generation = len(problem.low), [0]
 
     def cost(shares: np.ndarray) -> np.ndarray:  # (variables, designs)
@@ -163,9 +176,9 @@ def evolved(
 def local_searches(
     problem: DesignProblem, starts: Sequence[np.ndarray], progress: Progress = SILENT
 ) -> list[LocalOptimum]:
-    """Run local searches from several starts together, and continue the best one until it converges.
+    """Run local searches from several starts in parallel; return the results, best first.
 
-    The results are sorted, best first.
+    If the best local search has not converged, it gets up to `MAX_FURTHER_ITERATIONS` further iterations.
     """
     optima = _run_together(problem, starts, MAX_ITERATIONS, progress)
     if optima and not optima[0].converged and np.isfinite(optima[0].violation):
@@ -178,7 +191,7 @@ def local_searches(
 def _run_together(
     problem: DesignProblem, starts: Sequence[np.ndarray], most: int, progress: Progress
 ) -> list[LocalOptimum]:
-    """Run local searches with at most `most` iterations each; return their results, best first."""
+    """Run local searches with at most `most` iterations each; return the results, best first."""
     calls = [0]
 
     def answers(points: list[np.ndarray]) -> list[Linear]:
@@ -195,8 +208,8 @@ def _local_search(
 ) -> LocalOptimum:
     """Run a local search from one start.
 
-    A goal that is a sum of squares is minimised by least squares. Sequential quadratic programming follows if there are
-    limits. It also minimises all goals that are not sums of squares.
+    A sum of squares is minimised by least squares. If there are limits, sequential quadratic programming follows. Other
+    goals are minimised by sequential quadratic programming only.
     """
     known: dict[bytes, Linear] = {}
 

@@ -1,4 +1,7 @@
-"""Sensitivities: derivatives of figures with respect to the numbers of a design, by Richardson extrapolation."""
+"""Sensitivities: derivatives of results with respect to input values of a design, by Richardson extrapolation.
+
+Results are called figures, e.g. the largest stress. Varied input values are called variables.
+"""
 
 from collections.abc import Callable
 
@@ -9,10 +12,10 @@ from kinelast.designs.evaluate import Designs
 from rigid.arrays import Flags, Reals
 
 RATIO = 2.0  # ratio of successive steps
-FIRST_EXPONENT, LEVELS = 4, 18  # steps from 2^-4 to 2^-21 of the scale of a number
+FIRST_EXPONENT, LEVELS = 4, 18  # (step) / (scale of the variable) goes from 2^-4 to 2^-21
 DEPTH = 6  # maximum number of successive extrapolations
-NOISE_DEPTH = 3  # after this number of extrapolations, results of small steps differ only by round-off
-NOISE_FACTOR = 4.0  # safety factor on the observed noise, because few differences are available to estimate it
+NOISE_DEPTH = 3  # after this number of extrapolations, values from small steps differ only by round-off
+NOISE_FACTOR = 4.0  # safety factor on the estimated round-off, because the estimate uses few differences
 
 
 class Extrapolation(Struct, frozen=True):
@@ -46,19 +49,18 @@ def steps(scale: np.ndarray) -> np.ndarray:
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
     """Extrapolate difference quotients with steps that decrease by the factor `RATIO` (Richardson).
 
-    The extrapolation with the smallest estimated error is selected. The truncation error is estimated by the difference
-    between an extrapolation and the two values from which it is computed (Ridders). The round-off error follows from
-    `noise`, but is increased if the observed differences between neighbouring small steps are larger.
+    The extrapolation with the smallest estimated error is selected. The truncation error is estimated by the larger
+    difference between an extrapolation and the two values from which the extrapolation is computed (Ridders). The
+    round-off error follows from `noise`. It is increased if the values from neighbouring small steps differ by more.
 
     Parameters
     ----------
     quotients
         Difference quotients, shape (levels, ...), largest step first; nan for unusable steps.
     noise
-        Error of each quotient due to round-off of the values, shape (levels, ...).
+        Error of each quotient due to round-off, shape (levels, ...).
     order
-        Difference between successive powers of the step in the truncation error: 2 for central differences, 1 for
-        one-sided differences.
+        The truncation error is a power series in step^order: 2 for central differences, 1 for one-sided differences.
 
     References
     ----------
@@ -85,27 +87,28 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
 
 
 def _noise_ratio(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
-    """Return (actual round-off) / (assumed round-off), at least 1, shape (...).
+    """Return (estimated round-off) / (assumed round-off), at least 1, shape (...).
 
-    It is estimated from the differences between neighbouring small steps, for which truncation errors are negligible.
+    The estimate uses the differences between values from neighbouring small steps, which have negligible truncation
+    errors.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
     known = np.isfinite(jumps)
-    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # the five smallest steps
+    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # the five smallest usable steps
     return np.asarray(np.maximum(1.0, NOISE_FACTOR * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))
 
 
 ROUND_OFF = 4 * np.finfo(float).eps  # assumed relative round-off error of a figure
-KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than this multiple of the sum of their errors
-MIN_KINK = 1e-6  # smallest difference between one-sided slopes at a kink, relative to the slopes
+KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than KINK_ERRORS * (sum of the errors of the slopes)
+MIN_KINK = 1e-6  # at a kink, the one-sided slopes differ by more than MIN_KINK * (steeper slope)
 
 
 FiguresOf = Callable[[np.ndarray], Designs]
 
 
 class Sensitivities(Struct, frozen=True):
-    """Derivatives of figures with respect to variables.
+    """Derivatives of figures (results) with respect to variables (input values).
 
     Arrays have the shape (figures, variables) unless stated otherwise.
 
@@ -118,17 +121,17 @@ class Sensitivities(Struct, frozen=True):
     figure
         Values of the figures, shape (figures,).
     slope, error
-        Derivative and its estimated error; nan if unknown. At a kink, the derivative is the mean of both one-sided
-        derivatives. At the end of a range, it is the one-sided derivative.
+        Derivative and estimated error of the derivative; nan if unknown. At a kink, `slope` is the mean of both
+        one-sided derivatives. If a figure is known on one side only, `slope` is the derivative on this side.
     below, above
         One-sided derivatives.
     kink
-        True if the one-sided slopes differ. This happens if the largest value occurs at two locations, or if the figure
-        is a magnitude and is zero.
+        True if the one-sided derivatives differ. This happens if the largest value occurs at two locations, or if the
+        figure is a magnitude and is zero.
     valid_range
-        Largest change in the variable, in both directions and relative to its scale, for which the location of the
-        largest value stays the same; 0 at a kink. For larger changes, the largest value may occur at a different link
-        or position.
+        Largest change (divided by the scale of the variable) that keeps the location of the largest value in both
+        directions. A larger change may move the largest value to another link or position. The range is 0 at a kink,
+        and nan if a figure has no location.
     """
 
     figures: tuple[str, ...]
@@ -143,7 +146,7 @@ class Sensitivities(Struct, frozen=True):
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Change in the figure in per cent if the variable changes by one per cent, shape (figures, variables)."""
+        """Change in each figure in per cent if a variable changes by one per cent, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.slope * self.at / self.figure[:, None])
 
@@ -154,12 +157,12 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     Parameters
     ----------
     figures_of
-        Function of the values of the variables, shape (designs, variables), that returns the figures. It is called
-        once.
+        Function that returns the figures of designs. The argument contains the values of the variables, shape
+        (designs, variables). The function is called once.
     at
         Values of the variables, shape (variables,).
     scale
-        Magnitude of each variable, shape (variables,). By default, this is the value, or 1 if the value is 0. The
+        Magnitude of each variable, shape (variables,). The default is the absolute value, or 1 if the value is 0. The
         largest step is 1/16 of the scale.
 
     Raises
@@ -177,7 +180,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     shape = (len(names), *moved.shape[:3])
     values = np.stack([np.asarray(computed.columns[name], float) for name in names])
     places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
-    move = np.diagonal(moved - at, axis1=2, axis2=3)  # actual step, including round-off
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # signed steps, including round-off
     found_at = _DisplacedDesigns(
         values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move
     )
@@ -186,7 +189,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Return designs with one displaced variable, shape (sides, levels, displaced variables, variables)."""
+    """Return designs in which one variable is displaced, shape (sides, levels, displaced variables, variables)."""
     levels, count = step.shape
     moved = np.broadcast_to(at, (2, levels, count, count)).copy()
     own = np.arange(count)
@@ -196,34 +199,48 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 class _DisplacedDesigns(Struct, frozen=True):
-    """Figures and locations of a design (figures,), and of displaced designs (figures, sides, levels, variables)."""
+    """Figures of a design and of displaced designs, in which one variable is changed.
+
+    Attributes
+    ----------
+    own, own_place
+        Figures of the original design, and locations of the largest values, shape (figures,).
+    value, place
+        Figures of the displaced designs, and locations, shape (figures, sides, levels, variables).
+    move
+        Signed changes of the variables, shape (sides, levels, variables).
+    """
 
     own: Reals
     value: Reals
     own_place: Reals
     place: Reals
-    move: Reals  # (sides, levels, variables)
+    move: Reals
 
     @property
     def smooth(self) -> np.ndarray:
-        """True if a figure has the same location in a displaced design and under all smaller displacements."""
+        """True if a figure is smooth up to a displacement, shape (figures, sides, levels, variables).
+
+        For this displacement and all smaller displacements on the same side, the figure must be finite and the location
+        of the largest value must be equal.
+        """
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """True if the location does not change under the smallest displacement, (figures, sides, variables)."""
+        """True if the smallest displacement does not change the location, shape (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
-    """Return the largest change, relative to `scale`, that keeps the location in both directions."""
+    """Return the largest (change / `scale`) that keeps the location in both directions, shape (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
 class _Slopes(Struct, frozen=True):
-    """Derivatives from central, backward and forward differences, (figures, variables)."""
+    """Derivatives from central, backward and forward differences, each of shape (figures, variables)."""
 
     middle: Extrapolation
     below: Extrapolation
@@ -235,8 +252,9 @@ def _sensitivities_from(
 ) -> Sensitivities:
     """Compute derivatives from the figures of displaced designs.
 
-    If two locations always have equal values, as in a cycle that runs back and forth, round-off selects one of them at
-    random. Differences between values at different locations are therefore also used, if they are more accurate.
+    If two locations always have equal values, round-off selects one location at random. An example is a cycle in which
+    a mechanism moves back and forth. Therefore, differences between values at different locations are also computed,
+    and the more accurate derivative is selected.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
@@ -257,7 +275,15 @@ def _sensitivities_from(
 
 
 def _slopes(tried: _DisplacedDesigns, values: np.ndarray, both: np.ndarray) -> _Slopes:
-    """Return derivatives from values. Unusable values are nan. `both` is True if central differences are valid."""
+    """Return derivatives from the values of displaced designs.
+
+    Parameters
+    ----------
+    values
+        Values of the displaced designs, shape (figures, sides, levels, variables); nan if a value must not be used.
+    both
+        True if central differences are valid, shape (figures, variables).
+    """
     served = np.where(np.isinf(values), np.nan, values).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
     figures = np.where(np.isinf(tried.own), np.nan, tried.own)[:, None]  # inf has no derivative
     left, right = tried.move[:, :, None, :]

@@ -1,4 +1,8 @@
-"""Studies of a scene: sensitivities, tolerances and optimization."""
+"""Studies of a scene (a mechanism with its motion): sensitivities, tolerances and optimization.
+
+A study varies input values of the scene and computes results, called figures, e.g. the largest stress. Most figures are
+quasi-static. A full answer contains the figures by the theory chosen in the scene, with errors.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -31,14 +35,17 @@ from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
-NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # not about the machine
-NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # derivatives are meaningless
-MAX_ROUNDS = 6  # maximum number of rounds in which the bounds of an optimization are adjusted
-GROWTH = 16.0  # factor by which the reserve grows per round, after the third round
-MAX_SPARE = 0.01  # if an active limit has a larger relative margin, a further round follows
-SCREENED_DESIGNS = 16  # number of designs that show which limits depend on the variables
-MAX_CONSTANT_CHANGE = 1e-9  # a figure counts as independent of the variables up to this relative change
-BATCH, SMALL_BATCH = 512, 64  # number of designs between progress reports; SMALL_BATCH if not all numbers can be arrays
+# Tables of a scene without input values that describe the machine.
+NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")
+NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # no meaningful derivatives
+MAX_ROUNDS = 6  # maximum number of rounds of an optimization, each with a full answer and adjusted bounds
+GROWTH = 16.0  # after the third round, each round multiplies the extra margin (`SPARE`) to the limits by this factor
+MAX_SPARE = 0.01  # if the full answer has a larger relative margin to an active limit, a further round follows
+SCREENED_DESIGNS = 16  # number of sampled designs that show which limits depend on the variables
+MAX_CONSTANT_CHANGE = 1e-9  # a figure that varies relatively less between designs is independent of the variables
+# Number of designs per batch: BATCH if all input values can be arrays, SMALL_BATCH if some can be arrays, otherwise 1.
+# Progress is reported for each batch.
+BATCH, SMALL_BATCH = 512, 64
 
 
 def _figures_of(
@@ -48,7 +55,10 @@ def _figures_of(
     progress: Progress = SILENT,
     stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
-    """Return a function that evaluates designs in batches: it takes the values of some numbers and returns figures."""
+    """Return a function that computes the figures of designs in batches.
+
+    The argument of the function contains the input values at `paths`, shape (designs, paths).
+    """
     base = base_of(document, paths, figures)
     part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
 
@@ -76,12 +86,12 @@ def _place(part: Designs, name: str) -> Integers:
 
 
 def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
-    """Return the figures of the nominal scene.
+    """Return the figures of the nominal scene, i.e. of the scene as written in the document.
 
     Raises
     ------
     SceneError
-        The nominal scene has no figures.
+        The figures of the nominal scene cannot be computed.
     """
     found = evaluate(document, [], np.zeros((1, 0)), figures)
     if found.reason[0]:
@@ -92,17 +102,18 @@ def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None)
 def sensitivity_study(
     scene: Document | Tables, requested: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
-    """Return the sensitivities of a scene's figures, the numbers that vary, and the units of the figures.
+    """Return the sensitivities of results (figures) to input values, these input values, and the units of the figures.
 
     Parameters
     ----------
     requested
-        Paths of the numbers (default: the numbers in [sensitivities] or, if this is empty, all numbers of the machine).
+        Paths of the input values. By default, these are the paths in [sensitivities]. If [sensitivities] has no paths,
+        these are all input values that describe the machine.
 
     Raises
     ------
     SceneError
-        The tables are invalid, or the nominal scene has no figures.
+        The tables are invalid, or the figures of the nominal scene cannot be computed.
     """
     document = document_of(scene)
     table = document.table
@@ -118,15 +129,15 @@ def sensitivity_study(
 
 
 def _machine_paths(table: SceneTable) -> list[str]:
-    """Return the paths of all numbers that describe the machine, excluding limits."""
+    """Return the paths of all input values that describe the machine. Limits do not describe the machine."""
     paths = [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
     return [path for path in paths if not sets_limit(path)]
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """Return the scale of each variable: its magnitude, or 1 if its magnitude is zero.
+    """Return the scale of each variable, shape (variables,): the magnitude of its value, or 1 if the value is 0.
 
-    The scale of a coordinate is at least the extent of the drawing.
+    The scale of a coordinate is at least the largest magnitude of all coordinates in [points].
     """
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
     return np.array(
@@ -138,20 +149,20 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
 
 
 def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
-    """Compute the scatter of the figures of a scene within its [tolerances].
+    """Compute the scatter of results (figures) if the input values of a scene vary within [tolerances].
 
-    If the scene states its output, the study includes two output errors: the error due to geometry, and the error due
-    to geometry plus deflection.
+    If the scene defines an output, the figures include two output errors: the error due to geometry alone, and the
+    error due to geometry and deflection together.
 
     Parameters
     ----------
     designs
-        Minimum number of samples.
+        Minimum number of sampled designs.
 
     Raises
     ------
     SceneError
-        The tables are invalid, the nominal scene has no figures, or there are no tolerances.
+        The tables are invalid, there are no tolerances, or the figures of the nominal scene cannot be computed.
     """
     document = document_of(scene)
     table, built, task = document.table, document.scene, tolerance_task(document)
@@ -200,7 +211,17 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
 
 
 class PosedProblem(Struct, frozen=True, eq=False):
-    """The problem under [optimize], the nominal figures, units, and True if the scene requests quasi-statics."""
+    """The optimization problem that [optimize] defines.
+
+    Attributes
+    ----------
+    task, problem
+        The problem as read from the tables, and the problem as a function of scaled variables.
+    before, units
+        Figures of the nominal scene, and units of the figures, by name.
+    quasi_static
+        True if the scene requests the quasi-static theory.
+    """
 
     task: OptimizationTask
     problem: DesignProblem
@@ -210,7 +231,7 @@ class PosedProblem(Struct, frozen=True, eq=False):
 
 
 def problem_of(given: Document | Tables) -> PosedProblem:
-    """Build the problem under [optimize].
+    """Build the optimization problem that [optimize] defines.
 
     Raises
     ------
@@ -234,12 +255,13 @@ def problem_of(given: Document | Tables) -> PosedProblem:
 
 
 def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
-    """Find the best design as defined by [optimize].
+    """Find the best design according to [optimize].
 
     Raises
     ------
     SceneError
-        The tables are invalid, there is no goal, or no tried design has the requested figures.
+        The tables are invalid, there is no goal, no design can meet the limits, or the search finds no design with the
+        required figures.
     """
     document = document_of(scene)
     posed = problem_of(document)
@@ -259,7 +281,10 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
 
 
 def _require_feasible(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
-    """Evaluate a few designs, and raise SceneError if a violated limit does not depend on any variable."""
+    """Raise SceneError if a limit is violated and the limited figure is equal in several sampled designs.
+
+    In this case, no choice of the variables can meet the limit.
+    """
     task, problem = posed.task, posed.problem
     cube = qmc.Sobol(len(first), rng=np.random.default_rng(task.seed)).random(SCREENED_DESIGNS)
     with np.errstate(all="ignore"):
@@ -278,7 +303,7 @@ def _require_feasible(scene: Scene, posed: PosedProblem, first: np.ndarray) -> N
 
 
 class _FullyJudged(Struct, frozen=True, eq=False):
-    """Best design of a problem and its full answer."""
+    """A problem, the best design found, and the full answer for this design (None if not computed)."""
 
     problem: DesignProblem
     best: Optimum
@@ -286,12 +311,16 @@ class _FullyJudged(Struct, frozen=True, eq=False):
 
     @property
     def judgements(self) -> tuple[Judgement, ...]:
-        """Limits with their values; empty if there is no full answer."""
+        """Judgements of all limits by the full answer; empty if there is no full answer."""
         return self.answer.judgements if self.answer else ()
 
     @property
     def settled(self) -> bool:
-        """True if all limits are decided and no active limit has a margin: other bounds would not help."""
+        """True if a search with other bounds would not help.
+
+        In this case, no limit is violated or too close to decide, and the full answer has no margin larger than
+        `MAX_SPARE` to an active limit.
+        """
         if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
         holds = np.abs(self.best.certificate.margin) < ACTIVE
@@ -300,11 +329,14 @@ class _FullyJudged(Struct, frozen=True, eq=False):
 
 
 def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudged, progress: Progress) -> _FullyJudged:
-    """Find the best design that meets all limits with its full answer and errors; else return the last one tried.
+    """Search for the best design that meets all limits with its full answer and errors.
 
     The quasi-static search leaves no reserve for vibration and errors. Therefore, each round computes the full answer
-    of the best design, adjusts the bounds accordingly, and continues the search. If there are no limits, the full
-    answer is only computed for the goal.
+    of the best design, adjusts the bounds accordingly, and continues the search. The result is
+    the last design that meets all limits, or the last design if all designs violate a limit.
+
+    If there are no limits, the bounds cannot be adjusted. A single full answer is then computed, but only if the goal
+    depends on the deflection.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
     worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)
@@ -325,7 +357,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # errors vary between designs
+        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # the next design has other errors
         problem = now.problem.held_to(
             [judge.adjusted_bound(judged, value, other, spare) for judged, (value, _), other in rows]
         )
@@ -335,7 +367,10 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
 
 
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
-    """Return all figures that a limit or goal may use. Expensive figures are only included if one uses them."""
+    """Return all figures that a limit or goal may use.
+
+    Figures that are computed only on request are included if a limit or the goal names them.
+    """
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}
     measures = design_measures(scene, output_of(scene)).values()
@@ -343,7 +378,7 @@ def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> l
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
-    """Return the figures of the path under [optimize.path]."""
+    """Return the figures that compare the motion of a point with the path in [optimize.path]."""
     path_table = table.optimize.path
     if path_table is None:
         return []

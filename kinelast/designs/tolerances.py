@@ -1,4 +1,8 @@
-"""Scatter of figures due to the tolerances of the numbers of a design, and error of the output."""
+"""Scatter of results due to the tolerances of input values, and figures of the output error.
+
+Results are called figures, e.g. the largest stress. Each machine that is made has other input values within the
+tolerances. A full answer contains the figures by the theory chosen in the scene, with errors.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,20 +26,20 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # number of sample sets; each set is scrambled independently
-DESIGNS = 2048  # default number of samples in all sets
+REPEATS = 8  # number of independent sample sets; each set is a Sobol sequence with another random scrambling
+DESIGNS = 2048  # default number of samples, summed over all sets
 QUANTILES = (0.025, 0.5, 0.975)
 NORMAL_DEVIATIONS = 3.0  # (tolerance) / (standard deviation of the normal distribution)
-INDEX_SAMPLE = 256  # (number of designs for Sobol indices) / (number of variables + 2)
+INDEX_SAMPLE = 256  # the Sobol indices need INDEX_SAMPLE * (number of variables + 2) designs
 
 
 class Tolerance(Struct, frozen=True):
-    """Tolerance of a number.
+    """Tolerance of an input value.
 
     Attributes
     ----------
     half
-        Half the width of the range, in the unit of the number.
+        Half the width of the tolerance range, in the SI unit of the input value.
     normal
         True for a normal distribution with standard deviation `half` / 3, False for a uniform distribution.
     """
@@ -45,25 +49,29 @@ class Tolerance(Struct, frozen=True):
 
     @property
     def deviation(self) -> float:
-        """Standard deviation."""
+        """Standard deviation of the input value."""
         return self.half / (NORMAL_DEVIATIONS if self.normal else np.sqrt(3.0))
 
     def scattered(self, shares: np.ndarray) -> np.ndarray:
-        """Return the deviations of the number from its nominal value at probabilities `shares`, same shape."""
+        """Return quantiles of the deviation from the nominal value.
+
+        `shares` contains cumulative probabilities (0 to 1). The result has the shape of `shares`.
+        """
         return self.deviation * ndtri(shares) if self.normal else self.half * (2 * shares - 1)
 
 
 class FirstOrder(Struct, frozen=True):
-    """Scatter of figures to first order.
+    """Scatter of figures (results) to first order in the tolerances.
 
     Attributes
     ----------
     deviation
-        Standard deviation, shape (figures,).
+        Standard deviation of each figure, shape (figures,).
     worst
-        Deviation in the worst case, in which every number is at one end of its tolerance, shape (figures,).
+        Largest deviation of each figure, shape (figures,). Every input value is at one end of the tolerance range.
     share
-        Share of each number in the variance, shape (figures, variables); nan if the figure does not scatter.
+        Fraction of the variance of a figure that an input value causes, shape (figures, variables); nan if the figure
+        does not scatter.
     """
 
     deviation: Reals
@@ -72,7 +80,10 @@ class FirstOrder(Struct, frozen=True):
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """Return the first-order scatter of figures for independent numbers. At a kink, the steeper slope is used."""
+    """Return the first-order scatter of figures for independent input values.
+
+    At a kink, the steeper one-sided derivative is used.
+    """
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
@@ -82,18 +93,21 @@ def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstO
 
 
 class Scatter(Struct, frozen=True):
-    """Distribution of a figure over sampled designs.
+    """Distribution of a figure (result) over sampled designs.
 
     Attributes
     ----------
-    mean, deviation, low, median, high
-        `low`, `median`, `high`: quantiles at 2.5 %, 50 % and 97.5 %.
+    mean, deviation
+        Mean and standard deviation.
+    low, median, high
+        Quantiles at 2.5 %, 50 % and 97.5 %.
     least, largest
-        Extremes of the sample.
+        Smallest and largest value in the sample.
     error
-        Standard errors of mean, deviation, low, median and high, from the differences between sample sets, shape (5,).
+        Standard errors of mean, deviation, low, median and high, shape (5,). They are estimated from the differences
+        between sample sets.
     known
-        Fraction of the designs in which the figure is known. The statistics leave out all other designs.
+        Fraction of the designs in which the figure is known. The statistics use only these designs.
     """
 
     mean: float
@@ -110,7 +124,7 @@ class Scatter(Struct, frozen=True):
 def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
     """Sample designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
 
-    The number of points in each set is a power of two, so that the total number may exceed `designs`.
+    The total number of points is at least `designs`, see `points_for`.
     """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
@@ -118,32 +132,38 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIG
 
 
 def points_for(designs: int) -> int:
-    """Return the number of points in each sample set: a power of two, so that all sets contain at least `designs`."""
+    """Return the number of points in each sample set.
+
+    It is the smallest power of two for which all sets together contain at least `designs` points.
+    """
     return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
 
 def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return points in the interior of the unit cube."""
+    """Return scrambled Sobol points in the interior of the unit cube, shape (count, variables)."""
     points = np.asarray(qmc.Sobol(variables, rng=rng).random(count))
     return np.asarray(np.clip(points, 2.0**-33, 1 - 2.0**-33))
 
 
 def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
-    """Return the deviations of all numbers at probabilities `shares`, shape (..., variables)."""
+    """Return quantiles of the deviations of all input values from the nominal values, shape (..., variables).
+
+    `shares` contains cumulative probabilities (0 to 1), shape (..., variables).
+    """
     return np.stack([each.scattered(shares[..., k]) for k, each in enumerate(tolerances)], axis=-1)
 
 
 def scatter(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
 ) -> dict[str, Scatter]:
-    """Sample the distributions of all figures within tolerances, in a single evaluation."""
+    """Return the distributions of all figures within tolerances by name. The sampled designs are evaluated together."""
     tried = sample(tolerances, at, designs, seed)
     found = figures_of(tried.reshape(-1, tried.shape[-1]))
     return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
 
 
 def _scatter(values: np.ndarray) -> Scatter:
-    """Return the distribution of a figure from its values, (repeats, points)."""
+    """Return the distribution of a figure for sampled values, shape (repeats, points)."""
     known = np.isfinite(values)
     if not known.any():
         nan = math.nan
@@ -156,7 +176,7 @@ def _scatter(values: np.ndarray) -> Scatter:
 
 
 def _moments(values: np.ndarray) -> tuple[float, ...]:
-    """Return mean, standard deviation and quantiles."""
+    """Return the mean, the standard deviation, and the quantiles at `QUANTILES`."""
     return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
 
 
@@ -166,14 +186,14 @@ class KeptShare(Struct, frozen=True):
     Attributes
     ----------
     plain
-        Fraction by quasi-static figures, without errors.
+        Fraction if quasi-static figures are compared with the limits, without errors.
     in_full
-        Fraction by full answers, with errors; nan if a limit cannot be judged.
+        Fraction if figures of full answers are compared with the limits, with errors; nan if a limit cannot be judged.
     low, high
         95 % confidence interval of `in_full` (Clopper and Pearson 1934), including the error of the response surfaces.
     beyond
-        Fraction of machines with a total output error (due to geometry and deflection) above the limit on the output
-        error; nan if there is no such limit.
+        Fraction of machines with a total output error above the limit on the output error; nan if there is no such
+        limit. The total output error is due to geometry and deflection.
     """
 
     plain: float
@@ -186,16 +206,18 @@ class KeptShare(Struct, frozen=True):
 def kept_share(
     columns: Mapping[str, Reals], judgements: Sequence[Judgement], full: Mapping[str, FullColumn], output: str = ""
 ) -> KeptShare:
-    """Estimate the fraction of machines that meet all limits. A machine in which a link yields counts as failed.
+    """Estimate the fraction of machines that meet all limits.
+
+    A machine in which a link yields is treated like a machine that violates a limit.
 
     Parameters
     ----------
     columns
-        Quasi-static figures of the limits, by name, shape (machines,).
+        Quasi-static values of the limited figures by name, shape (machines,).
     judgements
-        Limits, judged by the full answer of the nominal machine.
+        Judgement of each limit by the full answer of the nominal machine.
     full
-        Figures of all machines, extrapolated from full answers.
+        Limited figures of all machines by name, extended from full answers of some machines.
     output
         Name of the column with the total output error.
     """
@@ -217,10 +239,13 @@ def kept_share(
 def variance_shares(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
 ) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-    """Return Sobol indices: share of each number in the variance, without interactions, and including interactions.
+    """Return two arrays of Sobol indices for each figure, by name.
 
-    Unlike the shares of `first_order`, Sobol indices also apply to large tolerances. The arrays have shape
-    (variables,). They are nan for a figure that does not scatter, or that is unknown for one of the designs.
+    A Sobol index is the fraction of the variance of a figure that an input value causes. The first array is without
+    interactions between input values, and the second array includes interactions. Both have the shape (variables,).
+    The indices are nan if a figure does not scatter, or is unknown for a design.
+
+    Unlike `FirstOrder.share`, Sobol indices also apply to large tolerances.
     """
     names: list[str] = []
 
@@ -242,19 +267,19 @@ class ToleranceResult(Struct, frozen=True, eq=False):
     Attributes
     ----------
     variables, tolerances
-        Varied numbers and their tolerances.
+        Varied input values and their tolerances.
     nominal
         Sensitivities of the nominal design.
     first
-        First-order scatter, in the order of the figures of `nominal`.
+        First-order scatter of the figures in `nominal.figures`.
     sampled
-        Sampled distributions by figure.
+        Sampled distributions by name of the figure.
     shares
-        Sobol indices by figure: without interactions, and including interactions, each of shape (variables,).
+        Sobol indices by name of the figure, see `variance_shares`.
     units
-        Units of the figures.
+        Units by name of the figure.
     designs
-        Number of samples.
+        Number of sampled designs.
     answer
         Full answer of the nominal scene.
     kept
@@ -273,21 +298,24 @@ class ToleranceResult(Struct, frozen=True, eq=False):
     kept: KeptShare | None = None
 
 
-GEOMETRIC, WHOLE = "geometric_error", "whole_error"
-FARTHEST, SQUARES = "path_error", "path_squares"
-PART = "path["  # prefix of the keys of components; SQUARES is the sum of their squares
+GEOMETRIC, WHOLE = "geometric_error", "whole_error"  # keys of the figures of `accuracy_figures`
+FARTHEST, SQUARES = "path_error", "path_squares"  # keys of figures of `path_figures`
+PART = "path["  # prefix of the keys of the distance components: the figure SQUARES is the sum of the squared components
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
-    """Return figures of the largest output error over the cycle, relative to the nominal mechanism with rigid links.
+    """Return two figures (results) for the largest output error over the cycle.
 
-    One figure is the error due to geometry. The second figure is the error due to geometry plus deflection. (The error
+    The output error is the difference from the output of the nominal mechanism with rigid links. The first figure is
+    the error due to geometry alone. The second figure is the error due to geometry and deflection together. (The error
     due to deflection alone is the figure `output_error`, which is not returned.)
 
     Parameters
     ----------
     nominal
-        Motion of the nominal mechanism, at the positions of the designs.
+        Motion of the nominal mechanism, at the positions at which the designs are computed.
+    output
+        Point or link that is the output.
     """
     if output.point:
         place = position_of(nominal, output.link, output.point)
@@ -314,9 +342,17 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
-    """Return figures of the distance of a point from target points, one per position, with rigid links.
+    """Return figures (results) that compare the path of a point with target points. The links are rigid.
 
-    The figures are the largest distance, the sum of the squared distances, and the components of all distances.
+    The figures are the largest distance from the target points, the sum of the squared distances, and the x and y
+    components of all distances.
+
+    Parameters
+    ----------
+    output
+        The point that moves.
+    places
+        Target point for each position as a complex number x + i y [m].
     """
     targets = np.array(places)
 

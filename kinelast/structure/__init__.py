@@ -1,4 +1,4 @@
-"""Description of the structure of a planar mechanism or of a spatial chain of joints as text."""
+"""Text that describes the structure of a planar mechanism or of a spatial chain of joints."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 LINE_WIDTH = 110  # [characters]
-NEARLY_SINGULAR = 1e-3  # smallest nonzero / largest singular value
+NEARLY_SINGULAR = 1e-3  # warn if (smallest nonzero singular value) / (largest singular value) is below this value
 
 
 def section(name: str, lines: Iterable[str]) -> str:
-    """Return a heading, indented lines, and an empty line."""
+    """Return a section of a text: a heading, indented lines, and an empty line."""
     return "\n".join([name, *(f"  {line}".rstrip() for line in lines), ""])
 
 
@@ -31,12 +31,12 @@ def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def wrapped_lines(text: str) -> list[str]:
-    """Wrap a sentence to the width of a terminal."""
+    """Split a text into lines of at most `LINE_WIDTH` characters."""
     return wrap(text, LINE_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def loop_lines(graph: Graph) -> list[str]:
-    """Return a description of each loop, as a walk along nodes and branches."""
+    """Return lines that list the nodes and branches of each independent loop, in order around the loop."""
     lines = []
     for number, loop in enumerate(topology.fundamental_loops(graph), 1):
         steps = []
@@ -52,7 +52,7 @@ def loop_lines(graph: Graph) -> list[str]:
 
 
 def rank_lines(ranks: Mobility) -> list[str]:
-    """Return a description of the ranks of the kinematic and static matrices, with a warning if they are uncertain."""
+    """Return lines with the ranks of the kinematic and static matrices, and a warning if the ranks are uncertain."""
     m, h = int(ranks.mobility), int(ranks.hyperstaticity)
     kinematic = (ranks.kinematic_unknowns, ranks.kinematic_equations, int(ranks.kinematic_rank))
     static = (ranks.static_unknowns, ranks.static_equations, int(ranks.static_rank))
@@ -72,7 +72,7 @@ def rank_lines(ranks: Mobility) -> list[str]:
 
 
 def redundancy_lines(names: Sequence[str]) -> list[str]:
-    """Return a description of the joints with statically indeterminate forces."""
+    """Return lines that name the joints with statically indeterminate forces."""
     if not names:
         return ["every joint force follows from statics"]
     return wrapped_lines("redundant: statics does not determine the forces in " + ", ".join(names))
@@ -82,7 +82,12 @@ MAX_NAMED = 3  # maximum number of contacts named in a message
 
 
 def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Contact] = (), title: str = "") -> str:
-    """Return a description of the structure of a mechanism or scene. `contacts` are cams and slipping gears as drawn.
+    """Return a text that describes the structure of a mechanism or scene.
+
+    Parameters
+    ----------
+    contacts
+        Cams and slipping gears, at the drawn position.
 
     Raises
     ------
@@ -107,13 +112,13 @@ def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Conta
 
 
 def titled(title: str, sections: Iterable[tuple[str, Iterable[str]]]) -> str:
-    """Return sections under a title, which may be empty."""
+    """Return a text that consists of an underlined title and sections. An empty title is left out."""
     head = [title, "=" * len(title), ""] if title else []
     return "\n".join(head) + "\n".join(section(name, lines) for name, lines in sections)
 
 
 def _no_groups_reason(contacts: Sequence[topology.Contact]) -> str:
-    """Return the reason why a mechanism with contacts has no groups: groups consist of lower pairs."""
+    """Return the reason why a mechanism with cams or slipping gears cannot be divided into groups."""
     names = ", ".join(f'"{contact.name}"' for contact in contacts[:MAX_NAMED])
     names += ", ..." if len(contacts) > MAX_NAMED else ""
     one = len(contacts) == 1
@@ -156,7 +161,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
 
 
 def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[str]:
-    """Return the groups in the order of their solution, or the reason why there are none."""
+    """Return lines that list the groups in the order of solution, or the reason why there are no groups."""
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
@@ -169,7 +174,7 @@ def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[
 
 
 def _bars(graph: Graph) -> list[str]:
-    """Return the bars with their nodes, and the incidence and loop matrices if they are not too wide."""
+    """Return lines with the bars, their nodes, and the incidence and loop matrices. Wide matrices are left out."""
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
@@ -191,7 +196,7 @@ def _signs(matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]], labels: Sequ
 
 
 def spatial_text(joints: Sequence[topology.SpatialJoint], title: str = "", fixed: str | None = None) -> str:
-    """Return a description of the structure of a spatial chain of joints.
+    """Return a text that describes the structure of a spatial chain of joints.
 
     Raises
     ------
@@ -228,7 +233,10 @@ def _transmitted_text(joint: topology.SpatialJoint) -> str:
 def _input_output_laws(
     freedoms: Sequence[Sequence[str]], graph: Graph, rates: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 ) -> list[str]:
-    """For one degree of freedom, return all rates relative to the first nonzero rate."""
+    """Return lines with all joint rates relative to the first nonzero rate.
+
+    If there is no degree of freedom, or more than one, return a message instead.
+    """
     if rates.shape[1] == 0:
         return ["no motion"]
     if rates.shape[1] != 1:

@@ -1,4 +1,4 @@
-"""Structure of a scene, which need not be able to move: text and diagram."""
+"""Structure of a scene as a text and a diagram. The mechanism may be immobile."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 
 
 class StructureScene(Struct, frozen=True, eq=False):
-    """A scene for a structural analysis: a planar mechanism, or joints in space.
+    """A scene for the analysis of its structure: a planar mechanism, or a spatial chain of joints.
 
     Attributes
     ----------
     name, title, source, path
         See `Scene`.
     mechanism, contacts
-        Planar mechanism, or None for a spatial chain, and the contacts of the mechanism (gears, cams).
+        Planar mechanism (None for a spatial chain), and its contacts (cams and slipping gears).
     joints, fixed
-        Joints of a spatial chain, and its fixed link, if given.
+        Joints of a spatial chain, and the name of the fixed link (None if not given).
     """
 
     name: str
@@ -59,7 +59,7 @@ def read_structure(path: str | Path) -> StructureScene:
     Raises
     ------
     SceneError
-        The file is invalid. A mechanism that cannot move is valid.
+        The file is invalid. An immobile mechanism is valid.
     """
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene file, got {shown(path)}")
@@ -68,14 +68,14 @@ def read_structure(path: str | Path) -> StructureScene:
 
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
-    """Read the structure from a TOML text. `path` is the path of the file for messages."""
+    """Read the structure of a scene from a TOML text. Error messages show `path`."""
     with of_file(path):
         raw = parsing.parse_toml(text)
     return structure_from_dict(raw, name, path)
 
 
 def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
-    """Read the structure from the tables of a TOML file. `path` is the path of the file for messages."""
+    """Read the structure of a scene from the tables of a TOML file. Error messages show `path`."""
     with of_file(path):
         if parsing.is_chain(raw):
             return _chain(parsing.parsed(raw, ChainTable), name, path)
@@ -132,7 +132,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
 
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the structure files of a scene to its folder; return an outcome that contains the text."""
+    """Write a text and a diagram of the structure to the folder of a scene; return an outcome with the text."""
     return guarded(task.name, partial(_structure, task))
 
 
@@ -145,7 +145,7 @@ def _structure(task: Task) -> Outcome:
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
-    """Return the files of a structure by name, and words about its diagram."""
+    """Return the files to write, by name, and a text that reports whether there is a diagram."""
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""
@@ -158,7 +158,7 @@ def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
 
 
 def scene_text(scene: StructureScene) -> str:
-    """Return the description of the structure of a scene."""
+    """Return a text that describes the structure of a scene."""
     if scene.mechanism is None:
         from kinelast.structure import spatial_text
 
@@ -174,7 +174,7 @@ def skeleton_svg(subject: Mechanism | Scene) -> str:
     Raises
     ------
     MechanismError
-        The mechanism does not close near its drawing.
+        The mechanism cannot be assembled near the drawn position.
     """
     from matplotlib import rc_context
 

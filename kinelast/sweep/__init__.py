@@ -1,1 +1,1 @@
-"""Sweeps: any number of designs, computed anywhere in chunks, each stored when complete."""
+"""Sweeps: many designs of a scene, computed and stored in chunks, on one or several computers."""

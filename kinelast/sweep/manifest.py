@@ -1,4 +1,4 @@
-"""Manifest in the folder of a sweep: inputs, chunks, and failed chunks."""
+"""Manifest in the folder of a sweep: a file with the inputs of the sweep, and the state of the chunks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_VALUE_CHARACTERS = 60  # maximum number of characters of a value in a messag
 
 
 class ChunkChecksum(Struct, frozen=True):
-    """Number of designs, number of bytes, and SHA-256 of a chunk."""
+    """Number of designs (`rows`), number of bytes (`size`), and SHA-256 of a chunk."""
 
     rows: int
     size: int
@@ -32,7 +32,7 @@ class ChunkChecksum(Struct, frozen=True):
 
     @classmethod
     def of(cls, rows: int, content: bytes) -> ChunkChecksum:
-        """Return the checksum of the content of a chunk."""
+        """Return the checksum of a chunk that contains `rows` designs."""
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
@@ -43,24 +43,24 @@ class ChunkChecksum(Struct, frozen=True):
 class Manifest(Struct, frozen=True):
     """State of a sweep.
 
-    A chunk is complete if its content matches the checksum in the store.
+    A chunk is complete if the content matches the stored checksum.
 
     Attributes
     ----------
     identity
-        Inputs that determine the figures, including the versions of the software.
+        Inputs on which the results depend, including the versions of the software.
     designs, chunk
         Number of designs, and number of designs per chunk (the last chunk may be smaller).
     store
         Name of the file or folder that contains the designs.
     columns
-        Units by column name, in the order of the store; empty until the first chunk is complete.
+        Units by column name, in the order of the columns; empty until the first chunk is complete.
     failed
         Reasons why chunks failed, by index of the chunk.
     kept
-        Checksums of the chunks in a complete store.
+        Checksums of all chunks if the sweep is complete, otherwise empty.
     complete
-        True if the store contains every design.
+        True if all designs are stored.
     """
 
     identity: Mapping[str, Any]
@@ -78,18 +78,18 @@ class Manifest(Struct, frozen=True):
         return -(-self.designs // self.chunk)
 
     def span(self, number: int) -> tuple[int, int]:
-        """Return the index of the first design of a chunk, and the index after its last design."""
+        """Return (index of the first design of a chunk, index of the last design + 1)."""
         return number * self.chunk, min((number + 1) * self.chunk, self.designs)
 
     def count(self, numbers: Collection[int]) -> int:
-        """Return the number of designs in some chunks."""
+        """Return the number of designs in the chunks with the indices `numbers`."""
         last = self.chunks - 1
         return len(numbers) * self.chunk - (self.chunks * self.chunk - self.designs if last in numbers else 0)
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of the software that affects the last digits of figures and the bytes of files."""
+    """Return the versions of all software on which the last digits of results and the bytes of files depend."""
     found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -105,7 +105,7 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _digest(data: Mapping[str, Any]) -> str:
-    """Return the checksum of a manifest."""
+    """Return the checksum of the entries of a manifest."""
     return hashlib.sha256(json.dumps(json.loads(json_bytes(data)), sort_keys=True).encode()).hexdigest()
 
 
@@ -115,7 +115,7 @@ def read_manifest(folder: Path) -> Manifest | None:
     Raises
     ------
     RequestError
-        The manifest cannot be read.
+        The manifest cannot be read, or has changed since it was written.
     """
     path = folder / NAME
     if not path.exists():
@@ -135,7 +135,10 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
-    """Raise RequestError if a folder contains a sweep with other inputs. The message lists the differences."""
+    """Raise RequestError if a stored sweep has other inputs than the requested sweep.
+
+    The message lists the differences.
+    """
     there, here = _flat(kept), _flat(requested)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:
@@ -147,7 +150,7 @@ def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
 
 
 def _flat(manifest: Manifest) -> dict[str, Any]:
-    """Return the entries that must be equal for the same sweep, by dotted names."""
+    """Return the entries of a manifest that must be equal to resume a sweep, by dotted name."""
     flat: dict[str, Any] = {"designs": manifest.designs, "chunk": manifest.chunk, "store": manifest.store}
     waiting: list[tuple[str, Any]] = list(json.loads(json_bytes(dict(manifest.identity))).items())
     while waiting:

@@ -1,4 +1,7 @@
-"""Sweep of a scene: compute and store all designs, find the best one, and write a summary."""
+"""Sweep of a scene: compute and store all designs, find the best design, and write a summary.
+
+The results of a design are called figures, e.g. the largest stress.
+"""
 
 import hashlib
 import time
@@ -34,31 +37,31 @@ from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from rigid import counted
 
-MIN_ANNOUNCED = 10.0  # [s] a longer sweep is announced
-TRIAL_DESIGNS = 200  # number of designs that are timed to estimate the duration
+MIN_ANNOUNCED = 10.0  # [s] if a sweep is expected to last longer, the expected duration is printed
+TRIAL_DESIGNS = 200  # maximum number of designs that are timed to estimate the duration of the sweep
 MAX_PAGED = 1_000_000  # maximum number of designs on one page
-MIN_DESIGN_TIME = 1e-7  # [s]
-CHUNK_TIME = 1.0  # [s] time per chunk on one core, i.e. the time that is lost if a run is stopped
-MAX_TRIAL = 0.3  # [s] no further trial after a trial of this duration
+MIN_DESIGN_TIME = 1e-7  # [s] smallest assumed time per design; avoids a division by zero
+CHUNK_TIME = 1.0  # [s] time per chunk on one core; each core loses at most one chunk if a run is stopped
+MAX_TRIAL = 0.3  # [s] if timing one design takes longer, no further designs are timed
 ADVICE = "positions or --jobs"
-MAX_REASONS = 20  # maximum number of reasons in the summary, the most frequent ones
+MAX_REASONS = 20  # maximum number of reasons for missing figures in the summary, most frequent first
 ERROR_UNKNOWN = "designs are computed without vibration; only full answers have an error"
-MAX_SHOWN = 3  # maximum number of values of the best design in the closing line
+MAX_SHOWN = 3  # maximum number of input values of the best design in the last line printed
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute the designs of a scene and write its folder. Errors are returned in the outcome.
+    """Compute all designs of a sweep and write the results to a folder. Errors are returned in the outcome.
 
     Parameters
     ----------
     progress
-        Progress callback, which also announces the duration.
+        Progress callback, which also prints the expected duration.
     """
     return guarded(task.name, partial(_sweep, task, request, batch, progress), ADVICE, str(task.folder))
 
 
 def try_design(number: int, task: Task, _: Progress = SILENT) -> Outcome:
-    """Write the scene of one design as SCENE_design_NUMBER.toml, next to the folder of the results."""
+    """Write the scene file of one design as SCENE_design_NUMBER.toml, next to the folder of the results."""
     return guarded(task.name, partial(_design, task, number), ADVICE, str(task.folder))
 
 
@@ -129,7 +132,7 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
 
 
 def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
-    """Return the names of the figures, and the aim of the sweep."""
+    """Return the names of the figures to compute, and the figure to minimise or maximise."""
     sweep = document.table.sweep
     if sweep.smallest is not None and sweep.largest is not None:
         raise fault("sweep", "largest", "give either smallest or largest")
@@ -147,7 +150,7 @@ def _figures_and_aim(document: Document, plan: Plan) -> tuple[tuple[str, ...], A
 
 
 def _duration(evaluation: Evaluation) -> float:
-    """Return the time per design on one core [s], measured with the first designs."""
+    """Return the computing time per design on one core [s], measured for the first designs."""
     evaluation(0, 1)  # warm-up
     count, took = 0, 0.0
     for count in (1, min(TRIAL_DESIGNS, evaluation.plan.count)):
@@ -160,15 +163,22 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """Return the number of designs per chunk, rounded, for about `CHUNK_TIME`. A resumed sweep keeps its number."""
-    with suppress(RequestError):  # the error is raised again at the start of the sweep
+    """Return the number of designs per chunk. A chunk takes about `CHUNK_TIME`.
+
+    If a sweep is resumed from `folder`, return the number in the manifest. `each` is the time per design [s].
+    """
+    with suppress(RequestError):  # `run_plan` reads the manifest again and raises the error
         if folder and (kept := read_manifest(folder)):
             return kept.chunk
     return min(count, max(1, int(round_down(CHUNK_TIME / max(each, MIN_DESIGN_TIME)))))
 
 
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
-    """Return the inputs that determine the figures of a sweep: file, table of designs, figures and positions."""
+    """Return all inputs on which the results of a sweep depend.
+
+    These are checksums of the scene file, of listed input values and of further files, the names of the figures, and
+    the number of positions.
+    """
     drawn = hashlib.sha256()
     for factor in plan.factors:
         if isinstance(factor, ListedValues):
@@ -215,7 +225,7 @@ def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifes
 
 
 def _verdict(tally: Tally) -> str:
-    """Return the verdict on the best design in words."""
+    """Return the verdict on the best design as text; empty if there is no verdict."""
     accepted = tally.accepted
     if accepted is None:
         return ""

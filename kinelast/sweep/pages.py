@@ -1,4 +1,4 @@
-"""Pages of a sweep and of single designs."""
+"""HTML pages with the results of a sweep: a page for all designs, and a page for each selected design."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -22,22 +22,26 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-MAX_GRID = 1000  # maximum number of designs for which a report has a slider
+MAX_GRID = 1000  # the page of a design has a slider if the sweep has at most this number of designs
 FOLDER = "designs"  # subfolder of the results
 """Subfolder with a folder for each selected design, named by the index of the design."""
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
-    """Select the designs that get a page: the best design, and designs that are evenly distributed on the Pareto front.
+    """Return the indices of the designs that get a page.
+
+    These are the best design, and designs that are evenly distributed on the Pareto front.
 
     Parameters
     ----------
     columns
-        Values of all designs by name, shape (designs,); nan if unknown.
+        Values of all designs by column name, shape (designs,); nan if unknown.
     pair
         Names of the two columns for the Pareto front.
+    best
+        Index of the best design, or None.
     most
-        Maximum number of designs.
+        Maximum number of designs that get a page.
 
     Examples
     --------
@@ -55,33 +59,33 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
 
 
 def design_text(document: Document, number: int, values: Mapping[str, float], file: str) -> str:
-    """Return the text of the scene for one design. `file` is the name of the file of the sweep."""
+    """Return the text of a scene file for one design. `file` is the name of the scene file of the sweep."""
     return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
 def write_pages(
     task: Task, evaluation: Evaluation, tally: Tally, positions: int | None, batch: Batch, progress: Progress
 ) -> tuple[int, str]:
-    """Write the page of all designs, and the folders of selected designs.
+    """Write the page of all designs, and a folder for each selected design.
 
-    The page is written first, so that it exists even if a folder cannot be written.
+    The page of all designs is written first, so that it exists even if a folder cannot be written.
 
     Parameters
     ----------
     task
-        Scene and folder of the sweep.
+        Scene file and folder of the sweep.
     evaluation
-        Evaluates the designs.
+        Scene, plan and figures of the sweep.
     tally
-        Tally that contains all designs.
+        Summary of the sweep, which must contain all designs.
     positions
-        Number of positions for a single design (default: that of the scene).
+        Number of positions for a single design. With None, it is the number of positions of the scene.
     batch
         Options: number of designs with pages, and whether existing pages are reused.
 
     Returns
     -------
-    Exit status, and error messages for pages that failed. The sweep itself is complete.
+    Exit status, and error messages for pages that could not be written. They do not affect the stored designs.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
     columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
@@ -118,9 +122,10 @@ def write_pages(
 
 
 def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
-    """Return the data under `what_if` for a slider over the number that varies; empty if several numbers vary.
+    """Return the data for a slider that changes the varied input value, under the key `what_if`.
 
-    `here` is the index of the design in the sorted values.
+    The result is empty if several input values vary, or if the sweep has more than `MAX_GRID` designs. In the result,
+    the designs are sorted by the input value, and `here` is the place of design `number` in this order.
     """
     path, *others = evaluation.plan.paths
     if others or len(reasons) > MAX_GRID:
@@ -145,10 +150,13 @@ def _folders(
     resume: bool,
     progress: Progress,
 ) -> tuple[list[int], int, str]:
-    """Write the folders of the selected designs, either all or none of them.
+    """Write the folders of the selected designs. If a file cannot be written, write no folder.
 
-    Returns the designs with a page, the exit status, and error messages. The pages show full answers by the theory of
-    the scene.
+    The pages show results by the theory chosen in the scene.
+
+    Returns
+    -------
+    Indices of the designs with a page, exit status, and error messages.
     """
     request, target = Request(positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}

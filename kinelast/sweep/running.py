@@ -1,8 +1,8 @@
-"""Execution of a sweep of any size: chunks in parallel, each stored when complete.
+"""Execution of a sweep of any size. Chunks of designs are computed in parallel, and stored when complete.
 
-Chunks are computed by processes, or by the workers of a dask scheduler. A worker receives the sweep once, when it
-connects, and then only the indices of chunks. If a worker is lost, dask reassigns its chunks. Only as many chunks are
-queued as are needed to keep the workers busy, so that the memory does not grow with the sweep.
+Chunks are computed by processes, or by the workers of a dask scheduler. A worker receives the scene and the plan once,
+when it connects. After that, it receives only the indices of chunks. If a worker is lost, dask assigns its chunks to
+other workers. Only a few chunks per worker are queued, so that the memory does not grow with the size of the sweep.
 """
 
 import secrets
@@ -26,24 +26,32 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-MAX_TRIES = 3  # maximum number of attempts at a chunk if its process dies
+MAX_TRIES = 3  # maximum number of attempts to compute a chunk if the process dies
 MAX_NAMED = 5  # maximum number of chunks named in a message
 MAX_FAILED = 10  # number of failed chunks after which a run stops
 
 
 class Compute(Protocol):
-    """Computation of designs. It must be picklable, and independent of the process and the order of calls."""
+    """Callable object that computes designs.
+
+    It must be picklable. The results must depend neither on the process nor on the order of calls.
+    """
 
     @property
     def units(self) -> Mapping[str, str]:
         """Units by column name."""
 
     def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
-        """Return columns of shape (last - first,) for designs `first` to `last` - 1, and the reasons for nan."""
+        """Compute designs `first` to `last` - 1.
+
+        Returns
+        -------
+        Columns of shape (last - first,), and the reason for nan values for each design (empty for no nan).
+        """
 
 
 class SweepState(Struct, frozen=True):
-    """State of a sweep: folder, manifest, and number of stored designs."""
+    """State of a sweep: folder, manifest, and number of stored designs (`kept`)."""
 
     folder: Path
     manifest: Manifest
@@ -51,7 +59,7 @@ class SweepState(Struct, frozen=True):
 
 
 class Chunk(Struct, frozen=True):
-    """A computed chunk: content of its file, names of the columns, and number of designs."""
+    """A computed chunk: content of the chunk's file, names of the columns, and number of designs (`rows`)."""
 
     content: bytes
     columns: tuple[str, ...]
@@ -59,7 +67,7 @@ class Chunk(Struct, frozen=True):
 
 
 class ChunkWork(Struct, frozen=True):
-    """Function that computes and encodes a chunk in any process."""
+    """Callable object that computes and encodes a chunk. It works in any process."""
 
     compute: Compute
     manifest: Manifest
@@ -73,7 +81,7 @@ class ChunkWork(Struct, frozen=True):
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:
             return "out of memory: use smaller chunks"
-        except Exception:  # a chunk that fails must not stop the others
+        except Exception:  # a failed chunk must not stop the computation of other chunks
             return traceback.format_exc()
         return Chunk(content, tuple(columns), len(reasons))
 
@@ -91,33 +99,34 @@ def run_plan(
 ) -> SweepState:
     """Compute all designs of a sweep and store them in a folder.
 
-    Complete chunks are kept if the run is interrupted, and `resume` continues with the others. The final files have the
-    same bytes in all cases.
+    Complete chunks are kept if the run is interrupted, and `resume` computes only the missing chunks. The bytes of the
+    final files depend neither on interruptions nor on the number of processes.
 
     Parameters
     ----------
     count
         Number of designs.
     compute
-        Function that computes designs, see `Compute`. A row must only depend on the index of its design.
+        Callable object that computes designs, see `Compute`. The results of a design must depend only on its index.
     identity
-        Inputs that determine the figures, as JSON data. The versions of the software are added.
+        Inputs on which the results depend, as JSON data. The versions of the software are added.
     chunk
-        Number of designs per chunk, for about one second of work.
+        Number of designs per chunk. A chunk should take about one second.
     jobs
-        Number of parallel processes. With 1, this process computes the chunks.
+        Number of parallel processes. With 1, the chunks are computed in the current process.
     scheduler
         Address of a dask scheduler, such as "tcp://host:8786", whose workers compute the chunks.
     progress
         Progress callback. If the run is interrupted, it also reports the number of stored designs.
     resume
-        Whether to continue with stored chunks.
+        Whether to continue a sweep that is already stored in the folder.
 
     Raises
     ------
     RequestError
-        The folder contains another sweep, or this sweep and `resume` is False; another run has locked the folder; it
-        cannot be written; or too many chunks fail.
+        The folder contains files that do not belong to the sweep, or is locked by another run. If `resume` is True, the
+        folder contains another sweep. If `resume` is False, the folder contains an incomplete sweep. The folder cannot
+        be written, or the connection to the scheduler fails.
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
@@ -140,7 +149,7 @@ def run_plan(
 
 
 def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
-    """Prepare a folder for a sweep, and return the manifest to continue with."""
+    """Prepare a folder for a sweep; return the stored manifest if the sweep is resumed, otherwise `requested`."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
@@ -159,7 +168,7 @@ def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
 
 
 def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
-    """Verify the stored chunks; return the manifest, and the indices of damaged chunks."""
+    """Verify the checksums of stored chunks; return the manifest, and the indices of damaged chunks."""
     done, wrong = store.checked(manifest)
     if not manifest.complete:
         if wrong:
@@ -179,7 +188,7 @@ def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Man
 
 
 def _chunks(numbers: Sequence[int]) -> str:
-    """Return the indices of chunks in words, at most `MAX_NAMED` of them."""
+    """Return a text that names chunks by index, at most `MAX_NAMED` of them."""
     more = f" and {len(numbers) - MAX_NAMED} more" if len(numbers) > MAX_NAMED else ""
     return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MAX_NAMED]))}{more}"
 
@@ -193,7 +202,7 @@ def _computed(
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute and store the missing chunks, starting with damaged ones; return the manifest."""
+    """Compute and store the missing chunks, beginning with damaged chunks; return the manifest with failed chunks."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(
@@ -220,7 +229,10 @@ def _computed(
 def _chunk_results(
     work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
-    """Yield chunks with their indices, as computed by a scheduler, by worker processes, or by this process."""
+    """Yield the index and the result of each chunk, in the order of completion.
+
+    The chunks are computed by the workers of a scheduler, by parallel processes, or by the current process.
+    """
     if scheduler is not None:
         return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:
@@ -229,7 +241,7 @@ def _chunk_results(
 
 
 def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
-    """Return a chunk if its columns agree with the other chunks, otherwise an error message."""
+    """Return the chunk if it has the columns in the manifest, otherwise an error message."""
     if isinstance(answer, Lost):
         return f"its process ended {MAX_TRIES} times ({answer.how}); if memory ran out, use smaller chunks"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
@@ -252,7 +264,7 @@ def _finished(store: Store, manifest: Manifest) -> Manifest:
 
 
 def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepState:
-    """Change cells of a complete sweep, by index of the design and column name.
+    """Write `cells`, given by index of the design and column name, to the files of a complete sweep.
 
     Raises
     ------
@@ -272,23 +284,26 @@ def _not_written(error: OSError, folder: Path) -> str:
     return "not written: " + plain(f"{error.filename or folder}: {(error.strerror or str(error)).lower()}", 300)
 
 
-CHUNKS_PER_THREAD = 3  # number of chunks per thread that are running or queued
-COUNT_INTERVAL = 5.0  # [s] time between two counts of the workers
-TIMEOUT = "10s"  # for the connection to a scheduler
+CHUNKS_PER_THREAD = 3  # number of running or queued chunks per thread of the workers
+COUNT_INTERVAL = 5.0  # [s] time between two counts of the threads of all workers
+TIMEOUT = "10s"  # time limit for the connection to a scheduler
 A = TypeVar("A")
 
 
 def cluster_answers(
     work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
-    """Yield the indices of chunks with their results, in the order of arrival from the workers, see `map_surviving`.
+    """Compute chunks by the workers of a dask scheduler; yield the index and the result of each chunk.
+
+    The results are yielded in the order of arrival. If a chunk ends its worker too often, the result is `Lost`.
 
     Raises
     ------
     RequestError
-        There is no scheduler at the address, or its workers use other versions.
+        Dask is not installed, there is no scheduler at the address, or its workers cannot load kinelast or use other
+        software versions.
     ConnectionError
-        The connection is lost.
+        The connection to the scheduler is lost.
     """
     try:
         from distributed import Client
@@ -313,11 +328,11 @@ def cluster_answers(
 
 
 def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
-    """Send the work to all workers, including those that connect later."""
+    """Send `work` to all workers of a scheduler, including workers that connect later."""
     from distributed import WorkerPlugin
 
-    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # local, and so pickled by value
-        """Stores the work on a worker."""
+    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # local class: pickled by value
+        """Plugin that stores the function `work` on a worker."""
 
         def __init__(self, work: Callable[[int], Any]) -> None:
             self.work = work
@@ -330,14 +345,14 @@ def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
 
 
 def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
-    """Compute a chunk on a worker; return the versions that the worker uses, and the result."""
+    """Compute a chunk on a worker; return the software versions on the worker, and the result."""
     from distributed import get_worker
 
     return versions(), get_worker().plugins[name].work(number)
 
 
 def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[int, Any], None, None]:
-    """Yield results as they arrive, and submit enough chunks to keep the workers busy."""
+    """Submit enough chunks to keep the workers busy; yield the index and the result of each chunk on arrival."""
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 

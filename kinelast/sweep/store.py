@@ -1,8 +1,8 @@
 """Storage of the designs of a sweep: one file per chunk, written completely or not at all.
 
-For up to `MAX_CSV` designs, or without pyarrow, the chunks are finally joined to a single CSV file. A larger sweep is
-a Parquet data set, i.e. a folder with the files of the chunks, which any Parquet reader opens as one table. The bytes
-depend neither on the processes that computed the chunks nor on their order.
+A sweep of at most `MAX_CSV` designs is finally joined to a single CSV file. A larger sweep is a Parquet data set: a
+folder with one file per chunk, which any Parquet reader opens as one table. Without pyarrow, every sweep is a CSV file.
+The bytes of the files depend neither on the processes nor on the order in which the chunks are computed.
 """
 
 import os
@@ -23,16 +23,16 @@ from kinelast.tasks.request import RequestError
 
 MAX_CSV = 100_000  # maximum number of designs in a CSV store
 CSV, PARQUET = "designs.csv", "designs.parquet"
-JOURNAL = "kept.txt"  # file with the checksums of chunks, until all chunks are complete
-NUMBER, REASON = "design", "reason"  # columns of every store
-THEORY, VERDICT = "theory", "verdict"
-TEXTS = THEORY, VERDICT  # the other columns with text
+JOURNAL = "kept.txt"  # file with the checksums of complete chunks; removed when all chunks are complete
+NUMBER, REASON = "design", "reason"  # names of the first and last column of every sweep
+THEORY, VERDICT = "theory", "verdict"  # names of columns for full answers
+TEXTS = THEORY, VERDICT  # columns with text, in addition to REASON
 
 Columns = Mapping[str, Any]
 
 
 def store_name(designs: int) -> str:
-    """Return the name of the store for a number of designs."""
+    """Return the name of the file or folder that stores a sweep with the given number of designs."""
     return PARQUET if designs > MAX_CSV and find_spec("pyarrow") else CSV
 
 
@@ -44,13 +44,13 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     store
         `CSV` or `PARQUET`.
     first
-        Index of the first design.
+        Index of the first design of the chunk.
     columns
         Values by column name, each of shape (designs,).
     units
-        Units by column name, for the headings.
+        Units by column name, for the headings of a Parquet file. A chunk of a CSV file has no headings.
     reasons
-        Reasons why designs have no figures, empty for designs with figures.
+        Reason why a design has no figures (results), for each design; empty for designs with figures.
     """
     table = Table(
         (
@@ -66,7 +66,7 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
 
 
 def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Decode the file of a chunk; return its columns by name, and the reasons, see `encoded`."""
+    """Decode the content of a chunk's file; return the columns by name, and the reasons, see `encoded`."""
     if store == PARQUET:
         import pyarrow.parquet
 
@@ -83,7 +83,7 @@ def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str,
 
 
 class Store:
-    """Files in the folder of a sweep. Only one process writes them."""
+    """Files in the folder of a sweep. Only one process writes the files."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
@@ -92,7 +92,7 @@ class Store:
         self.kept: dict[int, ChunkChecksum] = {}
 
     def checked(self, manifest: Manifest) -> tuple[set[int], list[int]]:
-        """Verify the chunks; return the indices of valid chunks, and those of damaged chunks.
+        """Verify the checksums of chunks; return the indices of valid chunks, and of damaged chunks.
 
         Raises
         ------
@@ -115,7 +115,10 @@ class Store:
         return self.parts / f"{number:010}{self._end}"
 
     def _require_own(self, manifest: Manifest) -> None:
-        """Raise RequestError if the data set contains another file than chunks, because readers would include it."""
+        """Raise RequestError if the folder of the chunks contains another file.
+
+        A Parquet reader would treat the file as part of the data set.
+        """
         with suppress(OSError):
             for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
                 name = entry.name.removesuffix(self._end)
@@ -123,7 +126,7 @@ class Store:
                     raise RequestError(f"{entry.path} does not belong to this sweep: move it")
 
     def _journal_entries(self) -> dict[int, ChunkChecksum]:
-        """Read the checksums in the journal. Incomplete lines are ignored."""
+        """Read the checksums in the journal, by index of the chunk. Incomplete lines are ignored."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
             with suppress(ValueError):
@@ -132,7 +135,7 @@ class Store:
         return noted
 
     def contents(self, manifest: Manifest) -> Iterator[bytes]:
-        """Yield the content of every chunk, which is empty if the chunk is missing."""
+        """Yield the content of every chunk in order; yield empty bytes if a chunk is missing."""
         if not manifest.complete or self.name == PARQUET:
             yield from map(_content, map(self._place, range(manifest.chunks)))
             return
@@ -149,7 +152,7 @@ class Store:
                 self.keep(number, self.kept[number].rows, content)
 
     def is_whole(self, manifest: Manifest) -> bool:
-        """Return True if the store contains only its header and chunks."""
+        """Return True if the CSV file consists of the header and all chunks. For a Parquet data set, return True."""
         if self.name == PARQUET:
             return True
         head = _csv_header(manifest)
@@ -157,7 +160,7 @@ class Store:
         return content.startswith(head) and len(content) == len(head) + sum(entry.size for entry in manifest.kept)
 
     def require_free(self) -> None:
-        """Raise RequestError if files of another origin have the names of the store."""
+        """Raise RequestError if a file or folder with the name of a store already exists."""
         for name in (CSV, PARQUET):
             if (self.folder / name).exists():
                 raise RequestError(f"{self.folder / name} does not belong to a sweep: move it, or choose another -o")
@@ -172,7 +175,7 @@ class Store:
                 path.unlink(missing_ok=True)
 
     def tidy(self) -> None:
-        """Remove incomplete files."""
+        """Remove incomplete files of a run that was stopped."""
         for folder in (self.folder, self.parts):
             with suppress(OSError):
                 for path in folder.glob(f".*{UNFINISHED}"):
@@ -193,7 +196,7 @@ class Store:
                 file.write(f"{number} {entry.rows} {entry.size} {entry.sha256}\n".encode())
 
     def note(self, manifest: Manifest) -> None:
-        """Write the manifest."""
+        """Write the manifest to the folder."""
         self.folder.mkdir(parents=True, exist_ok=True)
         put(self.folder / NAME, manifest_bytes(manifest))
 
@@ -203,9 +206,9 @@ class Store:
             put(self.folder / CSV, _csv_header(manifest), *map(self._place, range(manifest.chunks)))
 
     def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
-        """Change cells of a complete store, given by index of the design and column name; return the new manifest.
+        """Write `cells`, given by index of the design and column name, to a complete store; return the new manifest.
 
-        Unchanged files are not written.
+        Files that do not change are not written.
         """
         kept = list(manifest.kept)
         csv_parts = list(self.contents(manifest)) if self.name == CSV else []
@@ -232,14 +235,14 @@ class Store:
         return filled
 
     def drop_parts(self) -> None:
-        """Remove the files of the chunks that are joined, and the journal."""
+        """Remove the journal and, if the store is a CSV file, the files of the chunks."""
         if self.name == CSV:
             shutil.rmtree(self.parts, ignore_errors=True)
         (self.folder / JOURNAL).unlink(missing_ok=True)
 
 
 def _content(path: Path) -> bytes:
-    """Return the content of a file; empty if the file does not exist."""
+    """Return the content of a file; empty if the file cannot be read."""
     try:
         return path.read_bytes()
     except OSError:
@@ -253,9 +256,14 @@ def _csv_header(manifest: Manifest) -> bytes:
 
 
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Yield the columns, by name, and the reasons of each stored chunk, in order.
+    """Yield the columns by name and the reasons for missing figures of each stored chunk, in order.
 
     The column `NUMBER` contains the indices of the designs.
+
+    Raises
+    ------
+    RequestError
+        The sweep is to be a CSV file, and is not complete.
     """
     if manifest.store == CSV and not manifest.complete:
         raise RequestError(f"{folder}: the sweep is not complete: continue with --resume")

@@ -1,4 +1,8 @@
-"""Tally of the designs of a sweep, and full answers for the best designs."""
+"""Summary (tally) of the designs of a sweep, and full answers for the best designs.
+
+The results of a design are called figures, e.g. the largest stress. A sweep computes quasi-static figures. A full
+answer contains the figures of one design by the theory chosen in the scene, with errors.
+"""
 
 from __future__ import annotations
 
@@ -24,45 +28,46 @@ from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 
-MAX_LEADING = 1000  # number of best designs that are candidates for a full answer
-SHORTLIST = 8  # maximum number of best designs with a full answer
-MAX_NEAR = 4  # maximum number of other designs with a full answer, which may change their outcome
-MIN_MARGIN = -0.5  # a full answer cannot make designs with a smaller margin acceptable
+MAX_LEADING = 1000  # maximum number of acceptable and of unacceptable designs that are candidates for a full answer
+SHORTLIST = 8  # maximum number of full answers for the best designs
+MAX_NEAR = 4  # maximum number of further full answers, for designs close to a limit or close to the best design
+MIN_MARGIN = -0.5  # a design with a smaller relative margin to its limits is no candidate for a full answer
 IN_FULL, ERROR = " in full", " error"  # suffixes of column names
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # numbers in reasons
 
 
 class Aim(Struct, frozen=True):
-    """A figure to be minimised, or maximised if `largest`."""
+    """Name of the figure (result) to be minimised, or maximised if `largest`."""
 
     figure: str
     largest: bool
 
     @property
     def sign(self) -> float:
-        """Factor that turns the aim into a minimisation."""
+        """Sign of the figure in a minimisation: -1 if the figure is to be maximised, otherwise 1."""
         return -1.0 if self.largest else 1.0
 
 
 class Rows(Struct, frozen=True, dict=True):
-    """Function that computes the rows of a sweep, see `kinelast.sweep.running.Compute`.
+    """Callable object that computes the rows of the table of a sweep, see `kinelast.sweep.running.Compute`.
 
-    A row contains quasi-static figures in the display units of the scene, and cells for the full answer (theory,
-    figures with errors, verdict), which are filled later for selected designs.
+    Each row belongs to a design. It contains input values and quasi-static figures in the display units of the scene,
+    and cells for a full answer: theory, figures with errors, and verdict. The cells for a full answer are empty at
+    first. For selected designs, `cells` returns the content.
     """
 
     evaluation: Evaluation
 
     @cached_property
     def elastic_figures(self) -> tuple[str, ...]:
-        """Names of the figures that depend on the theory of the deflection."""
+        """Names of the figures that depend on the theory by which the deflection is computed."""
         base = self.evaluation.base
         known = (each for each in base.measures if not each.figure.rigid and base.scene.labels)
         return tuple(each.name for each in known if each.name not in (LIMITS_KEPT, LIMITS_MARGIN))
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of the columns."""
+        """Display units by column name."""
         return {name: self._unit_of(unit)[1] for name, unit in self._si.items()}
 
     @cached_property
@@ -74,11 +79,11 @@ class Rows(Struct, frozen=True, dict=True):
         return self.evaluation.base.scene.shown_in.get(unit, (1.0, unit))
 
     def factor(self, name: str) -> float:
-        """Return the conversion factor from the SI unit of a column to its unit."""
+        """Return the conversion factor of a column from the SI unit to the display unit."""
         return self._unit_of(self._si.get(name, ""))[0]
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
-        """Return the columns for designs `first` to `last` - 1, and the reasons why some have no figures."""
+        """Return the columns for designs `first` to `last` - 1, and the reasons for missing figures."""
         columns, reasons = self.evaluation(first, last)
         shown = {name: values * self.factor(name) for name, values in columns.items()}
         later = {name + end: np.full(last - first, np.nan) for name in self.elastic_figures for end in (IN_FULL, ERROR)}
@@ -88,7 +93,7 @@ class Rows(Struct, frozen=True, dict=True):
     def stored(
         self, chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]]
     ) -> Iterator[tuple[dict[str, Any], Sequence[str]]]:
-        """Yield the quasi-static columns, in SI units, and the reasons of stored chunks."""
+        """Yield the quasi-static columns of each stored chunk in SI units, and the reasons for missing figures."""
         plan = self.evaluation.plan
         for columns, reasons in chunks:
             first = int(columns[NUMBER][0])
@@ -97,7 +102,7 @@ class Rows(Struct, frozen=True, dict=True):
             yield {NUMBER: columns[NUMBER], **own, **numbers}, reasons
 
     def cells(self, tally: Tally) -> dict[int, dict[str, Any]]:
-        """Return the cells with full answers, by index of the design and column name."""
+        """Return the content of the cells for full answers, by index of the design and column name."""
         return {
             number: {
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
@@ -111,22 +116,32 @@ class Rows(Struct, frozen=True, dict=True):
 
 @dataclass
 class Tally:
-    """Summary of a sweep: counts, reasons for missing figures, ranges, the best designs, and optionally all designs.
+    """Summary of a sweep. A design is stored as a row: values by column name.
 
     Attributes
     ----------
+    aim
+        Figure to be minimised or maximised.
+    designs
+        Number of designs.
+    reasons
+        Number of designs for each reason why figures are missing. Numbers in reasons are replaced by "...".
     limits_kept
-        Number of designs with quasi-static figures that meet all limits; None if there are no limits.
+        Number of designs that meet all limits with quasi-static figures; None if there are no limits.
+    ranges
+        Smallest and largest value by column name.
     leading
-        The best designs that meet all limits, best first.
+        The best designs that meet all limits with quasi-static figures, best first.
     short
-        Designs that violate a limit, starting with those closest to their limits.
+        Designs that violate a limit with quasi-static figures, beginning with the smallest violation.
     best
-        Best design. If there are limits, the full answer must meet them.
+        Best design. If full answers meet all limits, only designs with such a full answer are compared.
     answered
         Full answers by index of the design, in the order of computation.
     near
-        Number of designs without a full answer whose outcome vibration and errors may change.
+        Number of designs for which a full answer is missing and may change the result of the sweep.
+    kept
+        Columns and reasons of all designs, chunk by chunk; may be empty, see `tallied`.
     """
 
     aim: Aim
@@ -164,7 +179,7 @@ class Tally:
 
     @property
     def accepted(self) -> Verdict | None:
-        """Verdict on the best design; None if there are no limits or no design meets them."""
+        """Verdict of the full answer for the best design; None if there are no limits or there is no full answer."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
         return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
@@ -172,14 +187,14 @@ class Tally:
 def _merged_rows(
     rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
 ) -> list[dict[str, float]]:
-    """Add designs with finite `order` to rows, and return the first `MAX_LEADING`, sorted by column `key`."""
+    """Add designs with finite `order` to `rows`, sort by `sign` * column `key`, and return up to `MAX_LEADING` rows."""
     some = np.argsort(order, kind="stable")[: min(MAX_LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
     more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
     return sorted([*rows, *more], key=lambda row: sign * row[key])[:MAX_LEADING]
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
-    """Tally all designs. If `keep`, the tally also stores them."""
+    """Return the summary of all designs. If `keep`, the summary contains the columns of all designs."""
     tally = Tally(aim)
     for columns, reasons in chunks:
         tally.add(columns, reasons)
@@ -190,11 +205,14 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 
 @dataclass(eq=False)
 class FullAnswers:
-    """Computes full answers for selected designs: the best ones, and designs that may become acceptable or best.
+    """Computation of full answers for selected designs of a sweep.
 
-    The ratio of the full to the quasi-static figure in the last answer predicts whether other designs meet their limits
-    (see `adjusted_bound`). First, the best design by this prediction is computed, until no better one is left. Then
-    follow designs whose predicted outcome differs from the quasi-static one, and designs that may still be the best.
+    A prediction selects the designs. It assumes that the ratio (figure of the full answer) / (quasi-static figure) is
+    equal for all designs, see `adjusted_bound`. The ratio is taken from the last full answer.
+
+    First, full answers are computed for the best designs that are predicted to meet all limits, until no better design
+    is left. Then follow designs for which the prediction differs from the quasi-static outcome, and designs that may be
+    better than the best design within the error.
     """
 
     rows: Rows
@@ -218,7 +236,7 @@ class FullAnswers:
         self.left, self.off = np.ones(len(self.designs), bool), 0.0
 
     def __call__(self) -> None:
-        """Compute the full answers."""
+        """Compute the full answers, and update the tally."""
         tally = self.tally
         if not self.rows.elastic_figures and not self.known:  # no figure depends on the theory
             return
@@ -240,13 +258,13 @@ class FullAnswers:
 
     @property
     def _near(self) -> Any:
-        """Whether a full answer may change the outcome of a design and is missing, shape (designs,)."""
+        """True if a full answer is missing and may change the result of the sweep, shape (designs,)."""
         best = self.aims[self.passed].min(initial=np.inf)
         better = self.expected & (self.aims < best + self.off) if self.passed.any() else False
         return self.left & ((self.expected != self.before) | better)
 
     def _best(self, among: Any) -> int | None:
-        """Return the index of the best of the selected designs, or None."""
+        """Return the index of the best design for which `among` is True; None if there is no such design."""
         return int(np.where(among, self.aims, np.inf).argmin()) if among.any() else None
 
     def _answer(self, at: int, stage: str, done: int, most: int) -> None:
@@ -269,7 +287,7 @@ class FullAnswers:
 
 
 def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
-    """Return the full answers as plain data, by index of the design. Unknown numbers are None."""
+    """Return the full answers as JSON data, by index of the design. Unknown values are None."""
     plain_data: dict[int, dict[str, Any]] = {}
     for number, answer in tally.answered.items():
         figures = {
