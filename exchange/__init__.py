@@ -1,4 +1,4 @@
-"""Import and export of mechanisms of other programs, DXF and SVG drawings, and columns of CSV files."""
+"""Import and export of mechanisms of other programs and of DXF drawings, SVG output, and import of CSV columns."""
 
 from exchange.columns import Columns, columns_of
 from exchange.dxf import DrawnLink, dxf_text, section_of_dxf

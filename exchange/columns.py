@@ -12,7 +12,7 @@ from exchange.foreign_mechanism import ExchangeError
 
 SEPARATORS = ";\t,"  # separators of columns in order of preference; a comma is last, because it may be a decimal comma
 UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # examples: "angle [deg]", "angle (deg)", "angle / deg"
-NUMBER = re.compile(r"[-+]?\.?\d")
+NUMBER = re.compile(r"[-+]?\.?\d")  # start of a number
 COMMENT = "#%"  # characters that start a comment
 
 
@@ -22,12 +22,12 @@ class Columns(Struct, frozen=True):
     Attributes
     ----------
     headings
-        Line number (from 1) and cells of each heading line before the first row of numbers. If several of these lines
-        contain a unit, the last one counts.
+        Line number (from 1) and cells of each heading line before the first row of numbers. If several heading lines
+        contain a unit for a column, the last of them counts.
     rows
         Line number and cells of each row of numbers, with decimal points instead of decimal commas.
     titles
-        Line number and text of all other lines before the first row of numbers.
+        Line number and text of each line before the first row of numbers that is not a heading line.
     """
 
     headings: tuple[tuple[int, tuple[str, ...]], ...]
@@ -50,10 +50,10 @@ class Columns(Struct, frozen=True):
 
 
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
-    r"""Return the first columns of a CSV text, which may use commas, semicolons or tabs as separators.
+    r"""Return the first columns of a CSV text, one for each of `names`.
 
-    All other columns are ignored if they are empty. They are also ignored if they have headings and the first columns
-    have units.
+    Columns may be separated by commas, semicolons or tabs. Further columns are ignored if they are empty, or if they
+    have headings and the first columns have units.
 
     Parameters
     ----------
@@ -103,7 +103,11 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(texts: list[str], line: str, count: int) -> list[str]:
-    """Return the cells of a line of headings with any separator, or [] if there are fewer than `count`."""
+    """Return the cells of a heading line, or [] if there are fewer than `count` cells.
+
+    `texts` are the cells with the separator of the file. If `texts` has too few cells, try all separators. Each of the
+    first `count` cells must then contain a unit.
+    """
     while texts and not texts[-1]:  # spreadsheets append empty cells
         texts.pop()
     if len(texts) >= count:
@@ -116,8 +120,8 @@ def _heading(texts: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """Return the expected cells of a row of numbers. All other cells must be empty or have a heading."""
-    width = max(number for number, cell in enumerate(texts, 1) if cell)  # at least one cell contains a number
+    """Return the cells of a row in the columns `names`. Cells in further columns must be empty or have a heading."""
+    width = max(number for number, cell in enumerate(texts, 1) if cell)  # each row of numbers has a non-empty cell
     if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))
     for name, cell in zip(names, texts, strict=False):

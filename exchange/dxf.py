@@ -14,13 +14,14 @@ from msgspec import Struct, field
 from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, Names
 
 SOURCE = "DXF"
-UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
-METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}
+UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # unit of length, by the code $INSUNITS in a DXF file
+METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}  # length of each unit [m]
+# layers and line types that are not part of a section
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
-CHORD = 1e-4  # largest distance between an arc and the chords that replace it, relative to the size of the section
-SAME = 1e-4  # ends with a smaller distance, relative to the size of the drawing, count as one point
-TURN = "60 rpm"
-FIXED = 1.0  # radius of the circle at a fixed point
+CHORD = 1e-4  # largest distance between an arc and the chords that replace it, divided by the size of the section
+SAME = 1e-4  # ends of lines count as one point if their distance is at most SAME * (size of the drawing)
+TURN = "60 rpm"  # assumed speed of driven links
+FIXED = 1.0  # radius of the circle at a fixed point, in the unit of the drawing
 CRANKS = "CRANKS"  # layer on which the program pylinkage draws driven joints
 AXIS = "axis "  # prefix of the layers on which kinelast draws the axes of links
 
@@ -33,10 +34,10 @@ class DrawnLink(Struct, frozen=True):
     points
         Position of each point, by name.
     beams
-        For each beam: names of its start and end points, and half of its depth at the start and at the end. Unknown
-        half depths are nan.
+        For each beam: positions of its start and end, and half of its depth at the start and at the end. Unknown half
+        depths are nan.
     holes
-        Diameters of the holes at points, if known.
+        Known diameters of the holes at points, by point name.
     """
 
     name: str
@@ -75,8 +76,8 @@ def dxf_text(
 ) -> str:
     """Return a DXF drawing with a layer for the outline and holes of each link.
 
-    Axes, fixed points and paths are on further layers. The outline of a beam ends in a semicircle about each end point.
-    `of_dxf` reads the axes and the fixed points.
+    Axes, fixed points, paths and curves are on further layers. The outline of a beam ends in a semicircle about each
+    end point. `of_dxf` reads only the axes and the fixed points of such a drawing.
 
     Parameters
     ----------
@@ -127,17 +128,21 @@ def _xy(place: complex) -> tuple[float, float]:
 
 
 def of_dxf(path: Path, title: str) -> ForeignMechanism:
-    """Return the mechanism in a drawing, in which lines are links and polylines are links with several points.
+    """Return the mechanism in a DXF drawing. Each line is a link, and each polyline is a link with several points.
 
     Blocks are exploded. Coincident ends are pinned together. Ends and circles on a layer with "ground", "fixed" or
-    "base" in its name are fixed. Without such a layer, ends that belong to only one link are fixed. The driven link is
-    the link at a circle on the layer "CRANKS". If there is no such circle, it is the first link on the ground. The
-    notes count all entities that are not used.
+    "base" in its name are fixed.
+
+    A circle on the layer "CRANKS" marks the end of a driven link. Each link between such a circle and a fixed point is
+    driven. Without such a link, the first link at a fixed point is driven.
+
+    If no point is fixed, or if there are circles on "CRANKS", each end that belongs to only one link is also fixed.
+    This rule excludes ends at these circles. The notes count all entities that are not used.
 
     Raises
     ------
     ExchangeError
-        If the file is damaged, or contains no line.
+        If the file is damaged or contains no line.
     ModuleNotFoundError
         If ezdxf is not installed.
     """
@@ -160,7 +165,21 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
 
 class _SortedOut:
-    """Entities of a drawing, sorted: chains of corners, marks of fixed and driven joints, numbers of unused ones."""
+    """Entities of a drawing, sorted by their meaning.
+
+    Attributes
+    ----------
+    chains
+        Corners of each line or polyline that is a link.
+    marks
+        Positions of fixed joints: corners and circle centres on layers of the ground.
+    cranks
+        Centres of circles on the layer `CRANKS`.
+    circles
+        Centres of all other circles.
+    left
+        Numbers of unused entities, by kind.
+    """
 
     def __init__(self) -> None:
         self.chains: list[list[complex]] = []
@@ -173,7 +192,7 @@ class _SortedOut:
         corners, kind, layer = _corners(entity), entity.dxftype(), entity.dxf.layer
         if re.search("ground|fixed|base", layer, re.IGNORECASE):
             self.marks += corners or ([_place(entity.dxf.center)] if kind == "CIRCLE" else [])
-        elif layer == CRANKS:  # symbols of driven joints
+        elif layer == CRANKS:  # symbols that pylinkage draws at driven joints
             self.cranks += [_place(entity.dxf.center)] if kind == "CIRCLE" else []
         elif kind == "CIRCLE":
             self.circles.append(_place(entity.dxf.center))
@@ -186,9 +205,9 @@ class _SortedOut:
 
 
 def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) -> ForeignMechanism:
-    """Convert chains of corners in a drawing to links.
+    """Convert sorted entities to a mechanism, in which each chain of corners is a link.
 
-    If kinelast made the drawing, `axes` are the names of the links.
+    `axes` are the names of the links if kinelast wrote the drawing; otherwise, `axes` is empty.
     """
     if not entities.chains:
         raise ExchangeError(f"the drawing contains no line{_listed(entities.left, ', only ')}")
@@ -205,7 +224,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
         notes.append("no layer named ground, fixed or base: ends that belong to only one line are taken as fixed")
-    if not fixed or tips:  # a drawing with driven joints is from pylinkage, which marks only some fixed points
+    if not fixed or tips:  # pylinkage marks all driven joints, but only some fixed points
         fixed |= lone - tips
     entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
     if left := _listed(+entities.left, ""):
@@ -228,13 +247,13 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
 
 
 def _listed(left: Counter[str], before: str) -> str:
-    """Return numbers of unused entities as text, such as "2 arcs, 1 text"."""
+    """Return `before` and the numbers of unused entities as text, such as "2 arcs, 1 text"."""
     words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
     return before + ", ".join(words) if words else ""
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
-    """Return the corners (x, y) of the outline of a drawn section, and then the corners of each hole [m].
+    """Return lists of corners (x, y) [m] of a drawn section: first of the outline, then of each hole.
 
     Arcs are replaced by chords, and blocks are exploded. Layers and line types for centre lines, hidden edges and
     dimensions are ignored.
@@ -247,7 +266,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     Raises
     ------
     ExchangeError
-        If the file is damaged, or its lines are not a single outline with holes.
+        If the file is damaged, or if its lines do not form a single outline with holes.
     ModuleNotFoundError
         If ezdxf or shapely is not installed.
     """
@@ -264,7 +283,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     paths = []
     for entity in recursive_decompose(drawing.modelspace()):
         if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):
-            with suppress(TypeError):  # a text, a point
+            with suppress(TypeError):  # raised for an entity without a path, such as a text or a point
                 paths.append(make_path(entity))
     box = bbox(paths)
     if not box.has_data:

@@ -1,4 +1,4 @@
-"""Mechanism as stored by drawing programs: points, links, joints, drives, masses and forces."""
+"""Mechanism of another program: points, links, joints, drives, masses and forces."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ GROUND = "ground"
 
 
 class ExchangeError(ValueError):
-    """A file has another format, is damaged, or contains no mechanism."""
+    """Error of an import or export, such as a damaged file or a part that a program does not support."""
 
 
 class ForeignLink(Struct, frozen=True):
-    """Link of a drawing.
+    """Link of a mechanism of another program.
 
     Attributes
     ----------
     points
-        Names of its points.
+        Names of the points of the link.
     mass
         Mass [kg], or None if unknown.
     center
-        Centre of mass in drawing coordinates; None if it is the same as for a uniform bar.
+        Centre of mass in the coordinates of the drawing; None for the centre of uniform bars.
     inertia
-        Moment of inertia about the centre of mass [kg m^2]; None if it is the same as for a uniform bar.
+        Moment of inertia about the centre of mass [kg m^2]; None for the inertia of uniform bars.
     rigid
         True if the link is rigid.
     braces
-        Additional beams. A link that is not rigid has a beam from each point to the next.
+        Additional beams, as pairs of point names. A link that can bend also has a beam from each point to the next
+        point.
     """
 
     points: tuple[str, ...]
@@ -50,10 +51,10 @@ class ForeignLink(Struct, frozen=True):
 
 
 class Slot(Struct, frozen=True):
-    """Straight slot of the link `on`, in which the pin `point` of `link` moves.
+    """Straight slot in the link `on`. The pin at `point` of `link` moves in the slot.
 
-    `direction` is the direction of the slot in drawing coordinates. `travel` is the range of positions of the pin along
-    the slot, measured from its drawn position, or (0, 0) if unknown.
+    `direction` is the direction of the slot in the coordinates of the drawing. `travel` contains the smallest and
+    largest displacement of the pin from its drawn position along the slot, or (0, 0) if unknown.
     """
 
     point: str
@@ -64,9 +65,9 @@ class Slot(Struct, frozen=True):
 
 
 class ForeignSlider(Struct, frozen=True):
-    """Slider: `link` slides on `on` without rotation, along the line through the point `through` in `direction`.
+    """Slider: `link` slides on the link `on` along a straight line, without relative rotation.
 
-    For `travel` see `Slot`.
+    The line passes through the point `through` in `direction`. For `travel` see `Slot`.
     """
 
     link: str
@@ -77,18 +78,19 @@ class ForeignSlider(Struct, frozen=True):
 
 
 class Drive(Struct, frozen=True):
-    """Motion of a joint, with constant speed or by a repeated law.
+    """Motion of a driven joint, at constant speed or by a law that repeats.
 
     Attributes
     ----------
     joint
-        Keys of the drive in a scene: `link`, `on` and `at` for a driven pin, or `slider` for a driven slider.
+        The driven joint, with the keys of a drive in a scene file: `link`, `on` and `at` for a pin, `slider` for a
+        slider.
     speed
         Speed with its unit, such as "30 rpm", or None if there is a law.
     law
-        Segments of the law as in a scene, with the keys curve, duration and by. A dwell has no `by`.
+        Segments of the law as in a scene file, with the keys curve, duration and by. A dwell has no `by`.
     start
-        Initial angle, such as "0 deg". It is needed for a wheel, because a wheel is drawn as a single point.
+        Initial angle, such as "0 deg". A wheel needs it: a wheel is a single point, so its angle is not drawn.
     """
 
     joint: Mapping[str, str]
@@ -108,22 +110,26 @@ class Drive(Struct, frozen=True):
 
     @property
     def mean_speed(self) -> float:
-        """Constant speed or, for a law, mean speed of its strokes, with the sign of the first stroke.
+        """Constant speed, or mean speed of the strokes of the law with the sign of the first stroke.
 
-        A constant speed is in the unit of `speed`. The mean speed is in rpm if the strokes are in degrees, and
-        otherwise in (unit of the strokes) per second. It is 0 if the law has no strokes.
+        A constant speed is in the unit of `speed`. The mean speed of a law is in rpm if the strokes are in degrees, and
+        otherwise in (unit of the strokes) per second. The mean speed of a law without strokes is 0.
         """
         if self.speed is not None:
             return float(self.speed.split()[0])
         if not self._moving:
             return 0.0
         duration = sum(float(segment["duration"].split()[0]) for segment in self._moving)
-        unit = 6.0 if self._moving[0]["by"].endswith("deg") else 1.0  # degrees per second for 1 rpm
+        unit = 6.0 if self._moving[0]["by"].endswith("deg") else 1.0  # 1 rpm is 6 degrees per second
         return copysign(sum(map(abs, self.strokes)) / duration / unit, self.strokes[0])
 
 
 class ForeignGear(Struct, frozen=True):
-    """Gear: joints of two wheels, ratio of the second angle to the first, and whether teeth mesh."""
+    """Gear between two wheels, given by the joints `driver` and `follower` of the wheels.
+
+    `ratio` is (angle of the follower) / (angle of the driver). `teeth` is True if the wheels mesh with teeth, and False
+    for a chain or an ideal gear.
+    """
 
     driver: Mapping[str, str]
     follower: Mapping[str, str]
@@ -141,7 +147,7 @@ class ForeignLoad(Struct, frozen=True):
 
 
 class ForeignMechanism(Struct, frozen=True):
-    """Mechanism that is defined by its drawing.
+    """Mechanism for import or export, also called the drawing, because drawn points define its geometry.
 
     Attributes
     ----------
@@ -150,7 +156,7 @@ class ForeignMechanism(Struct, frozen=True):
     unit
         Unit of all lengths: "m", "cm", "mm" or "in".
     points
-        Drawn positions, by the names of the points in the scene.
+        Drawn position of each point, by the name of the point in the scene file.
     ground, links
         Points of the fixed link, and moving links by name.
     slots, slides
@@ -160,11 +166,11 @@ class ForeignMechanism(Struct, frozen=True):
     traced
         Point with a traced path, or "".
     masses
-        Point masses at joints [kg].
+        Point masses [kg] at joints, by point name.
     gravity
         True if gravity acts along -y.
     notes
-        Sentences that state assumptions and omissions.
+        Messages about assumptions, and about parts of the file that are left out.
     """
 
     title: str
@@ -184,13 +190,13 @@ class ForeignMechanism(Struct, frozen=True):
     notes: tuple[str, ...] = ()
 
 
-MIN_HEIGHT = 1e-3  # a point counts as on a line if its distance, relative to the length of the line, is smaller
+MIN_HEIGHT = 1e-3  # a link is straight if its points are within MIN_HEIGHT * (chord length) of its longest chord
 
 
 def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with a beam from the last to the first point of each link that is not straight.
+    """Return the mechanism with closed frames: add a beam from the last to the first point of each non-straight link.
 
-    The reason is that other programs draw such a link as a plate. A note lists the links that got a beam.
+    Other programs draw such a link as a plate. A note lists the links with an added beam.
     """
     links = dict(drawing.links)
     for name, body in drawing.links.items():
@@ -205,14 +211,17 @@ def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
 
 
 class Names:
-    """Unique scene names (letters, digits, - and _) for names or numbers in a file."""
+    """Unique names for a scene file (letters, digits, - and _), derived from names or numbers in an imported file."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._names: dict[str, str] = {}
         self._taken = set(taken)
 
     def __call__(self, key: object, wanted: str = "") -> str:
-        """Return the scene name for `key`. The first call with this key derives the name from `wanted`."""
+        """Return the unique name for `key`.
+
+        The first call with a key derives the name from `wanted`, or from the key if `wanted` is empty.
+        """
         known = str(key)
         if known not in self._names:
             plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted or known).strip("_") or "x"
@@ -225,14 +234,14 @@ class Names:
 
 
 def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
-    """Return the first link that contains all the points, or None."""
+    """Return the name of the first link that contains all the points, or None."""
     return next((name for name, body in links.items() if {*points} <= {*body.points}), None)
 
 
 def to_and_fro(strokes: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Return the segments of a drive law with the given strokes, each from rest to rest.
+    """Return the segments of a drive law. Each stroke starts and ends at rest; zero strokes are left out.
 
-    `speed` is the mean speed in `unit` per second.
+    `speed` is the mean speed of each stroke, in `unit` per second.
     """
     return tuple(
         {"curve": "harmonic", "duration": f"{abs(stroke) / speed:.12g} s", "by": f"{stroke:.12g} {unit}"}

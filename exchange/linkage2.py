@@ -27,18 +27,21 @@ SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
 DRAWN_ONLY = 1 << 0  # flag of the layer for drawings and dimensions, which are not part of the mechanism
 TURNS = 15.0  # [rpm or cycles per minute] default speed in Linkage
-MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot, relative to the length of the slot
-MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot, relative to the slot's radius
+MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot, divided by the length of the slot
+MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot, divided by the radius of the slot
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
-TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage accepts attributes without a space between them, unlike XML
+TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage, unlike XML, allows attributes without a space between
 
 
 class Connector(Struct, frozen=True):
     """Connector of Linkage.
 
-    `turns` is the counter-clockwise speed [rpm] of an input, or None for any other connector. `limits` are the ends of
-    the slot. An input with a `swing` [deg] oscillates. Its first stroke starts after `offset` [deg]. If `offset`
-    exceeds `swing`, the motion starts in the return stroke.
+    `turns` is the counter-clockwise speed [rpm] of an input (driven connector), or None for any other connector. An
+    input with a `swing` [deg] oscillates by this angle. The motion starts `offset` [deg] after the beginning of the
+    first stroke. If `offset` exceeds `swing`, the motion starts in the return stroke.
+
+    `limits` are the numbers of the connectors at both ends of the slot, or empty without a slot. `radius` is the radius
+    of a curved slot, or 0 for a straight slot.
     """
 
     name: str
@@ -54,7 +57,10 @@ class Connector(Struct, frozen=True):
 
 @dataclass
 class _LinkageReading:
-    """State of the import: connectors by number, links of the file by key, and parts of the scene."""
+    """State of the import: connectors of the file by number, and parts of the mechanism.
+
+    Each link of the file has a key. `members` contains the connectors of each link by key, and `link_of` the new name.
+    """
 
     connectors: dict[str, Connector]
     unit: str
@@ -132,14 +138,14 @@ def _connector(each: ElementTree.Element, names: Names) -> Connector:
 
 
 def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[str]) -> dict[str, ElementTree.Element]:
-    """Read the links, merging those that are fastened together, and return the actuators by key."""
+    """Read the links, merge links that are fastened together, and return the actuators by key."""
     actuators: dict[str, ElementTree.Element] = {}
     elements: dict[str, ElementTree.Element] = {}
     for number, each in enumerate((*root.findall("Link"), *root.findall("element"))):
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
         if connectors and _moves(each):
-            key = f"{each.get('id')} {number}"  # some files use a number for two links
+            key = f"{each.get('id')} {number}"  # some files use the same number for two links
             read.members[key] = connectors
             (actuators if each.get("actuator") == "true" else elements)[key] = each
     for keys, grounded in _fastened(read, elements):
@@ -158,8 +164,8 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
 def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -> list[tuple[list[str], bool]]:
     """Return the groups of fastened links, and whether each group is fastened to the ground.
 
-    The first link of each group is its largest one. In Linkage, an input (driven pin) turns all links at its pin. These
-    links therefore also form a group.
+    The first link of each group is the link with the most connectors. In Linkage, an input (driven pin) turns all links
+    at the pin. These links therefore also form a group.
     """
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -188,7 +194,7 @@ def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -
 
 
 def _read_slot(read: _LinkageReading, key: str) -> None:
-    """Read the slot of a connector. The connector is a fixed pin in a moving link, or a pin of a moving link."""
+    """Read the slot of a connector, if any. The slot guides a pin of a moving link, or moves along a fixed pin."""
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -226,7 +232,7 @@ def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end:
 
 
 def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
-    """Replace a curved slot by a link from the centre of the slot to the pin, which then moves in the same way."""
+    """Replace a curved slot by a link from the centre of the slot to the pin. The motion of the pin does not change."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
         read.notes.append(f"left out: the curved slot of {pin.name}, because no arc of its radius joins its ends")
@@ -268,9 +274,9 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
 
 
 def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
-    """Return the strokes of a cycle that starts at `offset`.
+    """Return three strokes that form a cycle. The cycle starts `offset` after the beginning of the first stroke.
 
-    If `offset` exceeds `stroke`, it starts in the return stroke.
+    If `offset` exceeds the size of `stroke`, the cycle starts in the return stroke.
     """
     done = offset if stroke > 0 else -offset
     if offset <= abs(stroke):
@@ -281,7 +287,7 @@ def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
     """Add barrel, rod and slider of an actuator, and return its drive.
 
-    If `cpm` > 0, the drive extends by the throw first.
+    The rod extends by the throw and returns. If the attribute `cpm` (cycles per minute) is negative, it retracts first.
     """
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
@@ -301,7 +307,7 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Yield the gears. Both wheels turn on the link that carries them, or on the ground. Their sizes give the ratio."""
+    """Yield the gears. Both wheels turn on the same link (the carrier) or on the ground. Their sizes give the ratio."""
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
@@ -317,7 +323,7 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
         on = {} if carrier is None else {"on": carrier}
         driver = {"link": first, **on, "at": pins[0].name}
         teeth, standing = ratio.get("type") == "gears", first == GROUND
-        if standing:  # relative to the carrier, a fixed wheel turns in the direction opposite to that of the carrier
+        if standing:  # the driver is the carrier: seen from the carrier, a fixed wheel turns in the opposite direction
             driver = {"link": carrier or "", "at": pins[0].name}
         sign = -1 if teeth != standing else 1
         follower = {"link": second, **on, "at": pins[1].name}
@@ -325,7 +331,10 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
 
 
 def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]]) -> tuple[ForeignGear, ...]:
-    """Order the gears, and swap driver and follower if necessary, so that each driver has a known motion."""
+    """Order the gears, and swap driver and follower if necessary.
+
+    A drive or an earlier gear then moves each driver, if possible.
+    """
     moved, left, ordered = [dict(joint) for joint in driven], gears, []
     while left:
         pairs = [(gear, end in moved) for gear in left for end in (dict(gear.driver), dict(gear.follower))]
@@ -339,6 +348,6 @@ def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]])
 
 
 def _wheel(read: _LinkageReading, each: ElementTree.Element) -> tuple[str, str, float]:
-    """Return link, axle and size of a wheel. Link and axle are "" if the file does not contain the link."""
+    """Return link, axle (connector number) and size of a wheel. Link and axle are "" if the link is not in the file."""
     key = next((key for key in read.link_of if key.split()[0] == each.get("id")), "")
     return (read.link_of.get(key, ""), read.members[key][0] if key else "", float(each.get("size") or 0))

@@ -6,8 +6,9 @@ from xml.etree import ElementTree
 from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignGear, ForeignMechanism, Slot
 from exchange.linkage2 import SOURCE
 
+# unit of length in Linkage, and factor to this unit, by the unit of the drawing
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # extension of a slot beyond the travel of its pin at each end, relative to this travel
+MARGIN = 0.05  # extension of a slot beyond the travel of its pin at each end, divided by the travel
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
@@ -16,7 +17,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     Raises
     ------
     ExchangeError
-        If Linkage does not support a part without which the mechanism would move differently.
+        If the mechanism has no drive, or if Linkage does not support a part that affects the motion.
     """
     drives = _drives(drawing)
     if drawing.slides:
@@ -46,7 +47,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
         connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    first = {drive.joint["link"] for drive in drives}  # an input drives the first link at its connector
+    first = {drive.joint["link"] for drive in drives}  # written first, because an input drives the first link at a pin
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():
         fastened = {"fastenconnector": number[suns[name]]} if name in suns else {}
@@ -71,7 +72,7 @@ def _rolls_on_ground(gear: ForeignGear) -> bool:
 
 
 def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> dict[str, str]:
-    """Add a link for each fixed wheel to `members`, and return the fixed point to which each wheel is fastened."""
+    """Add links for each fixed wheel and its anchor to `members`. Return the anchor (a fixed point) of each wheel."""
     anchors = {}
     for axle in (gear.driver["at"] for gear in drawing.gears if _rolls_on_ground(gear)):
         anchor = next((point for point in drawing.ground if point != axle), axle)
@@ -83,7 +84,7 @@ def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> d
 def _slot_limits(
     drawing: ForeignMechanism, members: dict[str, list[str]], places: dict[str, complex], fixed: set[str]
 ) -> dict[str, list[str]]:
-    """Return the two ends of every slot, by its pin; add these ends to `members`, `places` and `fixed`."""
+    """Return the names of both ends of each slot, by pin name. Add the ends to `members`, `places` and `fixed`."""
     limits: dict[str, list[str]] = {}
     for name, slot in drawing.slots.items():
         if slot.point in limits:
@@ -93,12 +94,15 @@ def _slot_limits(
         members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(ends)
         fixed |= {*ends} if slot.on == GROUND else set()
         if not any(slot.point in points for points in members.values()):
-            members[f"{name} pin"] = [slot.point]  # in Linkage, a fixed pin in a moving slot is a link
+            members[f"{name} pin"] = [slot.point]  # in Linkage, a fixed pin in a moving slot is a link of its own
     return limits
 
 
 def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
-    """Return positions for the two ends of a slot, slightly beyond the travel of the pin."""
+    """Return the positions of both ends of a slot, slightly beyond the travel of the pin.
+
+    If the travel is unknown, the pin may move by the size of the drawing in both directions.
+    """
     low, high = slot.travel
     if low == high:
         spans = [abs(one - other) for one in drawing.points.values() for other in drawing.points.values()]
@@ -110,7 +114,7 @@ def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]
 
 def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[str, str]) -> None:
     names, teeth = (gear.driver.get("link", ""), gear.follower.get("link", "")), gear.teeth
-    if _rolls_on_ground(gear):  # relative to the carrier, the fixed wheel turns
+    if _rolls_on_ground(gear):  # in Linkage, the driver is the fixed wheel instead of the carrier
         names, teeth = (f"{gear.driver['at']} wheel", names[1]), gear.ratio > 0
     elif not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} does not support racks and internal gears")
@@ -120,7 +124,7 @@ def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[
 
 
 def _input(drive: Drive) -> dict[str, str]:
-    """Return the attributes of an input connector. In Linkage, clockwise speeds are positive."""
+    """Return the attributes of an input (driven connector). In Linkage, clockwise speeds are positive."""
     keys = {"input": "true", "rpm": f"{-drive.mean_speed:.12g}"}
     if not drive.strokes:
         return keys

@@ -10,20 +10,20 @@ from msgspec import Struct
 from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names
 
 SOURCE = "linkage_sim"
-DEFAULT_SPEED = "60 rpm"
+DEFAULT_SPEED = "60 rpm"  # assumed if the file has no driver
 SUPPORTED_JOINTS = ("revolute", "fixed", "prismatic")
-TRIES = 60  # number of random starting positions from which an assembly is searched
-MAX_GAP = 1e-9  # [m] largest gap of a closed joint; if bodies are larger than 1 m, it grows with their size
-MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver in linkage_sim, which starts with all bodies at the origin
-# step of difference quotients: in rad for angles, relative to the size of the largest body for lengths; singular values
-# below this share of the largest one count as zero
+TRIES = 60  # number of random starting positions in the search for an assembly
+MAX_GAP = 1e-9  # [m] a joint is closed if its gap is below MAX_GAP * max(1, size of the largest body / 1 m)
+MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver in linkage_sim: number of steps, norm of the residual
+# Step of difference quotients: in rad for angles, divided by the size of the largest body for lengths. In addition,
+# singular values below DIFFERENCE * (largest singular value) count as zero.
 DIFFERENCE = 1e-6
 
-Place = tuple[complex, float]  # origin and angle of a body
+Place = tuple[complex, float]  # origin [m] and angle [rad] of a body
 
 
 class JointPair(Struct, frozen=True):
-    """Joint between points of two bodies; each point is given in the axes of its body.
+    """Joint between a point of one body and a point of another body, each in the axes of its body.
 
     `axis` is the direction of a slider in the axes of the first body, or None for a pin. `turn` is the angle of the
     second body relative to the first body if this angle is constant, otherwise None.
@@ -43,7 +43,7 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        If the bodies cannot be assembled.
+        If the bodies cannot be assembled, or if there is neither a driver nor a link that turns on the ground.
     """
     bodies, notes = data["bodies"], []
     local = {name: _points(body) for name, body in bodies.items()}
@@ -114,7 +114,7 @@ def of_linkage_sim(data: Mapping[str, Any], title: str) -> ForeignMechanism:
     ground = tuple(members.get(GROUND, ()))
     return ForeignMechanism(
         title, SOURCE, "m", points, ground, links, slides=slides, drives=drives, gravity=True, notes=tuple(notes)
-    )  # linkage_sim applies gravity along -y to every file
+    )  # linkage_sim always applies gravity along -y
 
 
 def _points(body: Mapping[str, Any]) -> dict[str, complex]:
@@ -123,7 +123,10 @@ def _points(body: Mapping[str, Any]) -> dict[str, complex]:
 
 
 def _mass(parts: Sequence[tuple[Mapping[str, Any], Place]]) -> tuple[float | None, complex | None, float | None]:
-    """Return the total mass, its centre, and the inertia of the bodies that form a link, including point masses."""
+    """Return mass, centre of mass and inertia of the bodies that form a link, including point masses.
+
+    Return (None, None, None) if the mass is zero.
+    """
     lumps = []
     for body, (origin, angle) in parts:
         turn = cmath.exp(1j * angle)
@@ -166,7 +169,7 @@ def _links_of_bodies(local: Mapping[str, Any], joints: Mapping[str, Mapping[str,
 
 
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Return a name for each point, by body and point. Points that joints hold together have the same name."""
+    """Return one name for all points that pins or fixed joints hold together, by body and point."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
@@ -180,11 +183,11 @@ def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], st
 def _assembled(
     bodies: list[str], pairs: list[JointPair], turns: Mapping[tuple[str, str], float]
 ) -> tuple[dict[str, Place], bool]:
-    """Return the positions of all bodies at the start, and whether linkage_sim would find the same positions.
+    """Return the initial positions of all bodies, and whether linkage_sim would find the same positions.
 
-    A file contains no positions. All joints must close, with the drivers at their start. Like linkage_sim, this
-    function starts Newton's method with every body at the origin. If this fails, the search continues from random
-    positions.
+    A file contains no positions. All joints must close, with the drivers at their initial angles. Like linkage_sim,
+    this function starts Newton's method with every body at the origin. If Newton's method fails, the search continues
+    from random positions.
     """
     moving = [body for body in bodies if body != GROUND]
     if not moving:
@@ -198,7 +201,7 @@ def _assembled(
         return {GROUND: (0j, 0.0), **at}
 
     def gaps(x: Any) -> Any:
-        """Return the gaps of all joints and drivers."""
+        """Return the gaps of all joints [m], and the angular errors of joints and drivers [rad]."""
         at, out = placed(x), []
         for pair in pairs:
             (p, a), (q, b) = at[pair.first], at[pair.second]
@@ -218,7 +221,7 @@ def _assembled(
 
 
 def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
-    """Solve for zero gaps by Newton's method with minimum-norm steps. Return None if this fails."""
+    """Solve for zero gaps by Newton's method with minimum-norm steps. Return None if the method does not converge."""
     steps = DIFFERENCE * np.diag(np.tile([size, size, 1.0], len(x) // 3))
     for _ in range(MAX_STEPS):
         gap = gaps(x)
@@ -230,7 +233,7 @@ def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
 
 
 def _searched(gaps: Callable[[Any], Any], bodies: int, size: float) -> Any:
-    """Solve for zero gaps from random starting positions."""
+    """Solve for zero gaps by least squares from random starting positions."""
     from scipy.optimize import least_squares
 
     random, scale = np.random.default_rng(0), np.tile([size, size, np.pi], bodies)

@@ -7,6 +7,7 @@ from typing import Any
 from exchange.foreign_mechanism import Drive, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 
 SOURCE = "mec2"
+# name of a curve in a scene file, by its name in mec2
 CURVES = {
     "linear": "constant-speed", "quadratic": "constant-acceleration", "harmonic": "harmonic", "sinoid": "cycloidal",
     "poly5": "polynomial-345", "const": "dwell",
@@ -82,9 +83,10 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
 def _with_blocks(
     slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], link_names: Names
 ) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
-    """Add a block for each slider as its link. The link of each slot becomes the first link at its pin.
+    """Return the sliders and slots with their links.
 
-    A slot is left out if there is no link at its pin, or if a slider moves its pin.
+    Each slider gets a new link: a block with a single point. Each slot gets the first link at the pin of the slot. A
+    slot is left out if there is no link at the pin, or if a slider moves the pin.
     """
     driven = {slide.through for slide in slides.values()}
     blocks = {}
@@ -101,18 +103,19 @@ def _with_blocks(
 
 
 def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
-    """Return the first link at the pin of a slot or, without one, a slider through the pin.
+    """Return the name of the first link at the pin of a slot.
 
-    Return None if there is neither.
+    If there is no such link, return the name of a slider through the pin. If there is no slider either, return None.
     """
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))
 
 
 def _drive(law_data: Mapping[str, Any], joint: dict[str, str], default: float, unit: str) -> Drive:
-    """Return a drive that changes an angle or a length by `Dw` within `Dt`.
+    """Return the drive of an angle or length that changes by `Dw` within `Dt` seconds.
 
-    The change is linear, follows another function, or is a sequence of functions. `default` replaces a missing `Dw`.
+    A linear change becomes a constant speed. Any other function, or a sequence of functions, becomes a law. `default`
+    replaces a missing `Dw`.
     """
     time, by = float(law_data.get("Dt", 1)), float(law_data.get("Dw", default))
     kind = law_data.get("func", "linear")

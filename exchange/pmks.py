@@ -32,17 +32,17 @@ from exchange.pmks_code import (
 )
 
 SOURCE = "PMKS+"
-# units of mass [kg], inertia [kg m^2] and force [N] in a file, by the file's unit of length
+# units of mass [kg], inertia [kg m^2] and force [N] in a file of PMKS+, by the unit of length of the file
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
-DEFAULT_MASS = 1.0  # default mass and inertia of a link in PMKS+
-MAX_OFFSET = 0.005  # largest accepted distance of a pin from its slot, relative to the length of the slot
-BODY_DOCUMENT = "pmks2:"  # start of a file that the body editor saved
+DEFAULT_MASS = 1.0  # default mass and default inertia of a link in PMKS+, in the units of the file
+MAX_OFFSET = 0.005  # report a pin that is moved into its slot by more than MAX_OFFSET * (length of the slot)
+BODY_DOCUMENT = "pmks2:"  # start of a file that the body editor of PMKS+ saved
 
 
 def of_pmks(text: str, title: str) -> ForeignMechanism:
-    """Return the mechanism in a web link or file of PMKS+, of version 1, version 2, or the current one.
+    """Return the mechanism in a web link or file of PMKS+ (version 1, version 2 or the current version).
 
     Raises
     ------
@@ -57,7 +57,7 @@ def of_pmks(text: str, title: str) -> ForeignMechanism:
 
 
 def _of_first(query: str) -> Saved:
-    """Read version 1, which has joints and links as rows of comma-separated values, without masses."""
+    """Read a mechanism in the format of version 1: joints and links as comma-separated values, without masses."""
     given = parse_qs(query, keep_blank_values=True)
     rows = {
         kind: [row.split(",") for row in given.get(kind, [""])[0].replace("\\n", "\n").split("\n") if row.strip()]
@@ -88,13 +88,13 @@ def _first_joint(row: list[str]) -> PmksJoint:
 
 
 class _PmksReading:
-    """Converter of a saved mechanism to a drawing."""
+    """Converter of a mechanism saved by PMKS+ to a `ForeignMechanism`."""
 
     def __init__(self, saved: Saved, title: str) -> None:
         self.saved, self.title = saved, title
         self.joints = {joint.key: joint for joint in saved.joints}
         self.notes: list[str] = []
-        self.with_default_mass: list[str] = []  # links and sliders
+        self.with_default_mass: list[str] = []  # names of links and sliders
         names, called = Names(), Names([GROUND])
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
@@ -108,7 +108,7 @@ class _PmksReading:
         self.slides: dict[str, ForeignSlider] = {}
         sliding = [joint for joint in saved.joints if joint.has(SLIDES)]
         moved = {joint.key for joint in sliding}
-        # a slider at which another slot ends comes first
+        # a slot that ends at another sliding pin comes last, because that pin may first be moved into its own slot
         for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):
             self._add_slot(joint)
 
@@ -122,7 +122,7 @@ class _PmksReading:
             )
 
     def _masses(self, part: PmksPart) -> tuple[float | None, complex | None, float | None]:
-        """Return mass [kg], centre and inertia [kg m^2] of a link. The default values of PMKS+ count as unknown."""
+        """Return mass [kg], centre and inertia [kg m^2] of a link. Default values of PMKS+ count as unknown (None)."""
         unit = self.saved.unit
         if part.mass == part.inertia == DEFAULT_MASS:
             self.with_default_mass.append(self.link_of[part.key])
@@ -132,7 +132,7 @@ class _PmksReading:
         return part.mass * MASS[unit], part.center, inertia
 
     def _add_slot(self, joint: PmksJoint) -> None:
-        """Add the slot of a pin, or of a link that slides without rotation."""
+        """Add the slot of a pin, or a slider if the link at the pin slides without rotation."""
         point = self.point[joint.key]
         on = self.link_of.get(joint.carrier, GROUND) if joint.carrier else GROUND
         riders = [name for name, body in self.links.items() if point in body.points and name != on]
@@ -146,7 +146,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # positions in a file are rounded
+            self.places[point] -= 1j * across * direction  # move the pin into the slot: positions are rounded
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn outside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
@@ -156,7 +156,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
-            if on != GROUND and not low <= 0.0 <= high:  # the beam along the slot does not reach the pin
+            if on != GROUND and not low <= 0.0 <= high:  # the beam along the slot ends before the pin
                 self.links[on] = replace(self.links[on], rigid=True)
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):
@@ -165,7 +165,11 @@ class _PmksReading:
             self.slots[f"slot_{point}"] = Slot(point, riders[0], on, direction, travel)
 
     def _drive(self, joint: PmksJoint) -> Drive:
-        """Return the drive of the first link of a fixed joint, or of the second link relative to the first."""
+        """Return the drive at a joint.
+
+        A drive at a sliding joint moves the slider or pin. At a fixed joint, the drive turns the first link. At any
+        other joint, the drive turns the second link relative to the first link.
+        """
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):
             name = next((each for each in (f"slide_{point}", f"slot_{point}") if each in self.slides | self.slots), "")
@@ -181,7 +185,7 @@ class _PmksReading:
         return Drive({"link": links[1], "on": links[0], "at": point}, speed)
 
     def _loads(self) -> tuple[ForeignLoad, ...]:
-        """Return the forces on links. If a force does not act at a joint, a point is added to its link."""
+        """Return the forces on links. If a force does not act at a point of its link, add this point to the link."""
         loads, unit = [], self.saved.unit
         for force in self.saved.forces:
             link = self.link_of.get(force.link, "")

@@ -1,4 +1,4 @@
-"""Text format of PMKS+, with numbers in base 64 and records separated by dots: decoding and encoding."""
+"""Decoding and encoding of the text format of PMKS+: numbers in base 64, records separated by dots."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -11,24 +11,26 @@ from msgspec.structs import replace
 from exchange.foreign_mechanism import ExchangeError
 
 Record = TypeVar("Record")
-DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
-CHECKS = DIGITS[:62]
-UNITS = ("in", "cm", "m")  # units of length; a file contains the index
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # digits of base 64
+CHECKS = DIGITS[:62]  # digits of the length check and of the hash
+UNITS = ("in", "cm", "m")  # units of length; a file contains an index of this tuple
 HEAD = 4  # number of records before the joints: switches, decimals, integers, units
-CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # switches
-SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing: grids, names and forces are shown
+CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # bits of the switches
+SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing in PMKS+: show grids, names and forces
 SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # flags of a joint
-LINK_MARKS = "YAMG0123"  # marks of links that are not welded; a mark states the shape and whether masses were typed in
+# The mark of a link states its shape, and whether the user entered the inertia and the centre of mass.
+LINK_MARKS = "YAMG0123"  # marks of links that are not part of a welded link
 PART_MARKS = "NamgN4567"  # marks of the parts of a welded link
-OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with typed-in inertia, and with typed-in centre
-CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # a number with more than three decimals
-DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")
+OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with entered inertia, and with entered centre
+CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # exact value of a number with over 3 decimals
+DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")  # hash at the end of the text
 
 
 class PmksJoint(Struct, frozen=True):
-    """Joint: position, angle of the sliding direction [rad], and link (`carrier`) and end joints of a moving slot.
+    """Joint of PMKS+.
 
-    A `speed` of 0 stands for the default speed of the file.
+    `marks` is a sum of flags, such as `FIXED`. A pin in a fixed slot slides in the direction `angle` [rad]. A moving
+    slot is in the link `carrier`, between the two joints `slot`. A `speed` of 0 means the default speed of the file.
     """
 
     key: str
@@ -47,7 +49,11 @@ class PmksJoint(Struct, frozen=True):
 
 
 class PmksPart(Struct, frozen=True):
-    """Link; `parts` are the links that form a welded link. In older files, `piston` marks the block of a slider."""
+    """Link of PMKS+.
+
+    `whole` is False for a part of a welded link. `parts` are the keys of the parts if the link is welded. In older
+    files, `piston` marks the block of a slider.
+    """
 
     key: str
     name: str
@@ -61,7 +67,7 @@ class PmksPart(Struct, frozen=True):
 
 
 class PmksForce(Struct, frozen=True):
-    """Force at `start`, directed towards `end` or away from it. If `local`, it rotates with its link."""
+    """Force at `start`, towards `end` if `outward`, else away from `end`. If `local`, the force turns with the link."""
 
     link: str
     name: str
@@ -73,7 +79,7 @@ class PmksForce(Struct, frozen=True):
 
 
 class Saved(Struct, frozen=True):
-    """Records of a file; `turns` [rpm] and `slides` [length/s] are the default speeds of drives."""
+    """Records of a file. `turns` [rpm] and `slides` [unit/s] are the default speeds of rotating and sliding drives."""
 
     unit: str
     joints: tuple[PmksJoint, ...]
@@ -85,7 +91,7 @@ class Saved(Struct, frozen=True):
 
 
 def integer(text: str) -> int:
-    """Decode a number in base 64. A leading 0 stands for a minus sign."""
+    """Decode a number in base 64. A leading 0 means a minus sign."""
     value = 0
     for digit in text[1:] if text[:1] == "0" else text:
         value = 64 * value + DIGITS.index(digit)
@@ -119,7 +125,7 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    # early files of version 2 have a checksum after the forces; unlike a force, it contains no commas
+    # early files of version 2 have a checksum after the forces; the checksum contains no commas, unlike a force
     forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]
@@ -140,7 +146,7 @@ def _read(
     exact: Mapping[tuple[str, str, int], float],
     reader: Callable[[list[str], Callable[[int, str], float]], Record],
 ) -> Record:
-    """Read a record. `exact` contains the numbers that were saved with more than three decimals."""
+    """Read a record. `exact` contains numbers with more than three decimals, by kind of record, key and field."""
     fields = word.split(",")
     mark = 2 if kind == "link" else 1
     key = fields[0][mark:]
@@ -198,7 +204,7 @@ def _require_known(joints: tuple[PmksJoint, ...], parts: tuple[PmksPart, ...]) -
 
 
 def folded(saved: Saved) -> Saved:
-    """Convert a file to the current form, in which a slider is one joint instead of a joint, a pin and a block."""
+    """Convert each slider of older files (joint, pin and block) to the single joint of the current format."""
     known = {joint.key: joint for joint in saved.joints}
     merged: dict[str, str] = {}
     blocks = set()
@@ -229,7 +235,7 @@ def folded(saved: Saved) -> Saved:
 
 
 def encoded(saved: Saved) -> str:
-    """Encode a mechanism, with the length check and the hash."""
+    """Encode a mechanism as text that ends with a length check and a hash."""
     switches = SHOWN | (CLOCKWISE if saved.turns < 0 else 0) | (0 if saved.gravity else NO_GRAVITY)
     head = DIGITS[switches >> 6] + DIGITS[switches & 63]
     turns = coded(max(1, round(abs(saved.turns))) / 1000)
@@ -242,7 +248,7 @@ def encoded(saved: Saved) -> str:
 
 
 def _digest(text: str) -> str:
-    """Return the 32-bit FNV-1a hash as six letters."""
+    """Return the 32-bit FNV-1a hash of a text as six characters."""
     value, letters = 0x811C9DC5, ""
     for letter in text:
         value = (value ^ ord(letter)) * 0x01000193 & 0xFFFFFFFF

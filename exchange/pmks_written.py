@@ -8,28 +8,29 @@ from exchange.foreign_mechanism import GROUND, ExchangeError, ForeignLink, Forei
 from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
+# unit of length in PMKS+, and factor to this unit, by the unit of the drawing
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; a link has the keys of its joints
-ON_LINE = 1e-6  # a point counts as on a slot's line if its distance, relative to the drawing's size, is smaller
-SPARE = 0.1  # extension of a slot beyond the pin, relative to the size of the drawing
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; a link is named by these letters
+ON_LINE = 1e-6  # a point is on the line of a slot if its distance from the line is below ON_LINE * (drawing size)
+SPARE = 0.1  # extension of a slot beyond the travel of its pin at each end, divided by the size of the drawing
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
     """Return the mechanism in the current format of PMKS+: the query of a web link, or the text of a file.
 
-    A drive that oscillates gets its mean speed, because in PMKS+ drives reverse only at the limits of the mechanism.
+    An oscillating drive is written with its mean speed: a drive of PMKS+ reverses only at the limits of the mechanism.
     PMKS+ rounds lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
 
     Raises
     ------
     ExchangeError
-        If PMKS+ does not support a part without which the mechanism would move differently.
+        If the mechanism has no drive, or if PMKS+ does not support a part that affects the motion.
     """
     return encoded(_Writing(drawing).saved())
 
 
 class _Writing:
-    """Converter of a drawing to the records of PMKS+."""
+    """Converter of a mechanism to the records of PMKS+."""
 
     def __init__(self, drawing: ForeignMechanism) -> None:
         if drawing.gears:
@@ -42,7 +43,7 @@ class _Writing:
         self.members = {name: list(body.points) for name, body in drawing.links.items() if len(body.points) > 1}
         spans = [abs(one - other) for one in self.places.values() for other in self.places.values()]
         self.size = max(spans, default=1.0) or 1.0
-        self.slots: dict[str, Slot | ForeignSlider] = {}  # by the pin
+        self.slots: dict[str, Slot | ForeignSlider] = {}  # slots and sliders, by name of the pin
         self.slot_ends: dict[str, tuple[str, str]] = {}
         for name, slot in drawing.slots.items():
             self._add_slot(name, slot)
@@ -56,7 +57,11 @@ class _Writing:
         self.drives = self._drives()
 
     def _add_slot(self, name: str, slot: Slot | ForeignSlider) -> None:
-        """Store a slot by its pin. A moving slot needs two joints of its link on the line of the slot."""
+        """Store a slot or slider under the name of its pin.
+
+        In PMKS+, a moving slot lies between two joints of a link. If the link does not have two points on the line of
+        the slot, add two points.
+        """
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
             raise ExchangeError(f'{SOURCE} does not support a pin in two slots, such as "{pin}"')
@@ -76,7 +81,7 @@ class _Writing:
         self.slot_ends[pin] = on_line[0], on_line[-1]
 
     def _own_pin(self, name: str, slide: ForeignSlider) -> str:
-        """Return a point of a slider's link that is on the slider's line and in no other link; add one if necessary."""
+        """Return a point on the line of a slider that belongs only to the slider's link; if there is none, add one."""
         if slide.link not in self.members:
             raise ExchangeError(f'{SOURCE} does not support blocks with a single point, such as "{slide.link}"')
         owned = [point for points in self.members.values() for point in points]
@@ -90,7 +95,7 @@ class _Writing:
         return pin
 
     def _on_line(self, link: str, here: complex, direction: complex) -> list[str]:
-        """Return the points of a link on the line through `here`, in their order along `direction`."""
+        """Return the points of a link on the line through `here` along `direction`, sorted in this direction."""
         ways = {
             point: (self.places[point] - here) * direction.conjugate() / abs(direction) for point in self.members[link]
         }
@@ -100,7 +105,7 @@ class _Writing:
         )
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
-        """Return the speed and the links of every drive, by pin."""
+        """Return the speed and the links of every drive, by name of the pin. A driven slider has no links here."""
         pin_of = {id(slot): pin for pin, slot in self.slots.items()}
         pins = {name: pin_of[id(slot)] for name, slot in self.drawing.slots.items()}
         pins |= {name: pin_of[id(slide)] for name, slide in self.drawing.slides.items()}
@@ -123,7 +128,7 @@ class _Writing:
         return drives
 
     def saved(self) -> Saved:
-        """Return the records. Driven links come first, because PMKS+ drives the first link of a joint."""
+        """Return the records of the file. Driven links come first, because PMKS+ drives the first link at a joint."""
         drawing, called = self.drawing, Names()
         joints = tuple(self._joint(name, called) for name in self.used)
         order = [link for _, links in self.drives.values() for link in links]

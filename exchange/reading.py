@@ -1,4 +1,7 @@
-"""Reading and writing of files of other programs. The program is recognised by the content of the file."""
+"""Reading and writing of files of other programs.
+
+When a file is read, its content determines the program. Only DXF drawings are recognised by the file extension.
+"""
 
 import json
 import re
@@ -21,7 +24,7 @@ FORMATS = "PMKS+ (.pmks or a link), Linkage (.linkage2), pylinkage, mec2 and lin
 WRITTEN = "PMKS+ (.pmks) and Linkage (.linkage2)"
 """Programs and files that can be written, for messages."""
 WRITERS: Mapping[str, Callable[[ForeignMechanism], str]] = {".pmks": pmks_text, ".linkage2": linkage2_text}
-MAX_SIZE = 20_000_000  # bytes
+MAX_SIZE = 20_000_000  # [bytes] largest size of a text file that is read
 
 
 def written(drawing: ForeignMechanism, kind: str) -> str:
@@ -30,7 +33,8 @@ def written(drawing: ForeignMechanism, kind: str) -> str:
     Raises
     ------
     ExchangeError
-        If no program uses this extension, or if the program does not support a part on which the motion depends.
+        If no supported program uses this extension, if the mechanism has no drive, or if the program does not support
+        a part that affects the motion.
     """
     if kind.lower() not in WRITERS:
         raise ExchangeError(f'files that end in "{kind}" cannot be written: choose from {WRITTEN}')
@@ -43,7 +47,7 @@ def read(source: str) -> ForeignMechanism:
     Raises
     ------
     ExchangeError
-        If the format is unknown, or the file is damaged.
+        If the file cannot be opened, is damaged, or has an unknown format.
     """
     if re.match(r"https?://", source):
         return of_text(source, "mechanism")
@@ -101,7 +105,7 @@ def _of_json(text: str, title: str) -> ForeignMechanism:
 
 @contextmanager
 def _damage_of(program: str) -> Iterator[None]:
-    """Convert the exceptions that a damaged file causes to an ExchangeError that states the reason."""
+    """Convert exceptions due to a damaged file to an ExchangeError with the reason."""
     try:
         yield
     except ExchangeError:

@@ -1,4 +1,4 @@
-"""Conversion of a drawing to the text of a scene, with a comment on every assumption."""
+"""Conversion of an imported mechanism to the text of a scene file, with a comment on every assumption."""
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
@@ -19,24 +19,24 @@ from exchange.foreign_mechanism import (
 )
 
 SLENDERNESS = 20  # length of the longest beam divided by the depth of the assumed section
-MATERIAL, DENSITY = "S235", 7850.0  # [kg/m^3]
-MIN_SLENDERNESS = 4  # a link becomes rigid if a bar with its mass would have a smaller ratio of length to depth
-BLOCK = "100 g"
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+MATERIAL, DENSITY = "S235", 7850.0  # assumed material, and its density [kg/m^3]
+MIN_SLENDERNESS = 4  # a link becomes rigid if a bar with the mass of the link has length / depth < MIN_SLENDERNESS
+BLOCK = "100 g"  # assumed mass of a link with a single point
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # length of each unit [m]
 MAX_OFFSET, MAX_EXCESS = (
-    0.02,
-    0.05,
-)  # accepted deviation of centre (in lengths) and inertia (relative) from a uniform bar
-POSITIONS = 180
+    0.02,  # largest deviation of the centre of mass from uniform bars, divided by the total length of the bars
+    0.05,  # largest deviation of the inertia from uniform bars, divided by the inertia of the uniform bars
+)
+POSITIONS = 180  # number of positions per run in the scene file
 
 
 def scene_text(drawing: ForeignMechanism) -> str:
-    """Return the text of a scene with the mechanism, with a comment on every assumption.
+    """Return the text of a scene file with the mechanism and a comment on every assumption.
 
     Raises
     ------
     ExchangeError
-        If there is no moving link, or a point has no finite position.
+        If there is no moving link, or if the position of a point is not finite.
     """
     import tomlkit
 
@@ -44,7 +44,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
         raise ExchangeError("the file has no moving link")
     if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
         raise ExchangeError("a point of the file has no finite position")
-    if not drawing.ground:  # the ground may have slots but no points
+    if not drawing.ground:  # a ground with slots may have no points, but the scene file needs one
         origin = Names(drawing.points)("origin")
         place = next(iter(drawing.points.values()))
         drawing = replace(drawing, points={origin: place, **drawing.points}, ground=(origin,))
@@ -77,7 +77,11 @@ def scene_text(drawing: ForeignMechanism) -> str:
 
 
 def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the drawing with elastic links. A note lists each mass, centre or inertia that is left out."""
+    """Return the mechanism without the mass data that would make links rigid, so that these links are elastic.
+
+    Such a link loses its centre of mass and inertia. If a bar with the mass of the link would be too thick, the link
+    also loses its mass. A note for each link lists the lost data. A link with the attribute `rigid` stays rigid.
+    """
     links, notes = dict(drawing.links), list(drawing.notes)
     for name, body in drawing.links.items():
         link = _Link(drawing, name, body)
@@ -93,7 +97,7 @@ def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
 
 
 class _Link:
-    """Link of the scene: beams with the assumed section, beams with the mass in the file, or a rigid link."""
+    """Link of the scene file: beams with the assumed section, beams with the mass from the file, or a rigid link."""
 
     def __init__(self, drawing: ForeignMechanism, name: str, body: ForeignLink) -> None:
         self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points
@@ -138,7 +142,7 @@ class _Link:
         )
 
     def _inertia(self) -> dict[str, Any]:
-        """Return the mass, centre and inertia in the file, in link axes."""
+        """Return mass, centre (in link axes) and inertia from the file. Values of uniform bars replace missing ones."""
         center, inertia = self.uniform()
         given = self.body.center if self.body.center is not None else center
         own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
@@ -162,7 +166,10 @@ def _longest(drawing: ForeignMechanism) -> float:
 
 
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
-    """Return the table of a rectangular section with the given depth and a width of half the depth."""
+    """Return the table of a rectangular section. The width is half of the depth.
+
+    `why` is the reason for the depth, for a comment. If `why` starts with "of", the depth is rounded to one digit.
+    """
     depth = float(f"{depth:.1g}") if why.startswith("of") else depth
     sizes = {"depth": f"{depth:.6g} {drawing.unit}", "width": f"{depth / 2:.6g} {drawing.unit}"}
     reasons = {"depth": why, "width": "half the depth"}
@@ -171,7 +178,7 @@ def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
 
 
 def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
-    """Return a table with comments behind some of its entries."""
+    """Return a TOML table. `remarks` are comments behind the entries, by key."""
     import tomlkit
 
     table = tomlkit.table()
@@ -234,7 +241,7 @@ def _gear(gear: ForeignGear) -> dict[str, Any]:
 
 def _load(drawing: ForeignMechanism, load: ForeignLoad) -> dict[str, Any]:
     axes, force = {}, load.force
-    if load.turning:  # the force is given in link axes
+    if load.turning:  # in the scene file, a force that rotates with the link is in link axes
         axes = {"axes": "turning"}
         force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
     parts = [f"{part:.12g} N" for part in (force.real, force.imag)]

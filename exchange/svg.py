@@ -1,4 +1,4 @@
-"""SVG drawings of a scene at full size: links with holes at their joints, and paths of points."""
+"""SVG drawings of a mechanism at full size: links with holes at their joints, and paths of points."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -18,7 +18,7 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return the drawing of `dxf_text` as SVG, with the same layers. It is printed at full size.
+    """Return an SVG drawing with the layers of `dxf_text`. The drawing is printed at full size.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _layer(name: str, marks: Iterable[str]) -> str:
 
 
 def _link(link: DrawnLink, at: At, line: float) -> list[str]:
-    """Return the outlines and holes of a link, with a dot for each hole of unknown diameter."""
+    """Return SVG elements: the outlines and holes of a link, and a dot for each hole of unknown diameter."""
     marks = []
     for corners in link.outlines():
         one, two, three, four = map(at, corners)

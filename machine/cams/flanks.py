@@ -17,7 +17,7 @@ from rigid.plane import ROUND_OFF, cross, dot
 
 INNER, OUTER, BOTH = "inner", "outer", "both"
 UNKNOWN = float("nan")
-MAX_DISTANCES = 2_000_000  # number of distances computed at a time; limits the memory
+MAX_DISTANCES = 2_000_000  # largest number of distances computed at a time, chosen to limit memory use
 
 
 class Cam(Struct, frozen=True, eq=False):
@@ -34,16 +34,17 @@ class Cam(Struct, frozen=True, eq=False):
     follower, points
         Name of the follower's link, and names of the roller centre or of the two points of the face.
     roller, radius
-        Centre of the roller in link axes (complex) [m], or None; and roller radius [m], 0 for a knife edge.
+        Centre of the roller in link axes (complex) [m], or None for a flat face; radius of the roller [m], 0 for a
+        knife edge.
     face
-        Two points of the flat face in link axes [m], for a follower without a roller.
+        Two points of the flat face in link axes (complex) [m], or None for a roller.
     flank
         `INNER` if the profile lies between the shaft and the follower, `OUTER` if the profile is a ring around the path
         of the roller, `BOTH` if the cam is a groove.
     width
         Contact width [m]; nan if unknown.
     modulus
-        Contact modulus E* of both materials [Pa]; nan if unknown.
+        Contact modulus E* of the two materials [Pa], see `contact_modulus`; nan if unknown.
     yield_stress
         Smaller of the yield stresses of the two materials [Pa]; nan if unknown.
     """
@@ -64,7 +65,7 @@ class Cam(Struct, frozen=True, eq=False):
 
     @property
     def designs(self) -> tuple[int, ...]:
-        """Common shape of all values except `yield_stress`: () or (designs, 1)."""
+        """Shape to which all values except `yield_stress` broadcast: () or (designs, 1)."""
         numbers = (self.centre, self.speed, self.roller, self.radius, *(self.face or ()), self.width, self.modulus)
         return np.broadcast_shapes(*(np.shape(each) for each in numbers))
 
@@ -98,7 +99,7 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
     radius
         Radius of curvature of the cam [m], negative if concave or `undercut`.
     undercut
-        True where the profile would turn back on itself.
+        True at positions where the profile would turn back on itself.
     along
         Position of the contact along a face: distance from the first point of the face [m]; nan for a roller.
     """
@@ -133,8 +134,8 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
     def pressure_angle(self) -> Reals:
         """Angle from -pi/2 to pi/2 between the normal and the direction in which the follower moves [rad].
 
-        This direction is taken from `influence`, so that the angle is also defined in a dwell. The angle is nan if
-        `influence` is zero.
+        The direction is that of `influence` instead of the velocity. The angle is therefore also defined in a dwell,
+        during which the velocity is zero. The angle is nan if `influence` is zero.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -156,15 +157,15 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
     def force(self, effort: Any) -> Reals:
         """Return the normal contact force [N] equivalent to the torque or force `effort` of a drive.
 
-        The force is negative where the cam would have to pull the follower. It is computed from virtual work, so that
-        it is also defined at rest.
+        The force is negative if the cam would have to pull the follower. The force follows from virtual work, so it is
+        also defined at rest.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(effort / self.lever)
 
     def torque(self, force: Any) -> Reals:
         """Return the torque [N m] of the shaft on the cam that balances a contact force, positive counter-clockwise."""
-        with np.errstate(invalid="ignore"):  # an infinite force may act along a line through the shaft
+        with np.errstate(invalid="ignore"):  # infinite force * zero lever arm is nan
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
@@ -179,7 +180,7 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
         return np.where(self.undercut, np.nan, sum_)
 
     def preload(self, effort: Any) -> Reals:
-        """Return the smallest torque or force [N m or N] of a spring at the drive with which contact is maintained."""
+        """Return the smallest torque or force [N m or N] with which a spring at the drive maintains contact."""
         return np.asarray(np.maximum(-np.asarray(effort) * np.sign(self.lever), 0.0))
 
     @property
@@ -256,10 +257,11 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 
 
 def cut_depth(flank: CamFlank) -> Reals:
-    """Return for each point of the profile how deep the follower cuts into it [m]: the maximum over all positions.
+    """Return the depth to which the follower cuts into each point of the profile [m]: the maximum over all positions.
 
     The result has the shape (positions,), because the profile has one point per position. The depth is zero if the cam
-    is feasible, within the resolution of the positions. The flank must be of a single design over one turn of the cam.
+    is feasible, within the resolution of the positions. The flank must be for a single design, over one turn of the
+    cam.
     """
     profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
     lines = np.ravel(flank.normal * np.conj(flank.turn))

@@ -16,7 +16,8 @@ from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-MIN_DETERMINANT = 1e-12  # contact forces are undetermined if the levers have a smaller relative determinant
+# the forces of n cams are undetermined if |det(levers)| <= MIN_DETERMINANT * (largest lever)^n
+MIN_DETERMINANT = 1e-12
 HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
     outside="the softer body yields below its surface: use a harder material or a wider contact",
@@ -25,9 +26,9 @@ HERTZ_RANGE = Range(
 
 
 class CamPush(Struct, frozen=True, eq=False):
-    """Load on the followers of cams: contact forces that replace the efforts of the drives that the cams move.
+    """Load on the followers of cams: contact forces replace the efforts of the drives that the cams move.
 
-    At positions where the contact force of a cam has no lever, the drive keeps its effort.
+    If a contact force has no lever at a position, the contact force is 0, and the drive keeps its effort.
 
     Attributes
     ----------
@@ -35,7 +36,7 @@ class CamPush(Struct, frozen=True, eq=False):
         The cams with contact forces.
     laws
         Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The contact normals
-        depend on the rates. They are computed with these laws, so that they are also known if the mechanism is at rest.
+        depend on the rates. The rates come from these laws, so the normals are also known if the mechanism is at rest.
     names
         Names of the cams.
     differ
@@ -50,7 +51,7 @@ class CamPush(Struct, frozen=True, eq=False):
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Points of application: the roller centre, or both ends of a face with a share of the force at each end."""
+        """Points of application (link, point): the roller centre, or both ends of a face, which share the force."""
         return [(cam.follower, point) for cam in self.cams for point in cam.points]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
@@ -75,7 +76,7 @@ class CamPush(Struct, frozen=True, eq=False):
         return [cam_flank(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
     def _pressing(self, motion: Motion, flanks: Sequence[CamFlank]) -> Reals:
-        """Solve for the contact forces by virtual work, so that the drives moved by the cams need no effort."""
+        """Return the contact forces [N] with which the drives moved by the cams need no effort, from virtual work."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [motion.units[cam.drive] for cam in self.cams]
@@ -130,7 +131,7 @@ def contact_modulus(first: Real, first_poisson: Real, second: Real, second_poiss
 
 
 def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals:
-    """Return the largest pressure between two cylinders [Pa], in the shape of `force`; nan if they are not compressed.
+    """Return the largest pressure between two cylinders [Pa], in the shape of `force`; nan if `force` is tensile.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
     curvature
         Sum of the curvatures of both surfaces [1/m]. The curvature of a concave surface is negative.
     modulus
-        E* [Pa], see `contact_modulus`.
+        Contact modulus E* [Pa], see `contact_modulus`.
 
     References
     ----------

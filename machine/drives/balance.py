@@ -16,7 +16,7 @@ from rigid.arrays import Numbers, Reals
 from rigid.constants import mass_constants
 from rigid.plane import cross, dot
 
-ROUND_OFF = 1e-10  # relative cutoff for small singular values
+ROUND_OFF = 1e-10  # singular values below ROUND_OFF * (largest singular value) count as zero
 
 
 class Balance(Struct, frozen=True, eq=False):
@@ -25,7 +25,8 @@ class Balance(Struct, frozen=True, eq=False):
     Attributes
     ----------
     amounts
-        Minimum-norm solution: one amount per influence, in the unit of the influence, shape (influences,).
+        Amount of each influence, in the minimum-norm solution, shape (influences,). The unit of an amount is (unit of
+        the quantity) / (unit of the influence).
     before, after
         The quantity before and after balancing (real or complex), shape (..., positions).
     """
@@ -42,7 +43,7 @@ class Balance(Struct, frozen=True, eq=False):
 
 
 def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | float = 1.0) -> Balance:
-    """Return the amount of each influence with which the mean square of a quantity is smallest.
+    """Return the amounts of influences that minimize the mean square of a quantity.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | f
         Real or complex arrays of shape (..., positions). The balanced quantity is `quantity` + sum of (amount *
         influence). The amounts are real numbers.
     weight
-        Time weight of every position, shape (positions,).
+        Weight of each position in the mean, shape (positions,).
     """
     root = np.sqrt(np.broadcast_to(weight, np.shape(quantity)))
 
@@ -86,7 +87,7 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Return the shaking forces due to a first moment of 1 kg m along x', and along y' (complex) [N/(kg m)]."""
+    """Return the shaking forces per first moment of a link along x', and along y' (complex) [N/(kg m)]."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 
@@ -101,7 +102,7 @@ def weight_effort(motion: Motion) -> Reals:
 
 
 def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
-    """Return the drive efforts due to a first moment of 1 kg m along x', and along y', (drives, ..., positions)."""
+    """Return the drive efforts per kg m of a link's first moment along x', and along y', (drives, ..., positions)."""
     arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, motion.units
     along, across = (
         -np.array([unit.angular_velocity[link] * cross(part * arm, gravity) for unit in units]) for part in (1.0, 1j)

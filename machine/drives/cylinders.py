@@ -64,7 +64,7 @@ class Cylinder(Struct, frozen=True, eq=False):
 
 
 def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
-    """Return the pressure difference across the piston [Pa]: force / area, with the ring area if the rod pulls.
+    """Return the pressure across the piston [Pa]: force / piston area, or force / ring area if the rod pulls.
 
     `force` [N] is positive if the rod pushes. Range: any static force; friction is neglected.
     """
@@ -72,7 +72,7 @@ def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
 
 
 def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
-    """Return the flow into the cylinder [m^3/s] at a given piston speed.
+    """Return the flow into the cylinder [m^3/s]. The piston speed `rate` [m/s] is positive if the rod extends.
 
     Range: incompressible fluid without leakage, any speed.
     """

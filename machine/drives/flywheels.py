@@ -22,7 +22,8 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
     Parameters
     ----------
     effort
-        Effort of the drive over one cycle, without the end point [N m], shape (..., positions).
+        Torque of the drive over one cycle [N m], shape (..., positions). The end of the cycle is not included, because
+        it equals the start.
     coordinate
         Coordinate of the drive [rad], shape (..., positions).
     travel
@@ -42,7 +43,7 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
 
 
 def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
-    """Return the total inertia [kg m^2] with which the speed has a given unevenness.
+    """Return the total inertia [kg m^2] that limits the speed fluctuation to a given unevenness.
 
     The unevenness is (largest speed - smallest speed) / mean speed. The total includes flywheel, machine, motor and
     gear; `added_inertia` returns the inertia of the flywheel alone.
@@ -60,7 +61,7 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 def added_inertia(total: Any, machine: Any) -> Reals:
     """Return the inertia that must be added to a machine to reach a total inertia [kg m^2], at least 0, shape (...).
 
-    If the inertia of the machine varies, its smallest value is used, so that the speed fluctuation stays within the
+    If the inertia of the machine varies, the smallest value is used, so that the speed fluctuation stays within the
     limit.
 
     Parameters

@@ -8,7 +8,7 @@ from msgspec import Struct
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")
-MAX_DIFFERENCE = 1e-6  # two time steps count as equal up to this relative difference
+MAX_DIFFERENCE = 1e-6  # two time steps count as equal if (difference) / (time step) is smaller
 
 
 class Motor(Struct, frozen=True, eq=False):
@@ -57,14 +57,14 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
     """Return the effort of the drive including gearbox losses [N m or N].
 
     The effort is divided by the efficiency if the motor drives the load, and multiplied by the efficiency if the load
-    drives the motor. It is not divided by the gear ratio. Range: an efficiency that is the same in both directions, and
-    at any load and speed.
+    drives the motor. The result is not divided by the gear ratio. Range: the efficiency is the same in both directions,
+    and at any load and speed.
 
     Parameters
     ----------
     effort, rate
-        Effort of the drive without the rotor's inertia [N m or N], and rate of the drive coordinate, shape (...,
-        positions).
+        Effort of the drive without the inertia of rotor and gearbox [N m or N], and rate of the drive coordinate, shape
+        (..., positions).
     """
     drives = np.asarray(effort) * rate > 0
     return np.where(drives, effort / motor.efficiency, effort * motor.efficiency)
@@ -78,7 +78,7 @@ def motor_torque(motor: Motor, effort: Any, rate: Any, acceleration: Any) -> Rea
     Parameters
     ----------
     effort, rate, acceleration
-        Effort of the drive without the rotor's inertia, and rate and acceleration of the drive coordinate.
+        Effort of the drive without the inertia of rotor and gearbox, and rate and acceleration of the drive coordinate.
     """
     ratio = motor.gear_ratio
     return gear_effort(motor, effort, rate) / ratio + motor.inertia * ratio * acceleration
@@ -98,9 +98,9 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
     For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
     the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
-    is at n^4 = A / C. The ratio is limited to the value at which the motor reaches its rated or top speed. If the drive
-    has no acceleration, the result is this limit. Range: the efficiency and the inertia of rotor and gearbox do not
-    depend on the ratio.
+    is at n^4 = A / C. The ratio is limited to the value at which the motor reaches the smaller of its rated and top
+    speeds. If the drive has no acceleration, the result is this limit. Range: the efficiency and the inertia of rotor
+    and gearbox do not depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -114,7 +114,7 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
 
 def inertia_matched_ratio(load: Any, motor: Any) -> Reals:
-    """Return the gear ratio with which a load is accelerated with the least torque: sqrt(load inertia / motor inertia).
+    """Return the gear ratio that accelerates a load with the least torque: sqrt(load inertia / motor inertia).
 
     Range: a constant inertia as the only load.
 
@@ -141,14 +141,14 @@ def mean(values: Any, weight: Any = 1.0) -> Reals:
 def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
     """Return the weighted root mean square over the last axis (see `mean`).
 
-    >>> float(root_mean_square([3.0, 0.0, -3.0]))  # trapezoidal speed profile in thirds: peak times sqrt(2/3)
+    >>> float(root_mean_square([3.0, 0.0, -3.0]))  # torque of a trapezoidal speed profile in thirds: peak * sqrt(2/3)
     2.449...
     """
     return np.sqrt(mean(np.abs(values) ** 2, weight))
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Return the weighted mean of max(values, 0). For a power, the consumed energy is this mean times the duration."""
+    """Return the weighted mean of max(values, 0). For a power, (this mean) * (duration) is the consumed energy."""
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 
@@ -160,8 +160,8 @@ def time_weights(time: Any, period: Any = np.nan) -> Reals:
     time
         Instants [s], shape (..., positions).
     period
-        Period of the motion [s]. If the instants cover one period and the end is not repeated, the interval from the
-        last to the first instant is included.
+        Period of the motion [s]. If the instants cover one period without the end, the interval from the last instant
+        to the end of the period is included.
     """
     time = np.asarray(time, float)
     if time.shape[-1] < 2:

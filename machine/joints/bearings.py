@@ -10,7 +10,7 @@ from rigid.arrays import Real, Reals, of_designs
 MILLION = 1e6
 LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99: 0.25}
 """Life factor a_1 by reliability (ISO 281:2007, table 12)."""
-EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
+EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}  # life exponent p, by kind of bearing
 MIN_LOADS = {"ball": 0.01, "roller": 0.02}
 """Minimum load that prevents skidding of the rolling elements, relative to C (bearing makers)."""
 SHEAR_FACTOR = 4.0 / 3.0  # (largest shear stress) / (mean shear stress) of a solid round section
@@ -89,7 +89,7 @@ class Rolling(Struct, frozen=True, eq=False):
         return history.mean_force(self.exponent)
 
     def revolutions(self, history: JointHistory) -> Reals:
-        """Return the life in revolutions, shape (...). For a swinging bearing, the angle covered back and forth counts.
+        """Return the life in revolutions, shape (...). Both directions of a swinging bearing count as rotation.
 
         References
         ----------
@@ -104,7 +104,8 @@ class Rolling(Struct, frozen=True, eq=False):
     def life(self, history: JointHistory) -> Reals:
         """Return the life [s], shape (...); infinite if the bearing does not turn.
 
-        For a swinging bearing, the angle covered back and forth is converted to revolutions. Ranges: see `revolutions`.
+        For a swinging bearing, the total angle (forth plus back) is converted to revolutions. Ranges: see
+        `revolutions`.
 
         References
         ----------
@@ -126,9 +127,9 @@ class Rolling(Struct, frozen=True, eq=False):
     def overlap(self, history: JointHistory) -> Reals:
         """Return swing / critical swing, shape (...).
 
-        At the critical swing, each rolling element just reaches the initial place of its neighbour. The elements move
-        half as far as the ring, so the critical swing of a bearing with Z elements is 4 pi / Z. The result is nan if
-        the joint is at rest, or if the number of elements is unknown.
+        At the critical swing, each rolling element just reaches the initial position of the next element. The elements
+        move half as far as the ring, so the critical swing of a bearing with Z elements is 4 pi / Z. The result is nan
+        if the joint is at rest, or if the number of elements is unknown.
         """
         turning = np.where(history.travel > 0.0, self.elements, np.nan)
         return np.asarray(history.swing * turning / (4.0 * np.pi))
@@ -149,13 +150,13 @@ class Plain(Struct, frozen=True, eq=False):
         return np.asarray(np.abs(history.rate) * self.diameter / 2.0)
 
     def pressure_times_speed(self, history: JointHistory) -> Reals:
-        """Return the time average of p v [W/m^2], shape (...), for comparison with the manufacturer's limit."""
+        """Return the time average of pressure * speed [W/m^2], shape (...). Manufacturers state a limit for it."""
         product = history.size / (self.diameter * self.width) * np.nan_to_num(self.speed(history))
         return history.mean(product)
 
 
 class Guide(Struct, frozen=True, eq=False):
-    """A guide of a block with two bearing sides: length along the sliding direction, and width [m]."""
+    """A guide for a block that can bear on both sides: length along the sliding direction, and width [m]."""
 
     length: Real
     width: Real
@@ -184,10 +185,11 @@ class Guide(Struct, frozen=True, eq=False):
         return np.abs(history.rate)
 
     def pressure_times_speed(self, history: JointHistory) -> Reals:
-        """Return the mean of p v over time and area [W/m^2], shape (...), which governs the heating of the guide.
+        """Return the mean of pressure * speed over time and area [W/m^2], shape (...).
 
-        If both sides bear, the pressure varies linearly from f - m to f + m, with f = F/(l b) and m = 6 M/(l^2 b). The
-        mean of the magnitude of the pressure is then (f^2 + m^2)/(2 m).
+        This mean governs the heating of the guide. The pressure varies linearly along the block from f - m to f + m,
+        with f = F/(l b) and m = 6 M/(l^2 b). If m > f, both sides bear, and the mean magnitude of the pressure is
+        (f^2 + m^2)/(2 m). Otherwise, the mean pressure is f.
         """
         even, ends = self._parts(history)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -288,14 +290,14 @@ class Eye(Struct, frozen=True, eq=False):
     def net(self, history: JointHistory) -> Reals:
         """Return the tensile stress in the net section, F/((w - d) t) [Pa], shape (..., positions). Range: `EYE_RANGE`.
 
-        The full force is used, whatever its direction.
+        The full force is used for every direction of the force.
         """
         return np.asarray(np.abs(history.force) / self.net_area)
 
     def tear_out(self, history: JointHistory) -> Reals:
         """Return the shear stress F/(2 t (e - d/2)) in two planes from hole to end [Pa], shape (..., positions).
 
-        Each plane is as long as the plate behind the hole. Range: `EYE_RANGE`.
+        Each plane is e - d/2 long: from the edge of the hole to the end of the plate. Range: `EYE_RANGE`.
         """
         return np.asarray(np.abs(history.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
 

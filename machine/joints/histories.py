@@ -13,29 +13,28 @@ from rigid.closures import displacements
 from rigid.plane import ZERO
 
 BALL_EXPONENT = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # a joint with fewer net turns in a run counts as swinging
-MIN_FORCE = 0.01  # contact counts as lost below this force; relative to the largest force
+MIN_TURNS = 0.5  # a joint with fewer net turns per run counts as swinging (oscillating)
+MIN_FORCE = 0.01  # contact counts as lost if the force is below MIN_FORCE * (largest force of the run)
 DIRECTIONS = 180  # number of directions in the search for the largest displacement of a point
 
 
 class JointHistory(Struct, frozen=True, eq=False, dict=True):
-    """Force and motion of a joint over a run.
+    """Force and motion of a joint over a run. All arrays have the shape (..., positions).
 
     Attributes
     ----------
     force
-        Force on the child link in ground axes (complex) [N], shape (..., positions).
+        Force on the child link in ground axes (complex) [N].
     child, parent
-        Directions of the x' axes of both links (complex), same shape.
+        Directions of the x' axes of the child link and the parent link (complex).
     rate
-        Angular velocity of the child relative to the parent [rad/s], or sliding velocity [m/s], same shape.
+        Angular velocity of the child relative to the parent [rad/s], or sliding velocity [m/s].
     weight
-        Time weight of each position [s], same shape.
+        Weight of each position in time averages [s].
     turns
         True if the joint coordinate is an angle, False if it is a distance.
     across, moment
-        For a slider: transverse force [N] on the child, and moment on the child about the slider's point [N m], same
-        shape.
+        For a slider: transverse force on the child [N], and moment on the child about the slider's point [N m].
     """
 
     force: Complexes
@@ -49,7 +48,7 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def known(self) -> Reals:
-        """1 if force and rate are known, else 0; shape (..., positions)."""
+        """1 if force and rate are known and the weight is positive, else 0; shape (..., positions)."""
         return np.where(np.isfinite(self.force) & np.isfinite(self.rate) & (self.weight > 0.0), 1.0, 0.0)
 
     @cached_property
@@ -59,7 +58,7 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def path(self) -> Reals:
-        """Distance covered in the time that belongs to each position [rad or m], shape (..., positions)."""
+        """Angle or distance covered during the time weight of each position [rad or m], shape (..., positions)."""
         return np.nan_to_num(np.abs(self.rate)) * self.weight * self.known
 
     def mean(self, values: Reals) -> Reals:
@@ -68,13 +67,13 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def travel(self) -> Reals:
-        """Distance covered in the run, back and forth [rad or m], shape (...)."""
+        """Total angle or distance covered in the run, forth plus back [rad or m], shape (...)."""
         return np.asarray(self.path.sum(axis=-1))
 
     def mean_force(self, exponent: float = BALL_EXPONENT) -> Reals:
-        """Return the constant force with the same effect on life [N], shape (...): the power mean over the distance.
+        """Return the constant force [N] with the same effect on the life of a bearing, shape (...).
 
-        For a joint at rest, the power mean is over time.
+        This force is the power mean over the covered angle or distance, or over time for a joint at rest.
 
         References
         ----------
@@ -96,7 +95,7 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def swing(self) -> Reals:
-        """Angle between the extreme positions, or net angle of rotation if this is larger [rad], shape (...)."""
+        """Angle between the extreme positions, or net angle of rotation, whichever is larger [rad], shape (...)."""
         return np.asarray(np.maximum(np.ptp(self.angle, axis=-1), 2.0 * np.pi * np.abs(self.net_turns)))
 
     @property
@@ -111,11 +110,11 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
         return np.where(np.abs(turns) >= MIN_TURNS, np.sign(turns), 0.0).astype(int)
 
     def polar(self, of_child: bool) -> Complexes:
-        """Return the polar load diagram: the force on a link in the link's axes (complex) [N], (..., positions)."""
+        """Return the polar load diagram: complex force on child or parent, in its axes [N], shape (..., positions)."""
         return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
-        """Return how many turns the force makes in a link's axes during a run, shape (...).
+        """Return the number of turns of the force in the axes of the child or parent during a run, shape (...).
 
         If the number is about 0, the force stays on one side of the ring: a point load, which allows a loose fit. If
         the number is 1 or more, the force moves around the ring: a circumferential load, which needs a tight fit.
@@ -157,9 +156,9 @@ def contact_losses(history: JointHistory, closed: bool) -> Flags:
     """Return whether contact is lost between each position and the next, shape (..., positions).
 
     The force is interpolated linearly between positions. Contact is lost if the force falls below (`MIN_FORCE` *
-    maximum force), or if its direction changes by more than a right angle between the two positions. The pin then moves
-    to the other side of the hole and knocks. The force direction is in ground axes, so a link that rotates under a
-    constant force does not lose contact.
+    maximum force), or if the force direction changes by more than a right angle between the two positions. The pin then
+    moves to the other side of the hole and knocks. The force direction is in ground axes, so a link that rotates under
+    a constant force does not lose contact. If `closed` is True, the first position follows the last.
     """
     now = history.force
     after = np.roll(now, -1, axis=-1)
@@ -174,7 +173,7 @@ def contact_losses(history: JointHistory, closed: bool) -> Flags:
 
 
 def knocks(lost: Flags, closed: bool) -> Integers:
-    """Return the number of contact losses, shape (...). Adjacent flags count as one loss."""
+    """Return the number of contact losses, shape (...). Successive flags (see `contact_losses`) count as one loss."""
     before = np.roll(lost, 1, axis=-1)
     if not closed:
         before[..., 0] = False
@@ -184,11 +183,11 @@ def knocks(lost: Flags, closed: bool) -> Integers:
 def clearance_effects(
     motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
 ) -> tuple[Reals, Reals]:
-    """Return the displacements of a point [m], or changes in an angle [rad], due to clearance, (..., positions) each.
+    """Return the displacement of a point [m], or the change of a link's angle [rad], due to joint clearances.
 
-    The links are rigid, and the result is of first order in the clearances: each pin displaces the output by (offset of
-    the pin in its hole) * (displacement of the output per unit joint gap). Range: clearances and displacements that are
-    small compared with the links, away from dead points.
+    The links are rigid. The result is of first order in the clearances: each pin displaces the output by (offset of the
+    pin in its hole) * (displacement of the output per unit joint gap). Range: clearances and displacements are small
+    compared with the links, and the mechanism is not near a dead point.
 
     Parameters
     ----------
@@ -201,9 +200,9 @@ def clearance_effects(
 
     Returns
     -------
-    Two displacements: the worst one, and the one at which the joint forces press all pins against their holes. The
-    worst displacement is the sum of the largest contributions of all pins, in the direction in which this sum is
-    largest.
+    Two arrays of shape (..., positions). The first is the largest possible displacement. To find it, the largest
+    contributions of all pins are added in each direction, and the direction with the largest sum counts. The second is
+    the displacement if the joint forces press all pins against their holes.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():
@@ -215,7 +214,7 @@ def clearance_effects(
             direction = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
         pressed = pressed - half * (
             np.real(direction) * across + np.imag(direction) * up
-        )  # the child moves against the force
+        )  # the child is displaced against the force on it
     worst = np.zeros(motion.columns)
     for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
         parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)
@@ -224,7 +223,7 @@ def clearance_effects(
 
 
 def _influence(motion: Motion, number: int, gap: complex, link: int, point: complex | None) -> Complexes:
-    """Return the displacement of an output due to a joint gap in ground axes."""
+    """Return the displacement of a point (complex), or the rotation of a link, due to a joint gap in ground axes."""
     none = [ZERO] * len(motion.places)
     gaps = [*none[:number], np.asarray(gap), *none[number + 1 :]]
     shift, turning, _ = displacements(motion.closures, gaps, none, [ZERO] * len(motion.mechanism.links))

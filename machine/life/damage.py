@@ -49,7 +49,7 @@ def reversals(stresses: Any) -> Integers:
 
 
 def damage(stress: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
-    """Return Miner's sum for one repetition of a stress: the share of the life that is consumed.
+    """Return Miner's sum for one repetition of a stress: the consumed fraction of the life.
 
     The sum is zero if no cycle exceeds the endurance limit. If a cycle exceeds this limit, the smaller cycles also
     count (see `FatigueStrength.cycles`).
@@ -63,7 +63,8 @@ def damage(stress: Any, strength: FatigueStrength, criterion: str = "goodman") -
 
     References
     ----------
-    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Range: as for the S-N line.
+    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164. Ranges: see
+    `FatigueStrength`.
     """
     values = np.asarray(stress, float)
     most, least = float(values.max()), float(values.min())

@@ -17,7 +17,7 @@ SURFACES = {
     "as-forged": (272.0, -0.995),
 }
 """Coefficients (a, b) of Marin's surface factor of steel, k_a = a (S_ut / MPa)^b."""
-MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter of the size factor, and limit between its two formulas
+MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter in the size factor, and end of its first formula
 RELATIVE_SPREAD = 0.08  # (standard deviation) / (mean) of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
@@ -52,8 +52,9 @@ class FatigueStrength(Struct, frozen=True, eq=False):
     slope, knee
         Exponent k and number of cycles N_D of the S-N line N = N_D (endurance / amplitude)^k.
     second_knee, second_slope
-        A second S-N line can follow after the knee: number of cycles at its end, and its exponent. These are 10^8 and
-        15 for aluminium and austenitic steel. `second_knee` is nan if there is no second line.
+        A second S-N line can follow after the knee. `second_knee` is the number of cycles at the end of the second
+        line, or nan without a second line. `second_slope` is the exponent of the second line. Values for aluminium and
+        austenitic steel: 10^8 and 15.
 
     References
     ----------
@@ -82,8 +83,8 @@ class FatigueStrength(Struct, frozen=True, eq=False):
         ----------
         below
             True if amplitudes below the limit also do damage, because other amplitudes of the same spectrum exceed the
-            limit. The second line is then extended. If there is no second line, the first line continues with the
-            exponent 2 k - 1.
+            limit. The second line is then extended to any number of cycles. Without a second line, the first line
+            continues after the knee with the exponent 2 k - 1.
 
         References
         ----------
@@ -188,7 +189,9 @@ def size_factor(diameter: Any) -> Reals:
 
 
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
-    """Return the diameter of the rotating bar [m] in which an equal area has more than 95 % of the largest stress.
+    """Return the diameter [m] of the rotating round bar that is equivalent to a section in bending.
+
+    In the bar and in the section, the same area has more than 95 % of the largest stress.
 
     Parameters
     ----------
@@ -205,7 +208,7 @@ def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
 
 
 def reliability_factor(reliability: float) -> float:
-    """Return (endurance limit that the share `reliability` of all parts reaches) / (mean endurance limit).
+    """Return (endurance limit that a fraction `reliability` of all parts reaches) / (mean endurance limit).
 
     References
     ----------

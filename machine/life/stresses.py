@@ -26,7 +26,7 @@ class FatigueTask(Struct, frozen=True, eq=False):
     criterion
         "goodman", "gerber" or "soderberg".
     notches
-        Fatigue notch factors at the start and end of each beam, which multiply the stress; shape () or (designs, 1).
+        Fatigue notch factors at the start and end of each beam, shape () or (designs, 1). They multiply the stress.
     factors
         Factors on the endurance limit of the material for each beam, by name.
     """
@@ -56,14 +56,14 @@ class Fatigue(Struct, frozen=True, eq=False, dict=True):
         Smallest safety factor over both fibres and all stations, shape (beams, ...). `row` is 0 for the left fibre and
         1 for the right fibre. `position` is the index of the position with the largest stress.
     amplitude, mean
-        Amplitude and mean of the stress at the point with the smallest safety factor, including the notch [Pa], shape
-        (beams, ...).
+        Amplitude and mean of the stress at the point with the smallest safety factor, including the notch factor [Pa],
+        shape (beams, ...).
     task
         Input of the analysis.
     stresses, excess
-        `stresses`: stresses in the left and right fibres without notches, each of shape (beams, ..., positions,
-        stations). `excess`: equivalent amplitude / endurance limit, shape (2, beams, ..., stations); infinite if the
-        stress without notches reaches the ultimate strength.
+        `stresses`: stresses in the left and right fibres without notch factors [Pa], each of shape (beams, ...,
+        positions, stations). `excess`: (equivalent amplitude) / (endurance limit), shape (2, beams, ..., stations);
+        infinite if the stress without notch factors reaches the ultimate strength.
     """
 
     safety: Largest
@@ -76,7 +76,7 @@ class Fatigue(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def damage(self) -> Largest:
         """Largest Miner's sum of one run for each beam, with its location; infinite if the beam breaks."""
-        excess = _by_point(self.excess)  # (beams, ..., places)
+        excess = _by_point(self.excess)  # (beams, ..., points)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
         total[np.isnan(excess).any(axis=-1)] = np.nan
@@ -163,10 +163,11 @@ def _station_and_fibre(index: Integers) -> tuple[Reals, Integers]:
 
 
 def _largest_damage(histories: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
-    """Return the largest Miner's sum of stress histories, shape (points, positions), and the index of the point.
+    """Return the largest Miner's sum of stress histories, and the index of the point with this sum.
 
-    Cycles are counted only in histories with an upper bound above the largest sum so far. The upper bound is (damage of
-    the largest cycle) * (number of turning points) / 2.
+    `histories` has the shape (points, positions). To save time, the cycles of a history are counted only if an upper
+    bound exceeds the largest sum so far. The upper bound is (damage of the largest cycle) * (number of turning points)
+    / 2.
     """
     size = excess * strength.limit
     whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
