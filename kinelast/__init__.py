@@ -43,7 +43,7 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first access, which keeps the command's help fast."""
+    """Import a public name on first access, so that the help of the command is fast."""
     from importlib import import_module
 
     for place, names in _HOME.items():

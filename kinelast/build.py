@@ -1,8 +1,9 @@
 """Mechanisms in Python: typed parts that correspond to the tables of a scene file.
 
-Every class except `TypedPart`, `Point` and `PointMass` corresponds to a table of the format, and its fields to the
-keys. Fields accept an object (such as a point, link or section) instead of its name. The classes are created from the
-tables of `kinelast.scene` at import. A wheel also contains a stub with all classes, for type checkers and editors.
+A class such as `Link` corresponds to a table of a scene file, and the fields of the class to the keys of the table. A
+field accepts an object (such as a point, link or section) instead of the name of the object. The classes are created
+from the tables of `kinelast.scene` at import. A wheel also contains a stub with all classes, for type checkers and
+editors.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ from kinelast.scene.schema import TableClass, table_classes
 Quantity = float | str  # in SI units, or with a unit, such as "6 mm"
 Place = Sequence[Quantity]  # x and y
 Direction = Sequence[float] | str
-Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # table of two columns
+Rows = Sequence[Sequence[Quantity]] | NDArray[Any]  # rows of a table with two columns
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TypedPart:
-    """A part of a mechanism. Each field with a value becomes a key of its table.
+    """A part of a mechanism. Each field with a value becomes a key in the scene file.
 
-    `under` is the top-level table of the part, or "" for a part of another part. `spelled` contains, by field, the keys
-    that are not valid Python names.
+    `under` is the top-level table that contains the part, or "" if the part belongs to another part. `spelled` contains
+    the keys that are not valid Python names, by field name.
     """
 
     under: ClassVar[str] = ""
     spelled: ClassVar[Mapping[str, str]] = {}
 
     def keys(self) -> dict[str, Any]:
-        """Return the keys that have a value. Values may be parts."""
+        """Return the keys with their values, without keys that have no value. A value may be another part."""
         given = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "name"}
         return {self.spelled.get(key, key): value for key, value in given.items() if value is not None}
 
@@ -48,7 +49,7 @@ class TypedPart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NamedPart(TypedPart):
-    """A part with a name. The name of a joint, weld or bearing is the name of the point or slider."""
+    """A part with a name. A joint, weld or bearing has the name of its point or slider."""
 
     name: TypedPart | str
 
@@ -74,7 +75,7 @@ class ListedPart(TypedPart):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Point(NamedPart):
-    """A point of the drawing, which shows the mechanism near the start of the motion."""
+    """A point of the drawing. The drawing shows the mechanism near the start of the motion."""
 
     under: ClassVar[str] = "points"
     x: Quantity
@@ -97,21 +98,23 @@ def mechanism(
     units: Literal["m", "cm", "mm", "in"] | None = None,
     structure_only: bool | None = None,
 ) -> Document:
-    """Return the document of a mechanism, as if it were read from a file.
+    """Return the document of a mechanism, as if the document were read from a file.
 
     Parameters
     ----------
     parts
-        Parts in order. Parts to which they refer, such as points and sections, are included automatically.
+        Parts in the order of the file. Points, sections and other parts to which they refer are included automatically.
+    name
+        Name of the scene.
     title, source, units, structure_only
-        Keys of the file.
+        Top-level keys of a scene file.
 
     Raises
     ------
     SceneError
         A part is invalid.
     TypeError, ValueError
-        An argument is not a part, or two parts of the same kind have the same name.
+        An argument is not a part, or two different parts of the same kind have the same name.
 
     Examples
     --------
@@ -134,7 +137,7 @@ def mechanism(
 
 
 def _with_references(value: Any) -> Iterator[TypedPart]:
-    """Yield the parts to which a part refers, and then the part itself."""
+    """Yield all parts to which a part refers directly or indirectly, and then the part itself."""
     if not isinstance(value, TypedPart):
         raise TypeError(f"expected a part, such as Link(...) or Drive(...), got {value!r}")
     for each in (getattr(value, "name", None), *value.keys().values()):
@@ -153,7 +156,7 @@ def _parts_in(value: Any) -> Iterator[TypedPart]:
 
 
 def _put(tables: dict[str, Any], part: TypedPart) -> None:
-    """Add the table of a part to the tables of a file."""
+    """Add a part to the tables of a scene file."""
     content = _written(part.keys())
     if isinstance(part, ListedPart):
         tables.setdefault(part.under, []).append(content)
@@ -170,17 +173,17 @@ def _put(tables: dict[str, Any], part: TypedPart) -> None:
 
 
 def _missing(part: TypedPart) -> str:
-    """Return the first field of a part without a value."""
+    """Return the name of the first field of a part that has no value."""
     return next(each.name for each in fields(part) if getattr(part, each.name) is None)
 
 
 def _name(part: TypedPart | str) -> str:
-    """Return the name of a part in a file."""
+    """Return the name of a part in a scene file."""
     return _name(part.name) if isinstance(part, NamedPart) else str(part)
 
 
 def _written(value: Any) -> Any:
-    """Convert a value to the form used in files: names of parts, lists, plain numbers."""
+    """Convert a value to the form used in scene files. Named parts become names, and arrays become lists."""
     if isinstance(value, NamedPart):
         return _name(value)
     if isinstance(value, TypedPart):
@@ -214,7 +217,7 @@ def _made(table: TableClass) -> type:
 
 
 def stub_text() -> str:
-    """Return the stub of this module: its source, followed by the source of all table classes."""
+    """Return the stub of this module: its hand-written classes and functions, followed by all table classes."""
     from inspect import getsource
 
     written_by_hand = getsource(sys.modules[__name__]).partition("\n\n\n# The code below creates")[0]
@@ -229,7 +232,7 @@ __all__.extend(_TABLES)
 
 
 def __getattr__(name: str) -> Any:
-    """Raise AttributeError. Because of this function, type checkers without the stub accept any name."""
+    """Raise AttributeError. If there is no stub, type checkers accept any name because this function exists."""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

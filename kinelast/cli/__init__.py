@@ -5,12 +5,12 @@ import sys
 
 
 def main() -> int:
-    """Run the command with the arguments of the process. An early interrupt ends it silently."""
+    """Run the command with the arguments of the process. An interrupt before the command starts prints no message."""
     try:
         from kinelast.cli.command import main
 
         status = main(sys.argv[1:])
     except KeyboardInterrupt:
         return 130
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the results are complete
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the results are complete: ignore interrupts while Python exits
     return status

@@ -1,6 +1,6 @@
-"""The deflection-report command. It computes scenes, if requested in parallel, and writes a folder for each.
+"""The deflection-report command. It computes scenes and writes a result folder for each scene.
 
-Modules are imported when they are needed, so that `--help` is fast.
+Scenes can be computed in parallel processes. Modules are imported when they are needed, so that `--help` is fast.
 """
 
 from __future__ import annotations
@@ -30,13 +30,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneWork:
-    """Function that can run a task in any process. The task is a report, structure, sweep, or design of a sweep."""
+    """Function that runs a task. It can be pickled, so that other processes can run it too.
+
+    The options determine the kind of task: write a report, analyse the structure, compute a sweep, or write the scene
+    of one design of a sweep.
+    """
 
     request: Request
     batch: Batch
 
     def __call__(self, task: Task, progress: Progress | None = None) -> Outcome:
-        """Run a task and return its outcome. Without `progress`, only sentences are printed, but no progress."""
+        """Run a task and return its outcome.
+
+        Without `progress`, messages are printed, but no progress. With the option --quiet, messages are not printed
+        either.
+        """
         with _without_collection():
             do = self._chosen()
         return do(task, progress or (SILENT if self.batch.quiet else Sentences()))
@@ -62,9 +70,9 @@ class SceneWork:
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Turn off garbage collection during imports. This saves a seventh of the time of a short run.
+    """Turn off garbage collection during imports. This shortens a short run by a seventh.
 
-    Later collections ignore the imported objects.
+    Later garbage collections ignore the imported objects.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -76,28 +84,31 @@ def _without_collection() -> Iterator[None]:
             gc.enable()
 
 
-NEW_OBJECTS = 20_000  # new objects before a collection; rare, because most objects live as long as a scene's results
+NEW_OBJECTS = 20_000  # number of new objects per garbage collection; large, because most objects live long
 
 
 @cache
 def _freeze_imports() -> None:
-    """Exclude the imported modules from garbage collection, and make collections rarer. Effective once per process."""
+    """Exclude the imported modules from garbage collection, and make collections rarer.
+
+    Further calls in the same process have no effect.
+    """
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
 
 
 def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:
-    """Compute scenes in this process, and yield their outcomes."""
+    """Compute scenes one after the other in this process, and yield their outcomes."""
     for number, task in enumerate(tasks):
         progress(task.name, number, len(tasks))
         yield work(task, progress)
 
 
 def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Progress) -> Iterator[Outcome]:
-    """Compute scenes in `jobs` parallel processes (0: one per core), and yield their outcomes in order.
+    """Compute scenes in parallel processes, and yield their outcomes in the order of `tasks`.
 
-    If a process dies, its scene fails and the others continue. Finally, all processes end and incomplete folders are
-    removed.
+    `jobs` is the number of processes; 0 starts one process per core. If a process dies, its scene fails, and the other
+    scenes continue. At the end, all processes are terminated and incomplete result folders are removed.
     """
     from kinelast.outputs.outbox import recovered
     from kinelast.tasks.processes import Lost, cores, map_surviving
@@ -134,7 +145,7 @@ def _lost(task: Task, end: Lost) -> Outcome:
     return Outcome(BUG, f"{task.name}: its process died ({end.how}); {why}")
 
 
-BY_SIGNAL, INTERRUPTED = 128, 130
+BY_SIGNAL, INTERRUPTED = 128, 130  # exit status: 128 + number of the signal; keyboard interrupt
 
 
 def main(argv: Sequence[str]) -> int:
@@ -143,20 +154,19 @@ def main(argv: Sequence[str]) -> int:
     Parameters
     ----------
     argv
-        The arguments.
+        Command-line arguments without the name of the program.
 
     Returns
     -------
-    Exit status: 0 for success, 1 if a check, limit or accuracy is not met, 2 for invalid input, 3 for an internal
-    error,
-    130 if interrupted, 128 plus the signal number if a signal ended the run.
+    Exit status: 0 for success, 1 if a check fails or a limit or accuracy is not met, 2 for invalid input, 3 for an
+    error in the program, 130 if interrupted, and 128 plus the number of the signal if a signal ended the run.
     """
     fill_closed_streams()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # must be set before numpy is imported; then results do not depend on --jobs
+        os.environ.setdefault(name, "1")  # before numpy is imported; results then do not depend on --jobs
     try:
         with stoppable():
-            with signals_held_back():  # argparse fails if it is interrupted
+            with signals_held_back():  # argparse does not handle an interrupt
                 requested = parsed(argv)
             return _answer(*requested)
     except SystemExit as stop:
@@ -168,7 +178,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _answer(request: Request, batch: Batch) -> int:
-    """Run an option that replaces the reports. If there is no such option, run the scenes."""
+    """Carry out an option such as --list if one is given. Otherwise compute the scenes. Return the exit status."""
     if (answer := instead_of_reports(batch)) is not None:
         return answer()
     if not batch.scenes:
@@ -186,7 +196,7 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Report an error that belongs to no scene; return the exit status."""
+    """Print a message about an error that does not belong to a scene. Return the exit status."""
     if isinstance(error, (RequestError, SceneError)):
         return _refuse(str(error))
     if isinstance(error, OSError):
@@ -200,7 +210,7 @@ def _failed(error: Exception) -> int:
 
 
 def _stopped(stop: BaseException, done: str) -> int:
-    """Report an interruption; return the exit status."""
+    """Print a message about an interrupt or stop signal, followed by the text `done`. Return the exit status."""
     number = stop.number if isinstance(stop, StoppedError) else 0
     how = f"terminated by signal {number}" if number else "interrupted"
     say(f"{how}{done}", sys.stderr)
@@ -208,7 +218,7 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 
 def _run(request: Request, batch: Batch) -> int:
-    """Run all scenes, print their outcomes, and return the exit status."""
+    """Compute all scenes, print their outcomes, and return the exit status."""
     from kinelast.tasks.task import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)
@@ -259,7 +269,11 @@ def _close(
     begin: float,
     others: Sequence[str],
 ) -> None:
-    """Print the number of outcomes, and write the table of all scenes. `others` are additional formats."""
+    """Print the number of finished, failed and skipped scenes, and write a table of all scenes.
+
+    For a single scene, and for structures and sweeps, do nothing. `refused` is the number of invalid scene arguments.
+    `others` are additional file formats of the table.
+    """
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
@@ -272,7 +286,7 @@ def _close(
 
 
 def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
-    """Print the outcome of a scene."""
+    """Print the outcome of a scene. If `quiet` is True, print only questions and errors."""
     for question in outcome.questions:
         say(question, sys.stderr)
     if outcome.status >= BAD_INPUT:
@@ -282,13 +296,13 @@ def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
 
 
 def _named_once(line: str, task: Task) -> str:
-    """Remove the name of the scene from an error message that starts with the path of the scene."""
+    """Remove the name of the scene from an error message if the path of the scene follows the name."""
     head = f"{task.name}: "
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
-    """Write the table of all scenes. `others` are additional formats."""
+    """Write the table of all scenes. `others` are additional file formats."""
     from dataclasses import replace
 
     from kinelast.outputs.batch import summary_row, write_batch

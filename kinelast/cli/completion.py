@@ -1,4 +1,4 @@
-"""Completion scripts for shells. The scripts complete options, values of options, shipped scenes and files."""
+"""Completion scripts for shells. A script completes options, values of options, shipped scenes and files."""
 
 from collections.abc import Sequence
 from shlex import quote
@@ -32,7 +32,7 @@ def script(shell: str, scenes: Sequence[str]) -> str:
 
 
 def _options() -> list[tuple[str, str, Sequence[str], bool]]:
-    """Return each flag with its help text, its choices, and True if it takes a value."""
+    """Return, for each flag, the flag, its help text, its choices, and True if the flag takes a value."""
     return [
         (flag, option.help, option.choices, option.takes_value)
         for option in options_of(Request, Batch).values()
@@ -42,7 +42,7 @@ def _options() -> list[tuple[str, str, Sequence[str], bool]]:
 
 
 def _bash(scenes: Sequence[str], in_zsh: bool) -> str:
-    """Return the script for bash, or for zsh with its compatibility functions."""
+    """Return the script for bash. In zsh, the same script runs with the compatibility functions of zsh for bash."""
     line = '        {}) COMPREPLY=($(compgen -W {} -- "$word")); return ;;'
     options = _options()
     text = BASH.format(

@@ -1,4 +1,7 @@
-"""First run of an imported mechanism. Drives that cannot make a full turn oscillate between their limits."""
+"""Scene and first run of an imported mechanism.
+
+A drive oscillates between two limits if it moves a slider or cannot make a full turn.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,13 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism
 
-MARGIN = 0.01  # distance from a limit of the mechanism, relative to the range between the limits
-MIN_RANGE = 1e-6  # a drive with a smaller range cannot move; relative to a turn, or to the size of the drawing
-MAX_LIMIT_DIFFERENCE = 0.05  # largest change in a limit of a drive due to the export, relative to its range
-MAX_DIFFERENCE_IN_STEP = 2e-3  # same for several drives; smaller, because their periods must agree
-STEPS, ROUNDS = 360, 2  # number of positions in a search for a limit, and number of searches
-DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # [deg/s] by unit of speed
-MAX_REASON = 300  # characters
+MARGIN = 0.01  # distance of an oscillating drive from the stops of the mechanism / range between the stops
+MIN_RANGE = 1e-6  # a drive cannot move if its range < MIN_RANGE * full turn (slider: size of the mechanism)
+MAX_LIMIT_DIFFERENCE = 0.05  # largest allowed change of a drive's limit by the export / range of the drive
+MAX_DIFFERENCE_IN_STEP = 2e-3  # value of `MAX_LIMIT_DIFFERENCE` if several drives must keep in step
+STEPS, ROUNDS = 360, 2  # positions in a search for the limit of a drive; number of successively finer searches
+DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # value of each unit of angular speed in deg/s
+MAX_REASON = 300  # maximum number of characters of `Imported.reason`
 VERDICT = """For a verdict:
   1. replace the values marked "assumed" by your own
   2. add your limits, such as
@@ -40,10 +43,20 @@ TO_BEND = """{links}: rigid, with mass, centre and inertia from the file. For a 
 
 
 class Imported(Struct, frozen=True):
-    """Text of an imported scene, and result of a first run.
+    """Imported scene, and result of a first run.
 
-    `reason` states why the mechanism does not move, and is empty if it moves. `no_cycle` states why the motion does not
-    repeat, and is empty if it repeats. `rigid` contains the names of links without beams.
+    Attributes
+    ----------
+    text, notes
+        Text of the scene file, and assumptions and omissions of the import.
+    cycle
+        Duration of the run [s].
+    reason
+        Reason why the mechanism does not move; empty if it moves.
+    rigid
+        Names of rigid links with a given moment of inertia. These links could be imported as elastic links.
+    no_cycle
+        Reason why the motion never repeats, otherwise empty.
     """
 
     text: str
@@ -55,7 +68,7 @@ class Imported(Struct, frozen=True):
 
     @property
     def result(self) -> str:
-        """Result of the first run as a sentence."""
+        """Words about the motion in the first run."""
         if self.reason:
             return f"it does not move yet: {self.reason}"
         return (
@@ -65,13 +78,16 @@ class Imported(Struct, frozen=True):
         )
 
     def advice(self, path: str, source: str) -> str:
-        """Return the steps to a verdict on the scene at `path`; empty if the mechanism does not move."""
+        """Return instructions for the user: how to add limits to the scene at `path` and run it.
+
+        The text is empty if the mechanism does not move. `source` is the imported file.
+        """
         bend = TO_BEND.format(links=", ".join(self.rigid), source=source) if self.rigid else ""
         return "" if self.reason else bend + VERDICT.format(path=path)
 
 
 def imported(drawing: ForeignMechanism) -> Imported:
-    """Return the scene of an imported mechanism, after a first run.
+    """Return the scene of an imported mechanism, and the result of a first run.
 
     Raises
     ------
@@ -97,7 +113,13 @@ def imported(drawing: ForeignMechanism) -> Imported:
 
 
 def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
-    """Raise ExchangeError if the limits of an oscillating drive would be different in PMKS+."""
+    """Raise ExchangeError if an oscillating drive would have different limits in PMKS+.
+
+    Parameters
+    ----------
+    drawing, text
+        Mechanism of the scene as exported, and text of the exported file.
+    """
     if not any(drive.law for drive in drawing.drives):
         return
     back = imported(of_text(text, scene.title))
@@ -111,19 +133,31 @@ def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> No
 
 
 def _swings(drives: tuple[Drive, ...]) -> np.ndarray:
-    """Return the lowest and highest coordinate of each oscillating drive, relative to its start, shape (drives, 2)."""
+    """Return the sorted limits of the oscillating drives, shape (drives, 2).
+
+    The limits of a drive are its lowest and highest coordinate minus its coordinate at the start.
+    """
     levels = [np.cumsum([0.0, *drive.strokes]) for drive in drives if drive.law]
     return np.array(sorted((level.min(), level.max()) for level in levels))
 
 
 def _resting(drive: Drive) -> Drive:
-    """Return the drive with almost no motion, with which the mechanism is built first."""
+    """Return a copy of a drive that almost rests.
+
+    The mechanism is first built with such drives, because the limits of the drives are not known yet.
+    """
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
 
 def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.ndarray) -> ForeignMechanism:
-    """Replace the constant speed of each drive that cannot make a full turn by an oscillating law."""
+    """Make each drive oscillate that moves a slider or cannot make a full turn.
+
+    The oscillating law replaces the constant speed of the drive. Drives that have a law, or that cannot move at all,
+    stay unchanged.
+
+    `starts` contains the drive coordinates [rad or m] of the drawn mechanism, shape (drives,).
+    """
     drives, notes = list(drawing.drives), list(drawing.notes)
     metre = PER_LENGTH[drawing.unit]
     places = np.array(list(drawing.points.values())) * metre
@@ -161,7 +195,10 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return how far a drive can move towards `target` while all other drives rest; None if it reaches `target`."""
+    """Return how far a drive can move from its start towards `target` while all other drives rest [rad or m].
+
+    Return None if the drive reaches `target`.
+    """
     passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):
         shifts = np.append(start_shifts, np.linspace(passed, missed, STEPS)[1:])

@@ -1,7 +1,7 @@
-"""Options that replace the reports: lists, the live editor, a first scene, imports and exports.
+"""Options that do something else than compute scenes: lists, the live editor, a first scene, imports and exports.
 
-Each function returns the exit status, or raises an error for invalid input. Modules that only some options need are
-imported when they are used.
+Each function returns the exit status, or raises an error for invalid input. A module that only some options need
+is imported when it is used.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FIRST = Path(__file__).parents[1] / "scene" / "first.toml"
 
 
 def instead_of_reports(batch: Batch) -> Callable[[], int] | None:
-    """Return the function for a requested option that replaces the reports; None if no such option is requested."""
+    """Return the function for an option such as --list, or None if scenes have to be computed instead."""
     for requested, answer in (
         (batch.version, _version),
         (batch.completion, partial(_complete, batch.completion or "")),
@@ -65,7 +65,10 @@ def _complete(shell: str) -> int:
 
 
 def _list(kind: str = "", *words: str) -> int:
-    """List shipped scenes, or sections or materials of the library. Only names that contain all `words` are listed."""
+    """List the shipped scenes, or the sections or materials of the library (`kind`).
+
+    Only sections or materials with names that contain all `words` are listed.
+    """
     if kind in ("sections", "materials"):
         from kinelast.scene.library import library_entries
 
@@ -98,7 +101,7 @@ def _title(path: Path) -> str:
 
 
 def _live(*scenes: str) -> int:
-    """Run the live editor for a scene, or for a new scene."""
+    """Run the live editor for a scene, or for a new scene if no scene is named."""
     if len(scenes) > 1:
         raise RequestError("--live takes one scene")
     try:
@@ -112,7 +115,7 @@ def _live(*scenes: str) -> int:
 
 
 def _new(name: str) -> int:
-    """Write a first scene."""
+    """Write a first scene with the file name `name`."""
     return _write_start(Path(f"{name.removesuffix('.toml')}.toml"), FIRST)
 
 
@@ -125,7 +128,7 @@ def _copy(name: str) -> int:
 
 
 def _write_start(path: Path, model: Path) -> int:
-    """Write a copy of a scene that the user can start from."""
+    """Write a copy of a scene as a starting point for the user."""
     from kinelast.scene.text import with_schema
 
     _write(path, with_schema(model.read_text(encoding="utf-8")), "change to another folder")
@@ -134,7 +137,7 @@ def _write_start(path: Path, model: Path) -> int:
 
 
 def _import(source: str, bend: bool) -> int:
-    """Write a scene with the mechanism of another program, and print the result of a first run."""
+    """Write a scene file for the mechanism of another program, and print whether the mechanism moves."""
     from kinelast.scene.text import with_schema
 
     first_run = _first_run(source, bend)
@@ -161,7 +164,7 @@ def _first_run(source: str, bend: bool) -> Imported:
 
 
 def _export(path: Path, *scenes: str) -> int:
-    """Export the mechanism of a scene to the format of another program."""
+    """Write the mechanism of a scene to a file for another program."""
     from exchange import ExchangeError, written
     from kinelast.cli.imported import require_same_swing
     from kinelast.outputs.exported import exchanged

@@ -29,7 +29,7 @@ examples:
 
 
 def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
-    """Convert arguments to a request and a batch.
+    """Convert command-line arguments to the options for each scene and the options for the run.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
 
 
 def _parted(argv: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-    """Return the arguments before "--" and the scenes after it."""
+    """Return the arguments before the argument "--", and the scenes after this argument."""
     at = argv.index("--") if "--" in argv else len(argv)
     return argv[:at], argv[at + 1 :]
 
@@ -88,7 +88,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return a function that reads a value, and converts `OptionError` to an error of argparse."""
+    """Return a function that calls `read`, and converts `OptionError` to an error of argparse."""
 
     def value(text: str) -> Any:
         try:
@@ -100,7 +100,10 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
-    """Add the default value to an option with optional value, such as --check, if a scene follows it."""
+    """Write the default value of an option such as --check into the arguments if the user gives no value.
+
+    Otherwise argparse would take a scene that follows the option as the value of the option.
+    """
     bare = {flag: option.bare for option in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
     return [
@@ -116,7 +119,7 @@ def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
 
 
 def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
-    """Exit with a message if two options exclude each other, or if an option needs one that is missing."""
+    """Exit with a message if two options exclude each other, or if an option needs another option that is missing."""
     for name in given:
         option = known[name]
         if option.belongs and not given.get(option.belongs):
@@ -132,14 +135,14 @@ def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], 
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] time before the bar appears; time between lines if there is no terminal
-MAX_COUNTED_PARTS = 100  # from this number of steps, progress is printed as a percentage
+BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] delay of the bar; interval of progress lines without a terminal
+MAX_COUNTED_PARTS = 100  # progress through this many or more steps is printed as a percentage
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines. Control characters are escaped, and characters that the terminal cannot show become question marks.
+    """Print lines. If a pipe is closed or a disk is full, discard this text and all later output to the stream.
 
-    If a pipe is closed or a disk is full, further output is discarded.
+    Control characters are escaped. Characters that the terminal cannot show become question marks.
     """
     if stream is None:
         return
@@ -154,7 +157,7 @@ def say(text: str, stream: TextIO | None) -> None:
 
 
 def _mute(stream: TextIO) -> None:
-    """Redirect a stream, including its buffered text, to the null device."""
+    """Redirect a stream to the null device. Text in the buffer of the stream is discarded too."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -162,7 +165,10 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open standard streams that are closed; otherwise a result file could get the file descriptor of one of them."""
+    """Open closed standard streams as the null device.
+
+    Otherwise a result file could get the file descriptor of a standard stream.
+    """
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
         if spare > 2:
@@ -172,7 +178,11 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Yield a progress callback: it shows a bar on a terminal, and otherwise prints a line every `LINE_INTERVAL` s."""
+    """Yield a progress callback.
+
+    On a terminal, the callback shows a bar. Otherwise it prints a line every `LINE_INTERVAL` seconds. If `quiet` is
+    True, it prints nothing.
+    """
     if quiet:
         yield SILENT
         return
@@ -191,10 +201,10 @@ def listener(quiet: bool) -> Iterator[Progress]:
 
 
 class Sentences(Progress):
-    """Progress callback that only prints sentences."""
+    """Progress callback that prints messages, but no progress."""
 
     def tell(self, sentence: str) -> None:
-        """Print a sentence."""
+        """Print a message."""
         say(sentence, sys.stderr)
 
 
@@ -220,7 +230,7 @@ class _Lines(Sentences):
 
 
 class _Bar(Sentences):
-    """Progress callback that shows a bar after `show` is called."""
+    """Progress callback that shows a bar. The bar appears when `show` is called."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -239,7 +249,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # output to a file is not redirected
+        both = sys.stdout is not None and sys.stdout.isatty()  # stdout to a file must not pass through rich
         with self._lock:
             if self._over:
                 return

@@ -27,7 +27,7 @@ MAX_SHOWN = 60  # maximum number of characters of an argument in a message
 
 
 def load(scene: str | Path) -> Scene:
-    """Return a scene from a file, or a shipped scene by its name.
+    """Read a scene from a file. Shipped scenes can be given by name.
 
     Raises
     ------
@@ -36,7 +36,9 @@ def load(scene: str | Path) -> Scene:
     FileNotFoundError
         There is no file or scene with this name.
     ValueError
-        The folder contains several scenes.
+        `scene` is a folder with several scenes.
+    TypeError
+        `scene` is not a text or a path.
 
     Examples
     --------
@@ -54,13 +56,15 @@ def load(scene: str | Path) -> Scene:
 
 
 def with_loads(scene: Scene | Document, *loads: Load) -> Scene:
-    """Return a scene with additional loads. It has no text, because its file does not contain these loads.
+    """Return a scene with additional loads.
+
+    The attribute `text` of the new scene is empty, because the scene file does not contain the additional loads.
 
     Parameters
     ----------
     loads
-        Loads such as `rigid.PointLoad` and `rigid.LineLoad`. Their `law` is a function of the motion that returns
-        factors, shape (positions,).
+        Loads such as `rigid.PointLoad` and `rigid.LineLoad`. The attribute `law` of a load is a function. The function
+        takes the motion, and returns a factor for each position, shape (positions,).
 
     Raises
     ------
@@ -84,7 +88,10 @@ class PointMotion(Struct, frozen=True):
 
 
 class LinkMotion(Struct, frozen=True):
-    """Continuous angle [rad], angular velocity [rad/s] and acceleration [rad/s^2] of a link, shape (positions,)."""
+    """Angle [rad], angular velocity [rad/s] and angular acceleration [rad/s^2] of a link, shape (positions,).
+
+    The angle has no jumps of a full turn.
+    """
 
     angle: Reals
     angular_velocity: Reals
@@ -96,9 +103,10 @@ class LinkMotion(Struct, frozen=True):
 
 
 class BeamFields:
-    """Fields along a beam as attributes, such as `w` and `M`, at 101 stations, shape (positions, stations).
+    """Fields along a beam at 101 stations. Each field, such as `w` or `M`, is an attribute.
 
-    `x` is the distance of the stations from the start of the beam [m], shape (stations,).
+    Fields have the shape (positions, stations). `x` is the distance of each station from the start of the beam [m],
+    shape (stations,).
     """
 
     def __init__(self, deflection: SceneDeflection, label: str, beam: int) -> None:
@@ -118,7 +126,7 @@ class BeamFields:
 
     @property
     def displacement(self) -> Complexes:
-        """Displacement of the axis in the axes of the ground [m], complex, shape (positions, stations)."""
+        """Displacement of the beam axis in ground axes [m], complex, shape (positions, stations)."""
         along = self.line[:, -1:] - self.line[:, :1]
         return along / np.abs(along) * (self.u + 1j * self.w)
 
@@ -137,13 +145,13 @@ def rigid_line(course: Motion, beam: int) -> Complexes:
 
 
 class PartsByName:
-    """An object with named parts as items, and with tab completion of their names."""
+    """Base class of objects with named parts as items, and with tab completion of the names."""
 
     def __iter__(self) -> Iterator[str]:
         raise NotImplementedError
 
     def keys(self) -> list[str]:
-        """Names of the parts."""
+        """Return the names of the parts."""
         return [*self]
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -153,7 +161,7 @@ class PartsByName:
 class SceneMotion(PartsByName, Motion, frozen=True, kw_only=True):
     """Motion with points and links by name, such as `motion["B"].position`.
 
-    If a point and a link have the same name, it refers to the point.
+    If a point and a link have the same name, the name refers to the point.
     """
 
     scene: Scene
@@ -172,7 +180,7 @@ class SceneMotion(PartsByName, Motion, frozen=True, kw_only=True):
         raise KeyError(unknown_name(name, self))
 
     def link(self, name: str) -> LinkMotion:
-        """Return the motion of a link, also if a point has the same name."""
+        """Return the motion of a link, even if a point has the same name."""
         number = self.mechanism.index[name]
         angle = np.unwrap(np.angle(self.direction[number]))
         return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
@@ -207,23 +215,25 @@ class SceneDeflection(PartsByName, Deflection, frozen=True, kw_only=True):
 
 
 def motion(scene: Scene | Document, positions: int | None = None) -> SceneMotion:
-    """Return the motion of a scene over its run. `positions` is the number of positions (default: that of the scene).
+    """Return the motion of the rigid links during the run of a scene.
+
+    `positions` is the number of positions (default: as in the scene).
 
     Raises
     ------
     SceneError
         A position is unreachable.
     TypeError, ValueError
-        An argument is not a scene or not a number of positions.
+        `scene` is neither a scene nor a document, or `positions` is not a valid number.
     """
     given, asked = scene_of(scene), request_of(positions=positions)
     return _motion(given, scene_motion(given, asked.positions))
 
 
 def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDeflection:
-    """Return the deflection of a scene over its run by the theory that the scene requests.
+    """Return the deflection of the links during the run of a scene, by the theory that the scene requests.
 
-    `positions` is the number of positions (default: that of the scene).
+    `positions` is the number of positions (default: as in the scene).
 
     Raises
     ------
@@ -235,7 +245,7 @@ def deflection(scene: Scene | Document, positions: int | None = None) -> SceneDe
 
 
 def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
-    """Return a deflection with the beam names of its scene."""
+    """Return a deflection with beams by name. `scene` contains the names."""
     return SceneDeflection(**{**asdict(bent), "motion": _motion(scene, bent.motion)}, scene=scene)
 
 
@@ -248,7 +258,7 @@ def _extent(course: Motion) -> str:
 
 
 def names_html(scene: Scene, words: str, names: Mapping[str, Iterable[str]]) -> str:
-    """Return HTML with the title of a scene, some words, and a line of names for each kind of part."""
+    """Return HTML with the title of a scene, the text `words`, and a line with the names for each kind of part."""
     rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
     return f"<p><b>{escape(scene.title)}</b>: {escape(words)}{rows}</p>"
 
@@ -259,12 +269,12 @@ def point_names(mechanism: Mechanism) -> list[str]:
 
 
 def unknown_name(name: object, known: Iterable[str]) -> str:
-    """Return a message about an unknown name that lists all known names."""
+    """Return a message about an unknown name. The message lists all known names."""
     return f'there is no "{name}": choose from {", ".join(known)}'
 
 
 def scene_of(given: object) -> Scene:
-    """Return a scene, or the scene of a document. Raise TypeError for other objects."""
+    """Return the scene of a document. A scene is returned unchanged. Raise TypeError for other objects."""
     if isinstance(given, Document):
         return given.scene
     if isinstance(given, Scene):
@@ -274,7 +284,9 @@ def scene_of(given: object) -> Scene:
 
 
 def request_of(**asked: Any) -> Request:
-    """Return a request with the given options. None stands for the default. Values may be texts as on the command line.
+    """Return a request with the given options.
+
+    A value can also be a text as on the command line. None means the default.
 
     Raises
     ------
@@ -296,12 +308,12 @@ def request_of(**asked: Any) -> Request:
 
 
 def _near(text: str, option: Option) -> str:
-    """Return a suggestion of the most similar choice, or an empty string."""
+    """Return words that suggest the most similar choice, or an empty string."""
     hint = likely(text, option.choices)
     return hint if hint.startswith("; did") else ""
 
 
 def shown(given: object) -> str:
-    """Return the repr of an argument, shortened for a message."""
+    """Return the `repr` of an argument for a message. A long text is shortened."""
     text = repr(given)
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}... (a {type(given).__name__})"

@@ -1,4 +1,4 @@
-"""Answers, reports and the live editor for notebooks."""
+"""Results of a deflection analysis, reports, and the live editor for notebooks."""
 
 import math
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 
 class Value(dict[str, Any]):
-    """A number with its unit and error in SI units, as in summary.json. It is printed in the units of the scene.
+    """A number with its unit and error in SI units, as in summary.json. The `repr` uses the units of the scene.
 
     >>> Value({"value": 0.0016, "unit": "m", "error": 2e-6, "on": "crank"}, {})
     1.6 mm ± 0.12 %
@@ -55,7 +55,7 @@ class Value(dict[str, Any]):
 
 
 class Figures(dict[str, Any]):
-    """Entries of summary.json. `figures["mass"]` also finds a figure in `figures["figures"]`."""
+    """Entries of summary.json. `figures["mass"]` is short for `figures["figures"]["mass"]`."""
 
     def __missing__(self, name: str) -> Any:
         figures = super().get("figures", {})
@@ -65,7 +65,7 @@ class Figures(dict[str, Any]):
 
 
 def figures_of(summary: Mapping[str, Any], shown_in: DisplayUnits) -> Figures:
-    """Return a summary in which every number with a unit is a `Value`."""
+    """Return a copy of a summary in which every number with a unit is a `Value`."""
     return Figures({key: _valued(entry, shown_in) for key, entry in summary.items()})
 
 
@@ -79,7 +79,7 @@ def _valued(entry: Any, shown_in: DisplayUnits) -> Any:
 
 
 class ByName(dict[str, T]):
-    """Named parts of an answer, as items and as attributes, with tab completion."""
+    """Named parts, e.g. the points of a mechanism, as items and as attributes, with tab completion of the names."""
 
     def __missing__(self, name: str) -> T:
         raise KeyError(notebook.unknown_name(name, self))
@@ -115,9 +115,9 @@ class AnsweredJoint(Struct, frozen=True):
     Attributes
     ----------
     force
-        Force by link [N], complex, in the axes of the ground.
+        Force on each link [N], by link name, complex, in the axes of the ground.
     moment
-        Moment by link [N m]; 0 if the joint lets its links rotate.
+        Moment on each link [N m], by link name. It is 0 if the joint transmits no moment.
     """
 
     force: ByName[Complexes]
@@ -128,7 +128,7 @@ class AnsweredJoint(Struct, frozen=True):
 
 
 class AnsweredDrive(Struct, frozen=True):
-    """Coordinate [rad or m], rate, acceleration, effort [N m or N] and power [W] of a drive, shape (positions,)."""
+    """Coordinate [rad or m], its time derivatives, effort [N m or N] and power [W] of a drive, shape (positions,)."""
 
     coordinate: Reals
     rate: Reals
@@ -137,7 +137,7 @@ class AnsweredDrive(Struct, frozen=True):
 
     @property
     def power(self) -> Reals:
-        """Power from the drive to the mechanism [W]."""
+        """Power that the drive supplies to the mechanism [W]."""
         return self.effort * self.rate
 
     def __repr__(self) -> str:
@@ -145,14 +145,14 @@ class AnsweredDrive(Struct, frozen=True):
 
 
 class SceneAnswer(Struct, frozen=True, eq=False, dict=True):
-    """The answer for a scene: its parts by name, and its figures with their errors.
+    """Result of the deflection analysis of a scene, with points, links, beams, joints and drives by name.
 
     Attributes
     ----------
     scene, motion, deflection
         The scene, the rigid motion, and the deflection by the selected theory.
     figures
-        Entries of summary.json.
+        Entries of summary.json, e.g. the largest stress with its error.
     """
 
     results: Results
@@ -182,7 +182,7 @@ class SceneAnswer(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def error(self) -> float:
-        """Largest relative error of the main figures, nan if unknown."""
+        """Largest relative error of the main results, e.g. of the largest stress; nan if an error is unknown."""
         return self.results.error
 
     @cached_property
@@ -193,12 +193,12 @@ class SceneAnswer(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def figures(self) -> Figures:
-        """Entries of summary.json. The entries of its table `figures` are also available directly by name."""
+        """Entries of summary.json. The entries of the table `figures` are also available directly by name."""
         return figures_of(data_of(self.report), self.scene.shown_in)
 
     @property
     def headline(self) -> str:
-        """The line that the command prints."""
+        """The line that the command deflection-report prints for the scene."""
         return headline(self.report)
 
     @cached_property
@@ -220,7 +220,7 @@ class SceneAnswer(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def beams(self) -> ByName[notebook.BeamFields]:
-        """Fields of beams by name."""
+        """Fields along the beams, such as the bending moment, by name of the beam."""
         return ByName({label: self.deflection[label] for label in self.scene.labels})
 
     @cached_property
@@ -262,23 +262,23 @@ def answer(
     accuracy: float | str | None = None,
     positions: int | None = None,
 ) -> SceneAnswer:
-    """Return the answer for a scene.
+    """Return the result of the deflection analysis of a scene.
 
     Parameters
     ----------
     theory
-        "quasi-static", "elastodynamic" or "geometrically-exact" (default: that of the scene).
+        "quasi-static", "elastodynamic" or "geometrically-exact" (default: as requested in the scene).
     accuracy
-        Largest accepted error, such as 0.02 or "2 %". The cheapest theory that reaches this accuracy is used.
+        Largest accepted relative error, such as 0.02 or "2 %". The cheapest theory that reaches this accuracy is used.
     positions
-        Number of positions (default: that of the scene).
+        Number of positions (default: as in the scene).
 
     Raises
     ------
     SceneError
-        The scene has no answer, for the same reasons as in `kinelast.deflection`.
+        The deflection cannot be computed, for the same reasons as in `kinelast.deflection`.
     TypeError, ValueError
-        The argument is not a scene, an option does not accept its value, or both theory and accuracy are given.
+        `scene` is neither a scene nor a document, a value is invalid, or both theory and accuracy are given.
     """
     return _answer(scene, theory=theory, accuracy=accuracy, positions=positions)
 
@@ -291,7 +291,7 @@ def _answer(scene: Scene | Document, **asked: Any) -> SceneAnswer:
 
 
 class ReportPage(Struct, frozen=True):
-    """The report of `deflection-report` on a scene: headline, figures and page."""
+    """Report on a scene, as written by deflection-report: headline, entries of summary.json, and HTML page."""
 
     name: str
     headline: str
@@ -302,7 +302,7 @@ class ReportPage(Struct, frozen=True):
         return f'Report("{self.name}": {self.headline})'
 
     def _repr_html_(self) -> str:
-        """Return the headline and the page in a frame. The page does not load other files."""
+        """Return HTML with the headline and, in a frame, the page. The page does not load other files."""
         page = escape(self.page.decode())
         frame = f'<iframe sandbox="allow-scripts allow-downloads" style="{FRAME}" srcdoc="{page}"></iframe>'
         return f"<p><b>{escape(self.name)}</b>: {escape(self.headline)}</p>{frame}"
@@ -320,16 +320,16 @@ def report(
     Parameters
     ----------
     positions
-        Number of positions (default: that of the scene).
+        Number of positions (default: as in the scene).
     check
-        Number of finite elements per beam for a comparison (default: no comparison).
+        Number of finite elements per beam for a check of the quasi-static deflection (default: no check).
     accuracy, theory
         See `answer`.
 
     Raises
     ------
     SceneError, TypeError, ValueError
-        For the same reasons as in `answer`.
+        See `answer`.
     """
     elements = None if check is None else f"{check}"
     solved = _answer(scene, positions=positions, checks=elements, accuracy=accuracy, theory=theory)
@@ -338,17 +338,17 @@ def report(
 
 
 def live(scene: Scene | Document | str | Path | None = None) -> Any:
-    """Return the live editor of a scene. A notebook shows it in a frame.
+    """Return the live editor of a scene. A notebook shows the editor in a frame.
 
-    The kernel serves the same page as `deflection-report --live` to browsers on this computer. `.text` and `.scene` are
-    the saved scene. `.widget` is an editor for a kernel on another computer. In a script, `.wait()` serves the page
-    until it is interrupted.
+    The kernel serves the page of `deflection-report --live` to browsers on the same computer. For a browser on another
+    computer, use the attribute `widget`, which is also an editor. The attributes `text` and `scene` contain the saved
+    scene. In a script, the method `wait` serves the page until an interrupt.
 
     Parameters
     ----------
     scene
         A scene, a file, or the name of a shipped scene. The text of a scene is stored in a file until the kernel ends.
-        None opens a new scene, which can only be downloaded.
+        None opens a new scene. A new scene cannot be saved to a file, but the browser can download it.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from kinelast.scene.numbers import percent, quantity
 from kinelast.tasks.progress import one_thread
 from rigid.arrays import Complexes, Reals
 
-MODES, POSITIONS = 3, 24
+MODES, POSITIONS = 3, 24  # default number of modes and of positions
 
 
 class ModeShapes(Struct, frozen=True, eq=False):
@@ -27,8 +27,8 @@ class ModeShapes(Struct, frozen=True, eq=False):
     line
         Positions on the axis of the rigid beam [m], complex, shape (positions, stations).
     displacement
-        Displacement from the rigid beam, complex, shape (modes, positions, stations), scaled so that the largest
-        displacement of all beams is 1 for each mode.
+        Displacement from the rigid beam, complex, shape (modes, positions, stations). Each mode is scaled so that the
+        largest displacement of all beams is 1.
     """
 
     line: Complexes
@@ -40,14 +40,16 @@ class ModeShapes(Struct, frozen=True, eq=False):
 
 
 class NaturalFrequencies(PartsByName, Struct, frozen=True, eq=False):
-    """Natural frequencies of a scene with locked drives. `result["coupler"]` gives the mode shapes of a beam.
+    """Natural frequencies and modes of a scene with locked drives.
+
+    The mode shapes of a beam are items, such as `result["coupler"]`.
 
     Attributes
     ----------
     motion
         Motion at the positions for which the frequencies are computed.
     modes
-        Result of `elastic.elastodynamics.natural_modes`, which includes `shape_error`.
+        Result of `elastic.elastodynamics.natural_modes`. It also contains `shape_error`.
     """
 
     motion: SceneMotion
@@ -88,7 +90,7 @@ class NaturalFrequencies(PartsByName, Struct, frozen=True, eq=False):
 def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: int = POSITIONS) -> NaturalFrequencies:
     """Return natural frequencies, damping ratios and mode shapes at evenly spaced positions with locked drives.
 
-    The damping is given by the scene: `damping` of the materials or, by default, `damping_ratio` at the lowest
+    The scene gives the damping: the key `damping` of a material or, by default, `damping_ratio` at the lowest
     frequency.
 
     Raises
@@ -96,7 +98,7 @@ def natural_frequencies(scene: Scene | Document, modes: int = MODES, positions: 
     SceneError
         A position is unreachable.
     TypeError, ValueError
-        The argument is not a scene, a number is not positive, or the scene has no beams or too many.
+        `scene` is neither a scene nor a document, a number is not positive, or there are no beams or too many beams.
     """
     given = scene_of(scene)
     if modes < 1:

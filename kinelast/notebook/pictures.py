@@ -1,4 +1,4 @@
-"""Pictures and films of a deflection, which a notebook shows inline."""
+"""Pictures and films of a deflection. A notebook shows them inline."""
 
 from base64 import b64encode
 from io import BytesIO
@@ -15,7 +15,7 @@ SIZE = (960, 540)  # [pixels] size of a picture or a film
 
 
 class Still(Struct, frozen=True):
-    """A picture: subject, and PNG file as bytes."""
+    """A picture. `shows` describes the content, and `png` is the PNG file."""
 
     shows: str
     png: bytes
@@ -28,7 +28,7 @@ class Still(Struct, frozen=True):
 
 
 class Film(Struct, frozen=True):
-    """A film: subject, and MP4 file as bytes."""
+    """A film. `shows` describes the content, and `mp4` is the MP4 file."""
 
     shows: str
     mp4: bytes
@@ -47,16 +47,18 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
     Parameters
     ----------
     diagram
-        Name of a diagram as on the command line, or key of a field. For a scene without beams, it must be "motion".
+        Name of a diagram (see --animate), or key of a field. It must be "motion" for a scene without beams.
+    position
+        Index of the position.
     style
         Settings of `animations.Style`, such as `look="solid"` or `show=("names", "paths")`.
 
     Raises
     ------
     ValueError
-        The diagram or the position does not exist.
+        The diagram does not exist, or the position cannot be drawn.
     TypeError
-        The argument is not the deflection of a scene.
+        `bent` is not the deflection of a scene.
     RenderingUnavailable
         This machine has no OpenGL.
     """
@@ -76,7 +78,13 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
 
 
 def film(bent: SceneDeflection, diagram: str = "deflection", frames: int | None = None, **style: Any) -> Film:
-    """Return a film of a deflection. Parameters and errors are the same as in `picture`."""
+    """Return a film of a deflection. See `picture` for the other parameters and errors.
+
+    Parameters
+    ----------
+    frames
+        Number of frames (default: one per position, at most 120).
+    """
     _require_deflection(bent)
     from animations import movie
 

@@ -1,4 +1,4 @@
-"""Motion and deflection of a scene as pandas tables and xarray data sets."""
+"""Conversion of the motion and deflection of a scene to pandas tables and xarray data sets."""
 
 from typing import Any
 
@@ -19,8 +19,8 @@ LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "ra
 def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     """Return a pandas table with one row per position, indexed by time. The names of the columns include their units.
 
-    For a motion, the columns are drives, links, points and joints, as in motion.csv. For a deflection, they are the
-    columns of positions.csv.
+    The table of a motion contains drives, links, points and joints, as in motion.csv. The table of a deflection has the
+    same columns as positions.csv.
 
     Raises
     ------
@@ -44,11 +44,9 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
 def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -> Any:
     """Return an xarray data set with coordinates. The units are attributes of the variables.
 
-    For a motion, the variables are the coordinates x and y of points, the angles of links, and their derivatives, at
-    each
-
-    position. For a deflection, they are each main field by beam, position and station, and the columns of motion.csv by
-    position: drive efforts, drive power, joint forces and ground forces.
+    The data set of a motion contains, at each position, the coordinates x and y of points, the angles of links, and the
+    first and second time derivatives. The data set of a deflection contains each main field by beam, position and
+    station. It also contains each column of motion.csv by position, e.g. joint forces.
 
     Raises
     ------
@@ -82,7 +80,7 @@ def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[
 
 
 def _in_si(bent: SceneDeflection) -> Results:
-    """Return the results of a deflection in SI units."""
+    """Return the results of a deflection, with tables in SI units."""
     return Results(replace(bent.scene, report_units="SI"), bent)
 
 

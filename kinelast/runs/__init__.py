@@ -1,7 +1,7 @@
-"""Computation of a scene: memory estimate, motion, deflection (in chunks if the run is long), and checks.
+"""Computation of a scene: memory estimate, motion, deflection, and checks.
 
-The figures of the chunks are merged. Curves, maps, movies, frequencies and checks of a long run use `SHOWN` evenly
-spaced positions.
+A long run is computed in chunks. Results such as the largest stress are found for each chunk and then merged. Curves,
+maps, movies, frequencies and checks of a long run use only `SHOWN` evenly spaced positions.
 """
 
 from __future__ import annotations
@@ -30,26 +30,30 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 
-HEAVY = 2e8  # [bytes] larger requests cause a message to the user
-NUMBER = 8  # [bytes] size of a number
-DIGITS = 20  # [bytes] approximate size of a number in a table
-MOST_MESHES = 20_000
+HEAVY = 2e8  # [bytes] the user is warned if a run needs more memory or disk space
+NUMBER = 8  # [bytes] size of a number in memory or in a binary file
+DIGITS = 20  # [bytes] approximate size of a number in a CSV file
+MOST_MESHES = 20_000  # maximum number of mesh files
 SHARE = 0.8  # largest usable fraction of the free memory or disk space
-COPIES = 5  # number of copies of its arrays for which the check needs memory
+COPIES = 5  # the finite element check needs memory for this number of copies of its arrays
 
 
 def require_resources(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
-    """Return a message about a large request, otherwise an empty string.
+    """Return a warning if a run is large or the mechanism has too many beams, otherwise an empty string.
 
     Parameters
     ----------
-    positions, checked
-        Number of positions of the run, and number of positions that the check with finite elements computes.
+    positions
+        Number of positions of the run.
+    checked
+        Number of positions that the finite element check computes.
+    out
+        Folder for the results.
 
     Raises
     ------
     RequestError
-        There is not enough memory or disk space, or the request would write too many files.
+        There is not enough memory or disk space, or the run would write too many mesh files.
     """
     beams = len(scene.mechanism.beams)
     if request.mesh and positions > MOST_MESHES:
@@ -99,13 +103,13 @@ def _words(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-LONG = 100_000  # a run with larger positions x (beams + 1 + PER_LINK x links) is split into chunks (about 200 MB)
-PER_LINK = 0.25  # (memory of a link) / (memory of a beam)
-SHOWN = 3600
+LONG = 100_000  # a run is long if positions * (beams + 1 + PER_LINK * links) > LONG (about 200 MB)
+PER_LINK = 0.25  # memory of a link / memory of a beam
+SHOWN = 3600  # number of positions of a long run for curves, maps, movies and checks
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Return True if a run is so long that it is split into chunks."""
+    """Return True if a run is so long that it must be computed in chunks."""
     mechanism = scene.mechanism
     return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
@@ -117,19 +121,22 @@ def long_results(
     require: Callable[[Scene, Deflection], None],
     theory: Callable[[Results], Results] | None = None,
 ) -> Results:
-    """Compute a long run: figures of all positions, and the deflection at `SHOWN` evenly spaced positions.
+    """Compute a long run in chunks.
+
+    Results such as the largest stress consider all positions. The deflection is only kept at `SHOWN` evenly spaced
+    positions.
 
     Parameters
     ----------
     time
         Times of the run [s], shape (positions,).
     on_chunk
-        Called with the results of each chunk and the index of its first position.
+        Called with the results of each chunk and the index of the first position of the chunk.
     require
         Function that raises an error if a chunk contains an invalid position.
     theory
-        Function that converts the quasi-static results at the shown positions to the results of the requested theory.
-        The chunks use the same theory.
+        Function that converts quasi-static results to the results of the requested theory. It is called once, with the
+        results at the `SHOWN` positions. The theory that it selects is also used for the chunks.
     """
     shown = Results(scene, scene_deflection(scene, _shown(scene, time, require)))
     shown = theory(shown) if theory else shown
@@ -149,11 +156,15 @@ def long_results(
 
 
 def _shown(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Motion:
-    """Return the motion at evenly spaced positions of a long run, on the same branch as the run."""
+    """Return the motion at evenly spaced positions of a long run.
+
+    A mechanism can be assembled in several ways. At each position, it is assembled as at the nearby position of the
+    run.
+    """
     shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
     if len(time) < SHOWN or not np.isclose(
         time[-1] - time[0], shown[-1], rtol=2 / SHOWN
-    ):  # the run leaves out some positions
+    ):  # the run has few positions, or leaves out unreachable ones: use every n-th position of the run
         shown = time[:: -(-len(time) // SHOWN)]
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
     near, first = [], 0
@@ -172,8 +183,10 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
     Raises
     ------
-    SceneError, RequestError
-        A position is unreachable, or no position is reachable.
+    SceneError
+        A position is unreachable, a block leaves its beam, a load table ends too early, or the theory has no solution.
+    RequestError
+        Unreachable positions may be left out, but no position is reachable.
     """
     moved, left_out = _moved(scene, request)
     bent = scene_deflection(scene, moved)
@@ -183,7 +196,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """Return the results by the requested theory, see `kinelast.figures.results.answered`."""
+    """Convert quasi-static results to results by the requested theory, see `kinelast.figures.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):
@@ -192,7 +205,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
 
 
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:
-    """Return the results with the requested checks of the final answer added."""
+    """Add the requested checks to the results: momentum balances, nonlinear check, solid check."""
     if request.elements is not None:
         from kinelast.figures.checks import momentum_balances
 
@@ -213,7 +226,7 @@ def further_checked(results: Results, request: Request, progress: Progress) -> R
 
 
 def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
-    """Compare the quasi-static deflection with finite elements if requested, else return None."""
+    """Compare the quasi-static deflection with finite elements. Return None if this check is not requested."""
     if request.elements is None:
         return None
     from fem_check import compare, solve
@@ -223,7 +236,7 @@ def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress
 
 
 def _require_reached(scene: Scene, moved: Motion) -> None:
-    """Raise if the mechanism cannot reach a position."""
+    """Raise SceneError if the mechanism cannot reach a position."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -232,9 +245,9 @@ def _require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_chunk(scene: Scene, bent: Deflection) -> None:
-    """Raise if a position in a chunk of a long run is unreachable, or a block leaves its beam.
+    """Raise SceneError if a position in a chunk of a long run is unreachable, or a block leaves its beam.
 
-    The message about unreachable positions is about the whole run, not only the chunk.
+    If a position is unreachable, the message describes the whole run, not only the chunk.
     """
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
@@ -243,7 +256,7 @@ def require_chunk(scene: Scene, bent: Deflection) -> None:
 
 
 def require_on_beams(scene: Scene, bent: Deflection) -> None:
-    """Raise if a block leaves its elastic beam."""
+    """Raise SceneError if a block leaves the elastic beam on which it slides."""
     known = np.isfinite(bent.motion.origin).all(axis=0)
     for block in bent.blocks:
         off = known & np.isnan(block.xi)
@@ -257,7 +270,7 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 
 def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
-    """Return the motion, and the number of unreachable positions that are left out."""
+    """Return the motion, and the number of unreachable positions that the motion leaves out."""
     times = scene.course.times(request.positions)
     kept = scene.course.reached(times) if request.reachable else times
     if not len(kept):

@@ -1,4 +1,4 @@
-"""Computation of a scene, and its folder, which is written completely or not at all."""
+"""Compute a scene and write its result folder. If the computation fails, an existing folder stays unchanged."""
 
 import dataclasses
 import re
@@ -38,17 +38,17 @@ STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # studies with sep
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute a scene and write its folder. Errors are returned in the outcome.
+    """Compute a scene and write its result folder. The outcome contains errors as messages.
 
     Parameters
     ----------
     resume
-        True to keep an existing folder if it was written for the same file and request.
+        True to skip the computation if the folder already contains the results of the same file and request.
     progress
-        Progress callback. Before a large request starts, it receives a message about the size of the request.
+        Progress callback. If the run is large, the callback receives a message about the size before the run starts.
     """
     start = time.perf_counter()
-    with np.errstate(all="ignore"):  # nan is a missing value
+    with np.errstate(all="ignore"):  # nan marks a missing value and needs no warning
         work = partial(_scene, task, request, resume, progress)
         outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
     return dataclasses.replace(outcome, seconds=time.perf_counter() - start)
@@ -71,7 +71,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
-    limits_of(scene)  # an unknown figure raises an error here, before the long computation
+    limits_of(scene)  # raises an error if a limit names an unknown result, before the long computation starts
     positions = scene.run.positions
     long = is_long(scene, positions)
     if long and (request.nonlinear or request.solid):
@@ -104,7 +104,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
 
 
 def _in_requested_units(scene: Scene, request: Request) -> Scene:
-    """Return the scene with the display units of --units and --speeds."""
+    """Return the scene with the display units that the options --units and --speeds request."""
     units, written = request.units or scene.report_units, dict(scene.written)
     if request.speeds and (name := request.speeds[3]):
         one = Speed.read(f"1 {name}")
@@ -113,7 +113,10 @@ def _in_requested_units(scene: Scene, request: Request) -> Scene:
 
 
 def _on_step(scene: Scene, progress: Progress) -> OnStep:
-    """Return a function that reports the progress of an integration, and warns once if too many steps are needed."""
+    """Return a function that reports the progress of an integration.
+
+    The function warns the user once if the integration will need more steps than the scene allows.
+    """
     stage, end = f"{scene.name}: integrating {scene.run.duration:g} s of motion", scene.run.duration
     times, began, judged = [0.0], time.perf_counter(), False
 
@@ -167,7 +170,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
-    """Write the tables with values at every position."""
+    """Write the tables with values at every position and, if requested, fields.npz."""
     for name, table in tables.tables_of_positions(results, request.motion, request.columns).items():
         write_table(part / f"{name}.csv", table, request.tables)
     if request.fields:
@@ -183,11 +186,11 @@ def _finish(
     request: Request,
     progress: Progress,
 ) -> tuple[Report, dict[str, Any]]:
-    """Write all files of a scene, or of its best design, except for the tables with values at every position.
+    """Write all files of a scene, or of its best design, except for the tables and fields at every position.
 
     Returns
     -------
-    The report and the sealed summary.
+    The report, and the summary with the checksums of all files.
     """
     from kinelast.figures.peaks import refined
     from kinelast.figures.summary import report_of
@@ -214,7 +217,7 @@ def _finish(
 def _with_studies(
     part: Path, document: Document, results: Results, report: Report, request: Request, progress: Progress
 ) -> Report:
-    """Write the files of the requested studies, and add the studies to the report."""
+    """Carry out the requested studies, write their files, and add their results to the report."""
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
         more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
@@ -238,7 +241,7 @@ def _with_studies(
 def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """Write the answer as a function of the drive speed, and return this function for the report."""
+    """Write the largest values at several drive speeds (speeds.csv, speeds.svg), and return them for the report."""
     from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
@@ -250,7 +253,10 @@ def _speeds(
 
 
 def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Iterable[str]) -> Outcome:
-    """Return the outcome of a finished scene. `earlier` contains the files of the previous run."""
+    """Return the outcome of a finished scene.
+
+    `earlier` contains the names of the files that earlier runs wrote to the result folder.
+    """
     of = "best design: " if report.optimum else ""
     line = f"{task.name}: {of}{headline(report)} -> {task.folder}"
     if others := foreign(task.folder, sealed):
@@ -271,7 +277,10 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
 
 @contextmanager
 def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Store an exception in `failed` instead of raising it, so that a failed drawing does not lose the figures."""
+    """Store an unexpected exception in `failed` instead of raising it.
+
+    If a picture fails, the tables and the summary are therefore still written.
+    """
     try:
         with stops_kept():
             yield
@@ -286,7 +295,7 @@ def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path, results: Results, report: Report, request: Request, progress: Progress
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield the names of drawings, and functions that draw them."""
+    """Yield the name of each page, picture, mesh and movie to write, and a function that writes it."""
     from kinelast.outputs.page import report_page
 
     scene = results.scene
@@ -311,14 +320,17 @@ def _drawings(
         yield "mesh", partial(write_vtu_series, results.deflection, part / "mesh")
     films = request.animate
     if films and (results.buckles or not scene.labels):
-        films = ("motion",)  # there are no diagrams if links buckle or have no beams
+        films = ("motion",)  # fields cannot be shown if a link buckles or no link has beams
     for diagram in films:
         on_frame = partial(progress, f"{scene.name}: {diagram}")
         yield f"{diagram}.{request.picture}", partial(pictures.draw_film, part, results, diagram, request, on_frame)
 
 
 def _agrees(report: Report) -> bool:
-    """Return True if all checks pass, all limits are met, and the optimum and the requested accuracy are reached."""
+    """Return True if all checks pass, all limits are met, and the requested accuracy is reached.
+
+    If a best design was searched for, it must also be feasible.
+    """
     best, verdict = report.optimum, report.acceptance
     failures = [
         report.check and report.check.passed is False,

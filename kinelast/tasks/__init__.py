@@ -1,4 +1,4 @@
-"""Requests, tasks and outcomes. This module defines options, which are fields of a request."""
+"""Command-line options: definition of an option as a dataclass field, and functions that read the values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field
@@ -17,7 +17,7 @@ class OptionError(ValueError):
 
 @dataclass(frozen=True)
 class Option:
-    """A command-line option, stored as metadata of its field.
+    """A command-line option. The dataclass field of the option stores it as metadata.
 
     Attributes
     ----------
@@ -26,21 +26,21 @@ class Option:
     help
         Description.
     metavar
-        Placeholder for the value in the help; empty for a switch.
+        Placeholder for the value in the help, such as "N". It is empty for a switch.
     default
         Value if the option is not given.
     read
-        Function that converts the text to the value. It raises `OptionError`.
+        Function that converts the text of an argument to the value. It raises `OptionError` for an invalid text.
     flags
-        Flags (default: derived from the name of the field).
+        Flags (default: "--" and the name of the field).
     choices
         Allowed values; empty if all values are allowed.
     belongs
-        Field of another option that this option requires.
+        Name of another option that must also be given, or empty.
     bare
         Value if the flag is given without a value.
     many
-        True if the option can be repeated. Its value is then a tuple.
+        True if the option can be repeated. The value of the option is then a tuple.
     writes
         Names of the files and folders that the option adds to the results of a scene.
     """
@@ -59,7 +59,7 @@ class Option:
 
     @property
     def takes_value(self) -> bool:
-        """True unless the option is a switch."""
+        """True if the option takes a value, False if it is a switch."""
         return bool(self.metavar or self.choices)
 
 
@@ -74,7 +74,7 @@ def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, 
 
 
 def at_least(least: int, most: int | None = None) -> Callable[[str], int]:
-    """Return a function that reads a whole number within bounds."""
+    """Return a function that reads a whole number from `least` to `most` (default: no upper bound)."""
 
     def count(text: str) -> int:
         try:
@@ -106,12 +106,12 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def are_checks(text: str) -> bool:
-    """Return True if a text is a list of checks, and therefore not the name of a scene."""
+    """Return True if a text is a list of checks. Otherwise, it may be the name of a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
 def checks(text: str) -> tuple[int | str, ...]:
-    """Read a list of checks: elements per beam, "nonlinear", "solid"."""
+    """Read a list of checks. Each check is "nonlinear", "solid" or the number of finite elements per beam."""
     requested = [word if word in CHECKS else at_least(1, MAX_ELEMENTS)(word) for word in text.split(",")]
     if sum(isinstance(check, int) for check in requested) > 1:
         raise OptionError(f"expected one number of elements, not {text!r}")
@@ -119,7 +119,12 @@ def checks(text: str) -> tuple[int | str, ...]:
 
 
 def speeds(text: str) -> tuple[float, float, int, str]:
-    """Read two speeds [rad/s or m/s] and a count. Also return the unit of the second speed as written."""
+    """Read the lowest speed, the highest speed and the number of speeds from a text such as "20 rad/s:200 rad/s:9".
+
+    Returns
+    -------
+    Both speeds [rad/s or m/s], the number of speeds, and the unit of the highest speed as written.
+    """
     from kinelast.scene.quantities import Speed
 
     try:
@@ -163,7 +168,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def colour(text: str) -> str:
-    """Return the name of a colour; raise OptionError if there is no such colour."""
+    """Return the name of a colour. Raise OptionError if there is no colour with this name."""
     from animations import colour
 
     try:
@@ -193,6 +198,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the list of all names follows below
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message below lists the names
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

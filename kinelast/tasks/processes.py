@@ -1,4 +1,4 @@
-"""Parallel work in processes. A process that dies is replaced by a new one. All processes end with this process."""
+"""Parallel work in processes. A new process replaces a process that dies. All processes end with the main process."""
 
 import multiprocessing
 import os
@@ -21,7 +21,7 @@ A = TypeVar("A")
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task if its process died. `how` is the signal or exit status."""
+    """Result of a task if the process that ran the task died. `how` is the signal or exit status of the process."""
 
     how: str
 
@@ -47,18 +47,18 @@ class _Worker:
 def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
-    """Run tasks in parallel processes. Yield each task with its result as soon as it is complete.
+    """Run tasks in parallel processes. Yield each task with its result as soon as the task is complete.
 
-    If a process dies, its task is run again before new tasks. A process receives its next task before its previous
-    result is yielded. All processes end with the generator.
+    If a process dies, its task is repeated before new tasks start. A process receives its next task before the result
+    of its previous task is yielded. All processes end when the generator ends or is closed.
 
     Parameters
     ----------
     work
-        Function that runs a task. It is sent to every process once. The function, the tasks and the results must be
-        picklable. A task must not be None.
+        Function that runs a task. Every process receives this function once. The function, the tasks and the results
+        must be picklable. A task must not be None.
     tries
-        Number of attempts at a task whose process dies. After the last attempt, the result is `Lost`.
+        Maximum number of attempts at a task if its process dies. After the last attempt, the result is `Lost`.
     """
     new, again, deaths, workers = iter(tasks), deque[T](), Counter[T](), list[_Worker]()
 
@@ -101,7 +101,7 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # must start before interrupts are blocked, because starting it unblocks them
+    resource_tracker.ensure_running()  # start the tracker before interrupts are blocked: its start unblocks them
     with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()
@@ -121,7 +121,7 @@ def _ready(workers: list[_Worker]) -> list[_Worker]:
 
 
 def _answer(worker: _Worker) -> Any:
-    """Return the result of a worker, or `Lost`."""
+    """Return the result of a worker, or `Lost` if the worker has died."""
     try:
         if worker.line.poll():
             return worker.line.recv()
@@ -133,7 +133,7 @@ def _answer(worker: _Worker) -> Any:
 
 
 def _end(workers: list[_Worker]) -> None:
-    """Terminate all workers."""
+    """Terminate all workers. Kill workers that are still alive after `EXIT_DELAY`."""
     for worker in workers:
         worker.process.terminate()
     for worker in workers:

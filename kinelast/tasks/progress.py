@@ -1,4 +1,4 @@
-"""Progress callbacks, stop signals, and the number of threads for linear algebra."""
+"""Progress callbacks, handling of stop signals, and the number of threads for linear algebra."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Progress:
         """Report progress: the stage of a run, the amount of work done, and the total amount."""
 
     def tell(self, sentence: str) -> None:
-        """Report a sentence to the user."""
+        """Print a message for the user."""
 
     def within(self, name: str) -> Progress:
-        """Return a callback that adds a name in front of stages and sentences."""
+        """Return a callback that adds a name in front of each stage and message."""
         return _NamedProgress(self, name)
 
 
@@ -44,7 +44,7 @@ SILENT = Progress()
 
 
 def lasting(seconds: float) -> str:
-    """Return an estimated duration in words, with two digits."""
+    """Return an estimated duration as text with two significant digits, such as "3.5 hours"."""
     for size, unit in ((365.25 * 86400, "years"), (86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:
             return f"{float(f'{seconds / size:.2g}'):g} {unit}"
@@ -54,13 +54,13 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] if a `StoppedError` is lost, it is raised again after this time
+AGAIN = 0.5  # [s] after this time, a `StoppedError` is raised again if a library has suppressed it
 _received: list[int] = []
 """Numbers of the signals received so far."""
 
 
 class StoppedError(BaseException):
-    """A signal with the given number stops the process."""
+    """Exception that is raised if a signal stops the process. `number` is the number of the signal."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -71,9 +71,9 @@ class StoppedError(BaseException):
 def stoppable() -> Iterator[None]:
     """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
-    Ignored signals stay ignored. C libraries may replace or clear an exception while they are imported. After a stop
-    signal, any exception is therefore converted to a `StoppedError` or KeyboardInterrupt (see `stops_kept`), and a
-    `StoppedError` that was cleared is raised again.
+    Signals that the process ignores are still ignored. C libraries may replace or suppress an exception while they are
+    imported. After a stop signal, any exception is therefore converted to `StoppedError` or KeyboardInterrupt (see
+    `stops_kept`). A suppressed `StoppedError` is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -81,7 +81,7 @@ def stoppable() -> Iterator[None]:
 
     def stop(number: int, _frame: Any) -> NoReturn:
         for each in SIGNALS:
-            signal.signal(each, signal.SIG_IGN)  # during cleanup
+            signal.signal(each, signal.SIG_IGN)  # a further signal must not interrupt the cleanup
         _received.append(number)
         if alarms:
             signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
@@ -117,7 +117,10 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def stops_kept() -> Iterator[None]:
-    """After a stop signal, convert any exception to the exception of the signal, which libraries may have replaced."""
+    """Convert any exception after a stop signal to `StoppedError` or KeyboardInterrupt.
+
+    The reason is that libraries may replace the exception of the signal with another exception.
+    """
     try:
         yield
     except Exception as error:
@@ -127,7 +130,7 @@ def stops_kept() -> Iterator[None]:
 
 
 def _is_handled(kind: type[BaseException]) -> bool:
-    """Return True while an exception of type `kind` is being handled, or an exception that it caused."""
+    """Return True if an exception of type `kind` is being handled, directly or as the context of another exception."""
     error = sys.exception()
     while error is not None and not isinstance(error, kind):
         error = error.__context__
@@ -149,7 +152,7 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNALS)) -> Iterator[None]:
-    """Block stop signals during steps that must not be interrupted. New processes inherit the block."""
+    """Block stop signals during steps that must not be interrupted. Processes started meanwhile inherit the block."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -162,10 +165,10 @@ def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNAL
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit linear algebra to one thread. This is a context manager, and can also be used as a decorator.
+    """Limit linear algebra to one thread. This function is a context manager and also a decorator.
 
-    The command sets an environment variable for this before it imports numpy. In a Python session, numpy may already be
-    imported, and the variable would have no effect.
+    The command limits the threads by environment variables, which it sets before it imports numpy. In a Python session,
+    numpy may already be imported. The variables would then have no effect.
     """
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
@@ -177,7 +180,11 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=2)
 def _controller(_: bool) -> ThreadpoolController | None:
-    """Return the thread controller, or None without the package threadpoolctl. Cached until scipy is loaded."""
+    """Return the thread controller, or None if the package threadpoolctl is not installed.
+
+    The argument is True if scipy is loaded. Loading scipy adds a library for linear algebra, so that another controller
+    is necessary.
+    """
     try:
         from threadpoolctl import ThreadpoolController
     except ModuleNotFoundError:

@@ -1,6 +1,6 @@
-"""Requests: options for one scene, and options for a run over several scenes.
+"""Options of the command: `Request` contains the options for each scene, `Batch` those for the run over all scenes.
 
-The command line is built from these fields.
+Each field of these classes is an option of the command line.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class RequestError(ValueError):
 
 @dataclass(frozen=True)
 class Request:
-    """Options for a scene. Together with the file of the scene, they determine the results."""
+    """Options for each scene. The options and the file of a scene determine its results."""
 
     # fmt: off
     positions: int | None = option(SCENE, "number of positions over the cycle, instead of the number in the scene", "N",
@@ -114,12 +114,15 @@ class Request:
 
     @property
     def elements(self) -> int | None:
-        """Number of finite elements per beam for the check, or None."""
+        """Number of finite elements per beam for the check, or None if the check is not requested."""
         return next((check for check in self.checks if isinstance(check, int)), None)
 
     @property
     def nonlinear(self) -> bool:
-        """True if the nonlinear check is requested: whole mechanism with geometric nonlinearity and vibration."""
+        """True if the nonlinear check is requested.
+
+        It computes the whole mechanism with vibration and displacements of any size.
+        """
         return "nonlinear" in self.checks
 
     @property
@@ -128,7 +131,7 @@ class Request:
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
-        """Return the requested theory, by default that of the scene."""
+        """Return the theory and accuracy that the options request (default: as requested in the scene)."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
         from msgspec import structs
@@ -138,7 +141,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Batch:
-    """Options for a run: scenes, kind of run, folder and processes."""
+    """Options for the run over all scenes, such as scene files, kind of run, and folder for the results."""
 
     # fmt: off
     scenes: tuple[str, ...] = option(SCENE,
@@ -168,7 +171,7 @@ class Batch:
     scheduler: str | None = option(DESIGNS,
         'address of a dask scheduler whose workers compute the designs of a sweep, as in "tcp://host:8786"', "ADDRESS",
         belongs="sweep")
-    out: Path = option(RUNNING,  # noqa: RUF009 - a path does not change
+    out: Path = option(RUNNING,  # noqa: RUF009 - a Path is immutable
         "folder for the results", "OUT", flags=("-o", "--out"), read=Path, default=Path("deflection-report"))
     jobs: int = option(RUNNING, "number of processes for scenes or designs; 0: one per core", "N",
         read=at_least(0), default=1)
@@ -184,7 +187,7 @@ class Batch:
 
 
 def options_of(*lists: type) -> dict[str, Option]:
-    """Return the options of `Request`, `Batch` or both, by field."""
+    """Return the options of `Request`, `Batch` or both, by field name."""
     found = {each.name: each.metadata["option"] for one in lists for each in fields(one)}
     return {name: replace(each, flags=each.flags or (f"--{name}",)) for name, each in found.items()}
 

@@ -1,4 +1,7 @@
-"""Scenes named by arguments, tasks and outcomes of scenes, and the live editor. An error only stops its own scene."""
+"""Scene files from arguments, tasks with their outcomes, and the installed live editor.
+
+An error in one scene does not stop the other scenes.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +27,12 @@ MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Return the paths of the shipped scenes by name."""
+    """Return the paths of the scenes that are shipped with kinelast, by name."""
     return {path.stem: path for path in sorted(MECHANISMS.glob("*.toml"))}
 
 
 def shipped_structures() -> dict[str, Path]:
-    """Return the paths of the shipped scenes for --structure, by name."""
+    """Return the paths of the shipped scenes that only the option --structure can use, by name."""
     return {path.stem: path for path in sorted((MECHANISMS / "structure").glob("*.toml"))}
 
 
@@ -54,7 +57,7 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
             if not path.stem.strip("."):
                 problems.append(f'"{plain(str(path), MAX_ARGUMENT)}" has no name before .toml for its results')
             else:
-                paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - does not follow links
+                paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - Path.resolve follows links
     return list(paths.values()), problems
 
 
@@ -71,7 +74,7 @@ def _paths(argument: str) -> list[Path] | str:
     if path.is_dir():
         return _inside(path) or f'the folder "{shown}" contains no .toml file'
     if has_magic(argument):
-        found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - with folders
+        found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - it may be absolute
         scenes = [scene for each in found for scene in (_inside(each) if each.is_dir() else [each])]
         return scenes or f'there is no file like "{shown}"'
     from difflib import get_close_matches
@@ -100,9 +103,11 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def result_names(paths: Sequence[Path]) -> list[Path] | str:
-    """Return a unique name for the results of each scene: the file name, with folders if necessary.
+    """Return a unique name for the result folder of each scene.
 
-    If two scenes would still share a folder for results, return an error message instead.
+    The name is the file name of the scene without ".toml". If several scenes have the same file name, the folders of
+    each file precede the name. If a result folder would still be equal to another one or lie inside it, return an error
+    message instead.
     """
     count = Counter(path.stem for path in paths)
     names = []
@@ -122,15 +127,16 @@ def result_names(paths: Sequence[Path]) -> list[Path] | str:
 
 
 def _folder(path: Path) -> str:
-    return os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120 - does not follow links
+    return os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120 - Path.resolve follows links
 
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses. The command returns the largest status of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # maximum number of characters per line of a message
+# packages of this project, which pip cannot install separately
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # distribution by module, if both names differ
+TO_INSTALL = {  # package to install, by name of the missing module (default: the same name)
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -139,14 +145,14 @@ TO_INSTALL = {  # distribution by module, if both names differ
 }
 
 
-PARTS_OF_OTHERS = ("shapely",)  # modules that belong to a dependency of the distribution
+PARTS_OF_OTHERS = ("shapely",)  # modules that are installed together with the package in `TO_INSTALL`
 
 
 @dataclass(frozen=True)
 class Task:
-    """A scene to compute: file, folder for the results, and name for messages.
+    """A scene to compute: file of the scene, folder for the results, and name of the scene in messages.
 
-    `extra` contains additional entries of the summary.
+    `extra` contains additional entries for the summary.
     """
 
     path: Path
@@ -157,10 +163,20 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a scene: exit status, message, state, warnings about figures, report, and duration [s].
+    """Outcome of a scene.
 
-    `interrupted` is True if the user stopped the run and partial results are stored. `unwritten` is True after a write
-    error, which may be temporary.
+    Attributes
+    ----------
+    status, line, state
+        Exit status, message, and one of `DONE`, `FAILED` and `SKIPPED`.
+    questions
+        Questions to the user about unusual input values.
+    report, seconds
+        Report (None if the scene failed), and duration of the computation [s].
+    interrupted
+        True if the user stopped the run and partial results are stored.
+    unwritten
+        True if the results could not be written. The reason may be temporary, such as a full disk.
     """
 
     status: int
@@ -174,14 +190,14 @@ class Outcome:
 
 
 def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
-    """Run a function for a scene, and convert exceptions to an outcome.
+    """Run a function for a scene, and convert an exception to an outcome.
 
     Parameters
     ----------
     fewer
-        Items that the user should reduce if memory runs out.
+        Words for the quantities that the user should reduce if memory runs out.
     place
-        Folder for the results. It is reported if a disk error contains no file name.
+        Folder for the results. The message names this folder if a disk error contains no file name.
     """
     try:
         with stops_kept():
@@ -204,12 +220,12 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
 
 
 def _printable(text: str) -> str:
-    """Return a message with printable lines of limited length."""
+    """Escape control characters in a message, and shorten long lines."""
     return "\n".join(plain(line, MESSAGE) for line in text.split("\n"))
 
 
 def missing_package(error: BaseException) -> str:
-    """Return a message if the error is a missing package; empty for all other errors."""
+    """Return a message if the error is a missing package of another project, otherwise an empty string."""
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""
@@ -218,7 +234,7 @@ def missing_package(error: BaseException) -> str:
     return f'the package "{name}"{of} is not installed: pip install "{install}"'
 
 
-GROUP = "kinelast.editor"  # group of entry points; each entry point is a module
+GROUP = "kinelast.editor"  # an editor package registers its module as an entry point of this group
 
 
 class NoEditorError(LookupError):
@@ -226,7 +242,7 @@ class NoEditorError(LookupError):
 
 
 def installed_editor() -> Any:
-    """Return the module of the live editor, with its functions `serve` and `view`.
+    """Return the module of the live editor. It contains the functions `serve` and `view`.
 
     Raises
     ------
