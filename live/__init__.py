@@ -1,4 +1,4 @@
-"""Live editor: draw, move and load a scene in the browser, with its text."""
+"""Live editor of a scene (a mechanism with its motion): draw, move and load the mechanism in the browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Answers for the text of a scene: errors with line numbers, drawn parts, motion and deflection."""
+"""Answers of the editor to the text of a scene: errors with line numbers, drawn parts, motion and deflection.
+
+A quick answer is a quasi-static analysis at a few positions. A full answer uses the theory and accuracy that the scene
+requests. Both contain a picture: the parts, motion, deflection and stress of the mechanism as plain data and arrays.
+"""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,18 +39,18 @@ from live.marks import drawn_marks, scene_marks, sheet
 from live.text import line_of, mistakes_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
-POSITIONS, FRAMES = 72, 120  # maximum numbers of positions in a quick answer, and of frames in a full answer
+POSITIONS, FRAMES = 72, 120  # maximum number of positions in the picture of a quick answer, and of a full answer
 STATIONS = np.linspace(0.0, 1.0, 9)
-MAX_BEND, SAME = 0.5, 1e-7  # see `_near_motion`; SAME is relative to the size of the mechanism
+MAX_BEND, SAME = 0.5, 1e-7  # see `_near_motion`: tolerances of the third and the first condition
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
         "transmission_angle", "output_error", "mass")  # fmt: skip
-MAX_NUMBERS = 400  # maximum number of sliders
+MAX_NUMBERS = 400  # maximum number of input values that the page offers for changes
 Answer = dict[str, Any]
 
 
 @dataclass
 class Memory:
-    """Motion of the last picture. During a drag, the next motion starts from it."""
+    """Motion of the last picture. During a drag, it is the first approximation of the next motion."""
 
     motion: Motion | None = None
 
@@ -62,8 +66,21 @@ def quick_answer(
 ) -> tuple[Answer, bytes]:
     """Solve a scene quasi-statically at a few positions; return plain data and the arrays of the picture.
 
-    `folder` contains the files to which the text refers. Errors are part of the answer and are not raised. A drawing
-    without points and moving links has neither a picture nor errors.
+    Errors are part of the plain data and are not raised. A scene without points, moving links and sliders has no
+    picture and no errors.
+
+    Parameters
+    ----------
+    with_numbers
+        Whether the data contain the tables of the scene and its adjustable numbers.
+    dragged
+        Whether the user is dragging a part. The computation is then faster, and the picture has less data.
+    memory
+        Motion of the last picture. It is replaced by the new motion.
+    folder
+        Folder of the files to which the text refers.
+    graph
+        Name of the only column for the graph. By default, the picture contains all columns (none during a drag).
     """
     answer: Answer = {"mistakes": [], "sheet": None, "numbers": None, "picture": None}
     data = b""
@@ -90,7 +107,7 @@ def quick_answer(
 
 
 def adjustable_numbers(document: Document, text: str) -> list[Answer]:
-    """Return the numbers in a scene, each with its SI value, unit, line, and a range for the slider of the page."""
+    """Return the numbers in a scene, each with its value, SI unit, line, and the range of its slider on the page."""
     known, table = places(text), document.table
     offers: list[Answer] = []
     written = {key[:2] for key in (*known.values, *known.tables)}
@@ -120,7 +137,10 @@ def adjustable_numbers(document: Document, text: str) -> list[Answer]:
 
 
 def _range(document: Document, path: str, base: float) -> tuple[float, float]:
-    """Return the range of a slider: the range of a sweep or tolerance, by default from half to twice the value."""
+    """Return the range of a slider: the range of the number in a sweep, or its tolerance.
+
+    By default, the range is from half the value to twice the value.
+    """
     table = document.table
     swept = table.sweep.vary.get(path)
     if swept is not None and not isinstance(swept, list):
@@ -137,15 +157,15 @@ def _range(document: Document, path: str, base: float) -> tuple[float, float]:
 
 
 def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str) -> tuple[Answer, bytes]:
-    """Return the picture of a scene up to the position at which its motion stops, and describe that position.
+    """Return the picture of a scene. If the motion stops, the picture ends at the last position that closes.
 
-    During a drag, the picture ends at the last position that closes. The exact position is not computed, because this
-    takes longer than all other computations together.
+    A message states where the motion stops. During a drag, it states the last position that closes. Otherwise, it
+    states the exact stop, which takes longer to compute than the rest of the picture.
 
     Raises
     ------
     SceneError
-        The mechanism does not close as drawn.
+        The mechanism does not close at the first position.
     """
     times = scene.course.times()
     near = _near_motion(scene, times, memory.motion) if dragged else None
@@ -182,19 +202,24 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
 
 
 def _near_motion(scene: Scene, times: Reals, before: Motion | None) -> Motion | None:
-    """Return the motion close to an earlier motion of the mechanism, or None if it may be on another branch.
+    """Compute the motion quickly, from an earlier motion of the mechanism as first approximation.
 
-    The motion is on the branch of the drawing under three conditions: it starts as drawn, no group changes its assembly
-    mode, and the difference between successive steps is less than `MAX_BEND` times the sine of the groups. This sine
-    measures the distance between the two assembly modes of a dyad. Near a limit of the motion, the sine is almost zero,
-    and the third condition is not checked. These conditions are reliable enough for a picture during a drag.
+    Return None if the motion may be on another branch than the drawn mechanism. Otherwise, three conditions are met:
+
+    - The motion starts in the same posture as the motion from the drawing.
+    - No group changes its assembly mode.
+    - The difference between successive steps is less than `MAX_BEND` * sine. The sine of a group measures the distance
+      between its assembly modes.
+
+    If the motion stops, the sine decreases to almost zero before the stop. The third condition is not checked there.
+    These conditions are reliable enough for a picture during a drag.
     """
     if before is None or before.columns != times.shape or _parts(before) != _parts(scene):
         return None
     free = [closed.group for closed in before.closures if closed.group.free]
     if not (all(group.closed_form for group in free) or reachable(before).all()):
         return None
-    known = np.arange(len(times)) < _reached(before)  # at all later positions, use the drawn assembly mode
+    known = np.arange(len(times)) < _reached(before)  # at the positions after a stop, use the drawn assembly mode
     here = rigid.posture(before)
     here = replace(here, origin=np.where(known, here.origin, np.nan), direction=np.where(known, here.direction, np.nan))
     moved = scene.course.near(times, here)
@@ -230,7 +255,7 @@ def _parts(of: Motion | Scene) -> list[list[str]]:
 
 
 def _reach_message(scene: Scene, moved: Motion) -> str:
-    """Return a message that states the position at which a motion stops, and the joint that opens."""
+    """Return a message about the exact position at which a motion stops, and the joint that opens there."""
     try:
         require_reached(scene, moved)
     except SceneError as error:
@@ -239,13 +264,13 @@ def _reach_message(scene: Scene, moved: Motion) -> str:
 
 
 def _stop_message(scene: Scene, moved: Motion, count: int) -> str:
-    """Return a message that states the last position that closes, and the joint that opens."""
+    """Return a message about the last of `count` positions that close, and the joint that opens after it."""
     ends = [(moved.drive[:, count - 1], rigid.opening_joint(moved, slice(count, count + 1)))]
     return rigid.reach_message(moved, ends, scene.shown_in.get("m", (1.0, "m")))
 
 
 def whole_picture(results: Results) -> tuple[Answer, bytes]:
-    """Return the picture of a full answer, with its figures and their errors."""
+    """Return the picture of a full answer. It contains the main figures (e.g. the largest stress) and their errors."""
     scene, peaks = results.scene, results.figures.peaks
     chosen = [each for each in results.figures.figures if each.key in _wanted(scene)]
     values = {each.key: np.array([abs(peak.value) for peak in peaks[each.key]]) for each in chosen}
@@ -262,7 +287,7 @@ def _wanted(scene: Scene) -> set[str]:
 
 
 def columns_of(results: Results, graph: str = "") -> list[Column]:
-    """Return the columns of positions.csv and motion.csv, or only the column with the name `graph`."""
+    """Return the columns of positions.csv and motion.csv without the time, or only the column `graph`."""
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]
@@ -271,7 +296,10 @@ def columns_of(results: Results, graph: str = "") -> list[Column]:
 def picture(
     scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
 ) -> tuple[Answer, bytes]:
-    """Return the moving and bending mechanism: parts as plain data, and arrays as a block of float32."""
+    """Return the moving and bending mechanism at up to `most` positions.
+
+    The parts are plain data. The arrays are a block of float32 numbers. `arrays` gives the start and shape of each one.
+    """
     taken = slice(None, None, -(-len(bent.motion.time) // most))
     arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
     arrays["effort"] = np.asarray(efforts)[..., taken]
@@ -313,7 +341,10 @@ def picture(
 
 
 def _peaks(law: Any) -> list[float | None] | None:
-    """Return the peak speed, acceleration and jerk (None if infinite) of a law; None for an effort."""
+    """Return the peak speed, acceleration and jerk of a law. The jerk is None if it is infinite.
+
+    Return None if the drive has an effort instead of a law, or if the peaks are unknown.
+    """
     peaks = None if isinstance(law, DriveEffort) else rigid.law_peaks(law)
     if peaks is None:
         return None
@@ -321,7 +352,7 @@ def _peaks(law: Any) -> list[float | None] | None:
 
 
 def _points(bent: Deflection) -> dict[str, Any]:
-    """Return the rigid positions and the displacements of all points over time [m], complex."""
+    """Return the rigid positions and the displacements of all points [m], as complex arrays over the positions."""
     points: dict[str, Any] = {}
     moved = bent.motion
     for number, link in enumerate(moved.mechanism.links):
@@ -333,7 +364,10 @@ def _points(bent: Deflection) -> dict[str, Any]:
 
 
 def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
-    """Return rigid ends [m], displacements [m] and stresses [Pa] of beams, each of shape (beams, positions, ...)."""
+    """Return the rigid ends and displacements [m] and the stresses [Pa] of beams.
+
+    The shapes are (beams, 2 ends, positions, 2), (beams, positions, stations, 2) and (beams, positions, stations).
+    """
     moved, mechanism = bent.motion, bent.motion.mechanism
     ends, ways = [], []
     for at, beam in mechanism.beams:
@@ -349,13 +383,13 @@ def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
 
 
 def _pairs(values: Any) -> Any:
-    """Return complex numbers as pairs along a new last axis."""
+    """Return complex numbers as (real, imaginary) pairs along a new last axis."""
     values = np.array(values, complex)
     return np.stack([values.real, values.imag], axis=-1)
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:
-    """Return the main figures in display order, each with the worst item and its value."""
+    """Return the main figures (e.g. the largest stress) in display order, each with its worst item and value."""
     rows, known = [], {figure.key: figure for figure in chosen}
     for key in SHOWN:
         sizes = values.get(key, np.zeros(0))
@@ -370,7 +404,10 @@ def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any
 
 
 def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
-    """Return the limits of a scene, each with the value that decides about it; errors are not considered."""
+    """Return the limits of a scene, each with the value that is closest to the bound or violates it most.
+
+    Errors of the values are not considered.
+    """
     names = {figure.key: figure.name for figure in figures_of(None)}
 
     def judged(limit: Limit) -> bool:
@@ -394,5 +431,5 @@ def limit_rows(scene: Scene, values: Mapping[str, Any]) -> list[Answer]:
 
 
 def most_used_first(limits: Iterable[Answer]) -> list[Answer]:
-    """Sort limits by utilisation, with violated limits first."""
+    """Sort limits by decreasing utilisation. Violated limits come first."""
     return sorted(limits, key=lambda row: (row["kept"], -float(np.nan_to_num(row["used"] or 0.0))))

@@ -1,4 +1,8 @@
-"""Copies of links, shifted or mirrored. Attached parts are also copied, except for loads, springs and gears."""
+"""Copies of links, shifted or mirrored.
+
+The masses, welds, slots and sliders at the links are also copied. Drives are copied if they have a constant speed and
+no further settings. Loads, springs and gears are not copied.
+"""
 
 import tomllib
 from cmath import rect
@@ -10,15 +14,15 @@ from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_
 from live.text import with_table, with_value
 from rigid import GROUND
 
-APART = 1.2  # offset of a copy, relative to the width of the links
-ON_LINE = 1e-9  # a point counts as on the mirror line up to this distance, relative to the width of the links
+APART = 1.2  # (offset of a shifted copy) / (width of the copied links)
+ON_LINE = 1e-9  # a point is on the mirror line if its distance <= ON_LINE * (width of the copied links)
 
 
 def copy(text: str, tables: Tables, change: Tables) -> str:
     """Copy one link or all moving links. The copy is shifted, or mirrored in the vertical line through `about`.
 
-    Points on the mirror line belong to both the original and the copy. By default, `about` is the first support. If
-    there is no support, it is the first point.
+    Points on the mirror line belong to both the original and the copy. `about` is the name of a point. By default, it
+    is the first point of the links that is fixed to the ground, or, if there is no such point, the first point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -73,14 +77,17 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """Return a position in link axes for the copy. If the link is mirrored, the second coordinate changes its sign."""
+    """Return a position in link axes for the copy. If the copy is mirrored, the second coordinate changes its sign."""
     return [place[0], opposite(place[1])] if mirror else place
 
 
 def _attached_parts(
     tables: Tables, names: list[str], named: Mapping[str, str], mirror: bool
 ) -> Iterator[tuple[Any, Any]]:
-    """Yield paths and entries of the copied masses, welds, slots, sliders, and drives (only at constant speed)."""
+    """Yield paths and entries of the copied masses, welds, slots, sliders, and drives.
+
+    Only drives with a constant speed and without further settings (e.g. a motor) are copied.
+    """
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:
             yield ("masses", named[point]), mass
@@ -102,7 +109,7 @@ def _attached_parts(
 
 
 def _renamed(value: Any, named: Mapping[str, str]) -> Any:
-    """Replace the names of points and links in entries by the names in the copy."""
+    """Replace the names of points and links in table entries by their names in the copy."""
     if isinstance(value, dict):
         kept = ("section", "material", "motor")
         return {key: each if key in kept else _renamed(each, named) for key, each in value.items()}

@@ -14,11 +14,11 @@ from rigid import GROUND
 from rigid.laws import CURVES
 
 SPEED, LAW = "60 rpm", "cycloidal"
-STROKE_DURATION = "1 s"  # of a sliding drive
+STROKE_DURATION = "1 s"  # initial duration of each stroke of a sliding drive
 CONSTANT, SPLINE = "constant speed", "spline through points"
 MOTIONS = [CONSTANT, *(curve for curve in CURVES if curve not in ("dwell", "constant-speed")), SPLINE]
 """Menu of motions: constant speed, strokes from rest to rest, and a spline."""
-UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # units of coordinate and rate, by "is a slider"
+UNITS = {True: ("m", "m/s"), False: ("rad", "rad/s")}  # units of coordinate and rate; True: slider, False: pin
 
 
 def _shared(tables: Tables, link: str, other: str) -> list[str]:
@@ -28,7 +28,7 @@ def _shared(tables: Tables, link: str, other: str) -> list[str]:
 
 
 def _carriers(tables: Tables, *links: str) -> Iterator[str]:
-    """Yield the links to which all given links are pinned, in order of their distance from the ground in joints."""
+    """Yield the other links to which all given links are pinned. Links with fewer joints to the ground come first."""
     near, seen = [GROUND], {GROUND}
     for each in near:
         found = [name for name in tables["links"] if name not in seen and _shared(tables, name, each)]
@@ -38,17 +38,18 @@ def _carriers(tables: Tables, *links: str) -> Iterator[str]:
 
 
 def _joint(tables: Tables, link: str, carrier: str) -> dict[str, Any]:
-    """Return the entries that identify the joint between a link and its carrier."""
+    """Return the table entries that identify the joint between a link and its carrier."""
     pins = _shared(tables, link, carrier)
     names = {"link": link} if carrier == GROUND else {"link": link, "on": carrier}
     return names if len(pins) == 1 else {**names, "at": pins[0]}
 
 
 def add_drive(text: str, tables: Tables, change: Tables) -> str:
-    """Add a drive to a link at its pin, or to a point along its slot. If there is a drive already, remove it.
+    """Add a drive of a link or of a point in a slot. If the link or slot has a drive already, remove it.
 
-    A link rotates at constant speed relative to the ground. If it is not pinned to the ground, it rotates relative to a
-    link to which it is pinned: the one with the fewest joints from the ground. A point moves along its slot and back.
+    A link is driven at constant speed relative to the ground. If the link is not pinned to the ground, it is driven
+    relative to a link to which it is pinned: the link with the fewest joints to the ground. A point is driven along its
+    slot and back.
     """
     if "point" in change:
         return _add_slide(text, tables, change["point"])
@@ -64,13 +65,13 @@ def add_drive(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _there_and_back(way: float) -> list[dict[str, str]]:
-    """Return a law that moves by a distance [m] and back. The distance is rounded to two digits."""
+    """Return a motion law: a stroke by a distance [m], rounded to two digits, and a return stroke."""
     by = f"{float(f'{1000 * way:.2g}'):g} mm"
     return [{"curve": LAW, "duration": STROKE_DURATION, "by": each} for each in (by, edits.opposite(by))]
 
 
 def _add_slide(text: str, tables: Tables, point: str) -> str:
-    """Add a drive along the slot of a point. If there is a drive already, remove it."""
+    """Add a drive along the slot of a point. If the slot has a drive already, remove it."""
     for kind, key in (("slots", "point"), ("sliders", "through")):
         for name, table in tables.get(kind, {}).items():
             if table.get(key) != point:
@@ -87,7 +88,7 @@ def _add_slide(text: str, tables: Tables, point: str) -> str:
 def set_law(text: str, tables: Tables, change: Tables) -> str:
     """Set the motion of a drive: constant speed, a stroke (optionally with return), or a spline through points.
 
-    Quantities are strings with units, and points are CSV text.
+    In `change`, quantities are strings with units, and the points of a spline are a CSV text.
     """
     number = int(change["drive"])
     drive = tables["drives"][number]
@@ -111,7 +112,9 @@ def set_law(text: str, tables: Tables, change: Tables) -> str:
 
 
 def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]:
-    r"""Convert CSV text to times and coordinates as in a scene, see `kinelast.scene.drives.motion_table`.
+    r"""Convert a CSV text to the times and coordinates of a motion, as written in a scene file.
+
+    `unit` and `per_length` are explained in `kinelast.scene.drives.motion_table`.
 
     Examples
     --------
@@ -125,7 +128,7 @@ def spline_points(written: str, unit: str, per_length: float) -> list[list[Any]]
 
 
 def add_gear(text: str, tables: Tables, change: Tables) -> str:
-    """Add a pair of external gears, or a gear and a rack in a slot. If the pair exists already, remove it."""
+    """Add a pair of external gears, or a gear and a rack. If the pair exists already, remove it."""
     pair = change["driver"], change["follower"]
     if any(isinstance(end, dict) for end in pair):
         return _add_rack(text, tables, *pair)
@@ -142,10 +145,11 @@ def add_gear(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
-    """Add a gear and a rack.
+    """Add a gear and a rack. If the pair exists already, remove it.
 
-    One of the arguments `driver` and `follower` is the name of a link, the other one a table with the `point` of the
-    rack. The ratio follows from the distance between the line of the slot and the pin of the gear.
+    Either `driver` or `follower` is the name of the link with the gear. The other argument is a table with the key
+    `point`: a point of the rack that slides in a slot. The radius of the gear is the distance from its pin to the line
+    of the slot. The magnitude of the ratio is the radius [m], or 1/radius if the rack drives the gear.
     """
     wheel = next((end for end in (driver, follower) if isinstance(end, str)), None)
     slid = next(end["point"] for end in (driver, follower) if isinstance(end, dict))
@@ -173,7 +177,7 @@ def _add_rack(text: str, tables: Tables, driver: Any, follower: Any) -> str:
 
 
 def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
-    """Yield for each gear pair the names of the joints, the pins (None for a rack), and the ratio."""
+    """Yield the links or sliders, the pins (None for a rack), and the ratio of each gear pair."""
     for gear in tables.get("gears", ()):
         ends = [gear.get(end) if isinstance(gear.get(end), dict) else {} for end in ("driver", "follower")]
         pins = [
@@ -184,9 +188,10 @@ def wheels(tables: Tables) -> Iterator[dict[str, Any]]:
 
 
 def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cylinder between two points: barrel, rod, slider, and a drive that extends by 1/10 of the length and back.
+    """Add a cylinder between two points: barrel, rod, slider and drive.
 
-    A new point is fixed to the ground.
+    The drive extends the cylinder by 1/10 of the length and retracts it. One end must be a point of a moving link. If
+    the other end does not belong to a link, it is fixed to the ground.
     """
     text, (start, end) = edits.with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
@@ -197,7 +202,7 @@ def add_cylinder(text: str, tables: Tables, change: Tables) -> str:
         text = edits.fix(text, tables, {"point": start})
     if start == end:
         raise EditError("a cylinder needs two different points")
-    for point in (start, end):  # this pin stays a pin, even if there is a weld at the point
+    for point in (start, end):  # a weld at the point does not include the cylinder, which is pinned
         if point in tables.get("welds", {}):
             text = with_value(text, ("welds", point, "links"), edits.welded(tables, point))
     return _with_cylinder(text, tables, start, end)
@@ -228,9 +233,9 @@ def _is_moving(tables: Tables, point: str) -> bool:
 
 
 def with_cylinders(before: Tables, text: str, point: str) -> str:
-    """Realign the cylinders that end at a point after the point has moved.
+    """Realign the cylinders that end at a moved point.
 
-    The `length` of a cylinder is updated if it was equal to the distance between the ends of the cylinder.
+    `before` are the tables before the move. A `length` that was equal to the distance between the ends is updated.
     """
     if "cylinders" not in before:
         return text
@@ -248,6 +253,6 @@ def with_cylinders(before: Tables, text: str, point: str) -> str:
 
 
 def _ends(tables: Tables, parts: Tables) -> tuple[complex, complex] | None:
-    """Return the positions of both ends of a cylinder, or None if they are not drawn."""
+    """Return the drawn positions of both ends of a cylinder [m], or None if an end has no valid position."""
     sheet = drawn(tables)
     return (sheet[parts["from"]], sheet[parts["to"]]) if {parts["from"], parts["to"]} <= sheet.keys() else None

@@ -1,4 +1,4 @@
-"""Edits of the text of a scene: move points, set numbers, add and remove parts."""
+"""Edits of the text of a scene file: move points, set numbers, add and remove parts."""
 
 import cmath
 import math
@@ -25,8 +25,8 @@ from live.parts import EditError, Tables, drawn, scale_of
 from live.text import as_toml, places, replaced, with_value, without
 from rigid import GROUND, MechanismError, position_of
 
-STRAIGHT = 1e-3  # [rad] largest angle between two parts of a straight bar
-BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # units that are omitted in a file
+STRAIGHT = 1e-3  # [rad] largest angle between successive beams of a straight bar
+BARE = "1", "", "rad/rad", "rad/m", "m/rad"  # numbers with these units are written without a unit
 EMPTY = """title = "New mechanism"
 
 [points]
@@ -45,7 +45,7 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
     Parameters
     ----------
     change
-        Arguments of the edit in SI units, and under the key `do` the name of the edit in `EDITS`.
+        Arguments of the edit in SI units. The key `do` is the name of the edit in `EDITS`.
     folder
         Folder of the files to which the scene refers.
 
@@ -67,9 +67,10 @@ def edited(text: str, change: Mapping[str, Any], folder: Path | None = None) -> 
 
 
 def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Replace each position on a link in an edit by a new point of the link; return the text and the edit.
+    """Add a point to the link for each end of a new part that lies on a link; return the text and the edit.
 
-    A position on a link is given as {link, between, share}, see `add_to_link`.
+    Such an end is a table with the keys `link`, `between` and `share`, see `add_to_link`. In the returned edit, the
+    name of the new point replaces the table.
     """
     for key in {"points", "from", "to"} & change.keys():
         ends = change[key] if key == "points" else [change[key]]
@@ -84,15 +85,15 @@ def _with_joined_points(text: str, change: dict[str, Any]) -> tuple[str, dict[st
 
 @lru_cache(maxsize=4)
 def _tables(text: str) -> Tables:
-    """Return the tables of a text. They are cached, because each step of a drag needs them."""
+    """Return the tables of a text. The result is cached, because each step of a drag edits the same text."""
     return read_toml(text)
 
 
 @lru_cache(maxsize=4)
 def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex], dict[str, complex]]:
-    """Return the positions of the points [m] and the x axes of the links at the start of the motion.
+    """Return the positions of points [m] and the directions of the x axes of links at the start of the motion.
 
-    Both are empty if the scene is invalid or does not close.
+    Both are empty if the scene is invalid. Points and links of a loop that does not close are left out.
     """
     try:
         with np.errstate(all="ignore"):
@@ -111,7 +112,10 @@ def start_of(text: str, folder: Path | None = None) -> tuple[dict[str, complex],
 
 
 def _number(there: Any, value: float, unit: str, per_bare: float = 1.0, digits: int = parts.DIGITS) -> Any:
-    """Return an SI value in the form (unit, string or number) of an existing number; without a unit if that fails."""
+    """Return an SI value as written in a file, with the unit of the existing number `there`.
+
+    If the unit of `there` has another dimension, the result has no unit.
+    """
     with suppress(ValueError):
         return written_like(there, value, unit, digits, per_bare)
     return written_like(None, value, unit, digits, per_bare)
@@ -124,10 +128,11 @@ def _place(tables: Tables, there: Any, place: complex, digits: int) -> str:
 
 
 def move(text: str, tables: Tables, change: Tables) -> str:
-    """Move a point: update its drawn position and the lengths of links with two points.
+    """Move a point to the position `to` at the start of the motion.
 
-    Points on a straight bar that ends at the moved point stay on the bar. If a link does not start as drawn, the
-    displacement is first rotated by the angle from the start of the motion to the drawing.
+    Update the drawn position, the lengths and coordinates of links, the start angles of drives, and cylinders. Points
+    on a straight bar that ends at the moved point stay on the bar. At the start of the motion, a link may have another
+    direction than in the drawing. The displacement in the drawing is then rotated accordingly.
     """
     now, ways = start_of(text, change["folder"])
     sheet, spans = drawn(tables), places(text).values
@@ -162,7 +167,7 @@ def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: comple
     for each in (queue := [point]):
         for name, link in _links_at(tables, each).items():
             if name == GROUND or (isinstance(link["points"], dict) and each == next(iter(link["points"]))):
-                continue  # all other points of the link keep their coordinates
+                continue  # the link defines its points by coordinates from this point, and keeps these coordinates
             for bar in _bars_from(link, seen, each):
                 end = seen[bar[-1]]
                 fresh = [other for other in bar[1:-1] if other not in moved]
@@ -174,7 +179,10 @@ def _carried(tables: Tables, seen: Mapping[str, complex], point: str, to: comple
 
 
 def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[list[str]]:
-    """Return for each straight bar that ends at a point the points of the bar; empty if the point is inside a bar."""
+    """Return the straight bars that end at a point. Each bar is a list of points, and starts at the given point.
+
+    If the point is inside a bar, return an empty list.
+    """
     known = {each: seen[each] for each in parts.points_of(link) if each in seen}
     pairs = [pair for pair in parts.beams_of(link) or pairwise(in_order(known, STRAIGHT)) if known.keys() >= {*pair}]
     pairs += [pair[::-1] for pair in pairs]
@@ -193,7 +201,7 @@ def _bars_from(link: Tables, seen: Mapping[str, complex], point: str) -> list[li
 
 
 def _drawn_shapes(links: Tables) -> Tables:
-    """Return the links that get their shape from the drawing."""
+    """Return the links without their own dimensions. The drawn positions of the points define their shape."""
     return {name: link for name, link in links.items() if "length" not in link and not isinstance(link["points"], dict)}
 
 
@@ -209,7 +217,10 @@ def _turned_back(links: Tables, sheet: Mapping[str, complex], ways: Mapping[str,
 def _of_link(
     tables: Tables, spans: Any, name: str, link: Tables, point: str, after: Any, ways: Any, digits: int
 ) -> Iterator[Any]:
-    """Yield the edits of a link with a moved point: length of the link, or coordinates of the point in link axes."""
+    """Yield the edits of a link after one of its points has moved.
+
+    The edits change the length of the link, or the coordinates of the point in link axes.
+    """
     per_length = scale_of(tables)
     if "length" in link and len(link["points"]) == 2:
         other = next(each for each in link["points"] if each != point)
@@ -227,7 +238,10 @@ def _of_link(
 
 
 def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, after: Any) -> Iterator[Any]:
-    """Yield the edits of start angles of drives, for links with the moved point as one of their first two points."""
+    """Yield the edits of the start angles of drives after a point has moved.
+
+    A start angle changes if the point is one of the first two points of the driven link.
+    """
     for number, drive in enumerate(tables.get("drives", ())):
         ends = list(links.get(drive.get("link"), {}).get("points", ()))[:2]
         if "start" not in drive or point not in ends or len(ends) < 2 or not before.keys() >= {*ends}:
@@ -240,10 +254,11 @@ def _starts(tables: Tables, spans: Any, links: Tables, point: str, before: Any, 
 
 
 def add_to_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point to a link: an existing point, which is then pinned to the link, or a new point.
+    """Add a new point to a link, or pin an existing point to the link.
 
-    The position is `at`, or a `share` of the line `between` two points. A point on a beam divides the beam; the points
-    of the link are kept in order. A point off the beams carries no load.
+    `at` is the position of a new point, or the name of an existing point. Alternatively, the new point divides the line
+    `between` two points at the fraction `share` of its length. A point on a beam divides the beam into two beams, and
+    the points of the link stay in order along the beams. A point beside the beams gets no beam.
     """
     name, link = change["link"], tables["links"][change["link"]]
     ends = parts.points_of(link)
@@ -274,7 +289,7 @@ def add_to_link(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _divided(beams: list[Any], between: Any, point: str) -> list[Any]:
-    """Divide the beam between two points at a new point; return the beams of the link."""
+    """Return the beams of a link after a new point has divided the beam `between` two points."""
     divided: list[Any] = []
     for beam, ends in zip(beams, parts.beams_of({"beams": beams}), strict=True):
         if between is None or {*ends} != {*between}:
@@ -295,7 +310,7 @@ def _place_at_start(change: Tables, seen: Mapping[str, complex], point: str) -> 
 
 
 def _in_own_axes(text: str, tables: Tables, name: str, order: list[str], seen: Mapping[str, complex], ways: Any) -> str:
-    """Define the points of a link, including a new point, by coordinates in link axes."""
+    """Define the points `order` of a link by coordinates in link axes. Existing coordinates stay as they are."""
     link = tables["links"][name]
     ends = parts.points_of(link)
     first, last = (seen[each] for each in ends[:2])
@@ -319,7 +334,7 @@ def _is_number(written: str) -> bool:
 
 
 def set_number(text: str, tables: Tables, change: Tables) -> str:
-    """Set a number by its path. The new value is a number in the SI unit, or a text with a unit."""
+    """Set a number by its path. The new value is a number in SI units, or a text with a unit."""
     document = document_from_text(text, read=reader_in(change["folder"]))
     from kinelast.scene.variables import in_file, place_of
 
@@ -338,7 +353,7 @@ def set_number(text: str, tables: Tables, change: Tables) -> str:
         node = node[name] if not isinstance(name, int) or isinstance(node, list) else node
     names = place.names
     if names not in places(text).values and isinstance(names[-1], int):
-        names = names[:-1]  # the file contains a single value for both ends of a beam
+        names = names[:-1]  # the file has one value for both ends of a beam, without a list
     if isinstance(place.leaf, int):
         return with_value(text, names, round(value))
     if isinstance(written, str) and unit not in BARE:

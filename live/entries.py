@@ -1,4 +1,4 @@
-"""Edits of table entries by key, and of tables without a symbol in the drawing."""
+"""Edits of single table entries, and new tables for parts without a symbol in the drawing."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -22,9 +22,9 @@ FIRST: Mapping[str, Mapping[str, Any]] = {
     "fatigue": {"surface": "machined"},
     "sensitivities": {"figures": ["deflection"]},
 }
-"""Initial contents of tables without a symbol in the drawing."""
-APART = 0.3  # distance of a new camshaft below the roller, relative to the size of the drawing
-COUNT, TOLERANCE = 11, "1 %"  # initial number of designs in a sweep, and initial tolerance
+"""Initial contents of new tables for parts without a symbol in the drawing."""
+APART = 0.3  # (distance of a new camshaft below the roller) / (size of the drawing)
+COUNT, TOLERANCE = 11, "1 %"  # initial number of values in a sweep, and initial tolerance of a number
 
 
 @cache
@@ -52,7 +52,7 @@ def _tables(entry: Any) -> Iterator[str]:
 
 
 def typed(words: str) -> Any:
-    """Return a typed value, parsed as TOML if possible, otherwise as text.
+    """Parse a value that the user has typed: as TOML if possible, otherwise as text.
 
     Examples
     --------
@@ -68,16 +68,17 @@ def typed(words: str) -> Any:
 
 
 def entry(text: str, tables: Tables, change: Tables) -> str:
-    """Set a table entry by its path to a typed value. An empty value removes the entry."""
+    """Set the table entry at a path to a value that the user has typed. An empty value removes the entry."""
     path = tuple(change["path"])
     words = str(change["value"])
     return with_value(text, path, typed(words)) if words.strip() else without(text, path)
 
 
 def add_table(text: str, tables: Tables, change: Tables) -> str:
-    """Add a table without a symbol in the drawing: section, material, limits, joint of a point, sweep of a number, ...
+    """Add the table of a part without a symbol in the drawing.
 
-    `of` is the path of the drive or link for a new motor, section or material.
+    Examples are a section, a material, limits, the properties of a joint, or the sweep of a number. `of` is the path of
+    the drive or link that gets the new motor, section or material.
     """
     kind = change["kind"]
     if kind in ("sweep", "tolerances", "optimize"):
@@ -112,7 +113,7 @@ def add_table(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _with_cam(text: str, tables: Tables, change: Tables) -> str:
-    """Add a cam below a moving point of a link. The point becomes the centre of the roller."""
+    """Add a cam below a point of a moving link. The point becomes the centre of the roller."""
     point, links = str(change.get("name") or ""), tables.get("links", {})
     owner = next((name for name, link in links.items() if name != GROUND and point in points_of(link)), None)
     places = drawn(tables)

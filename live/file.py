@@ -1,4 +1,4 @@
-"""File of a live scene: reading, watching, and overwriting if the file has not changed on disk."""
+"""Scene file of the editor: read it, detect changes on disk, and write it if it has not changed."""
 
 from hashlib import sha256
 from pathlib import Path
@@ -14,7 +14,7 @@ UNREADABLE = "unreadable"
 
 
 class ChangedError(Exception):
-    """The file on disk has changed since it was read."""
+    """The file has changed on disk since it was read, or the editor has no file."""
 
 
 class SceneFile(Struct, frozen=True):
@@ -23,7 +23,7 @@ class SceneFile(Struct, frozen=True):
     Attributes
     ----------
     path
-        Path of the file, which need not exist; None if there is no file.
+        Path of the file, or None if the editor has no file. The file need not exist.
     first
         Initial text if the file does not exist.
     """
@@ -37,14 +37,17 @@ class SceneFile(Struct, frozen=True):
         return None if self.path is None else self.path.parent
 
     def read(self) -> tuple[str, str]:
-        """Return the text and its checksum. Raise SceneError if the file cannot be read."""
+        """Return the text of the file and its checksum. Raise SceneError if the file cannot be read.
+
+        If the file does not exist, return the initial text and `MISSING`.
+        """
         if self.path is None or not self.path.exists():
             return self.first, MISSING
         content = file_bytes(self.path)
         return decoded(content, str(self.path)), _digest(content)
 
     def digest(self) -> str:
-        """Return the checksum of the file on disk, `MISSING`, or (for a pipe, folder or large file) `UNREADABLE`."""
+        """Return the checksum of the file on disk, `MISSING`, or `UNREADABLE` (e.g. a folder or a very large file)."""
         try:
             return MISSING if self.path is None else _digest(file_bytes(self.path))
         except MissingFileError:
@@ -53,19 +56,19 @@ class SceneFile(Struct, frozen=True):
             return UNREADABLE
 
     def write(self, text: str, known: str) -> str:
-        """Overwrite the file with a text; return its checksum.
+        """Write a text to the file; return the checksum of the text.
 
         Parameters
         ----------
         known
-            Checksum that the file had when it was read.
+            Checksum of the file when it was read.
 
         Raises
         ------
         ChangedError
-            The file has changed since then. It is not overwritten.
+            The file has changed since it was read, and is not overwritten. Or the editor has no file.
         OSError
-            The file cannot be written. It stays unchanged.
+            The file cannot be written, and stays unchanged.
         """
         if self.path is None:
             raise ChangedError("the editor was started without a file: download the text instead")

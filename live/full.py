@@ -1,4 +1,7 @@
-"""Full answer with the theory and accuracy that the scene requests, computed in a process that can be killed."""
+"""Full answer: results with the theory and accuracy that the scene requests.
+
+They are computed in a separate process, so that the computation can be cancelled at any time.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,9 @@ if TYPE_CHECKING:
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
-    """Return the full answer for a text, the arrays of the picture, and the report.
+    """Compute the results of a scene; return plain data with the picture, the arrays of the picture, and the report.
 
+    If the scene cannot be computed, the plain data contain the errors, and the arrays and the report are empty.
     `folder` contains the files to which the text refers.
     """
     import numpy as np
@@ -62,7 +66,10 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
 
 
 def _limit(row: JudgedLimit) -> dict[str, Any]:
-    """Return a limit with the value that decides about it, and with its outcome, which considers the error."""
+    """Return the plain data of a limit: its bound, the value closest to the bound, and the outcome.
+
+    The outcome takes the error of the value into account.
+    """
     from kinelast.figures.doubted import LIMIT_NAMES
 
     return {
@@ -78,7 +85,7 @@ def _limit(row: JudgedLimit) -> dict[str, Any]:
 
 
 def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
-    """Compute an answer and send it. Runs in the separate process."""
+    """Compute a full answer and send it through a pipe. This function runs in the separate process."""
     with suppress(BrokenPipeError, KeyboardInterrupt):
         try:
             pipe.send(whole_answer(text, name, folder))
@@ -88,7 +95,7 @@ def _work(pipe: Any, text: str, name: str, folder: Path | None) -> None:
 
 
 def _context() -> Any:
-    """Return the multiprocessing context, with preloaded modules if the system supports this."""
+    """Return the multiprocessing context. If the system supports this, modules are loaded before a process starts."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -101,7 +108,10 @@ STARTING = threading.Lock()
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide `__main__` from a process while it starts, or it would run the user's script and start another editor."""
+    """Hide the user's script (`__main__`) while a process starts.
+
+    Otherwise, the process would run the script, which would start another editor.
+    """
     with STARTING:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
@@ -112,7 +122,7 @@ def _without_main() -> Iterator[None]:
 
 
 class Worker:
-    """Computes one full answer at a time. A newer request or a drag cancels it."""
+    """Computes one full answer at a time in a separate process. A newer request cancels the computation."""
 
     def __init__(self) -> None:
         self._context = _context()
@@ -120,21 +130,21 @@ class Worker:
         self._process: Any = None
 
     def begin(self) -> None:
-        """Load modules in the background, so that the first answer is faster."""
+        """Load modules in the background, so that the first full answer takes less time."""
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         process = self._context.Process(target=str, daemon=True)
         with _without_main():
             process.start()
 
     def cancel(self) -> None:
-        """Cancel the running answer."""
+        """Cancel the running computation, if any."""
         with self._lock:
             if self._process is not None:
                 self._process.kill()
                 self._process = None
 
     def answer(self, text: str, name: str, folder: Path | None = None) -> tuple[dict[str, Any], bytes, bytes] | None:
-        """Return the full answer, or None if it is cancelled."""
+        """Return the full answer (see `whole_answer`), or None if its computation is cancelled."""
         self.cancel()
         ours, theirs = self._context.Pipe(duplex=False)
         process = self._context.Process(target=_work, args=(theirs, text, name, folder), daemon=True)

@@ -1,4 +1,7 @@
-"""Marks in the editor. They come from the moving scene, or from its tables if the scene cannot move."""
+"""Marks (symbols, see `symbols.marks`) of the editor.
+
+If the mechanism moves, its marks come from the motion. Otherwise, they come from the tables of the scene.
+"""
 
 import math
 import re
@@ -21,12 +24,12 @@ Tables = Mapping[str, Any]
 
 
 def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the marks of a scene (without points and masses) with its two extreme corners, and complex arrays.
+    """Return the marks of a moving scene and two opposite corners of the box around it, and complex arrays.
 
-    The arrays are `origin` and `direction` of the links, and `x_axis` of bodies that are not links, shape (items,
-    positions).
+    Marks of points and masses are left out. The arrays have the shape (items, positions): `origin` and `direction` of
+    the links, and `x_axis` of the marks with a function `x_axis_of`.
     """
-    on_points = (*symbols.POINTS, symbols.MASS)  # drawn from the tables
+    on_points = (*symbols.POINTS, symbols.MASS)  # `sheet` returns these marks
     marks = [mark for mark in symbols.marks_of(motion, symbols_of(scene)) if mark.kind not in on_points]
     corners = [[place.real, place.imag] for place in symbols.extent_of(motion, marks) or ()]
     x_axes = [mark.direction(motion) for mark in marks if mark.x_axis_of]
@@ -36,12 +39,12 @@ def scene_marks(scene: Scene, motion: Motion) -> tuple[dict[str, Any], dict[str,
 
 
 def _list(value: Any) -> list[Any]:
-    """Return a list in the file, or an empty list if the value is not a list."""
+    """Return a value from the file if it is a list, otherwise an empty list."""
     return value if isinstance(value, list) else []
 
 
 def _readable(parts: Iterable[Any]) -> list[Any]:
-    """Return a list of parts, or an empty list if a table on which they depend is invalid."""
+    """Return parts as a list, or an empty list if the tables of these parts are invalid."""
     try:
         return list(parts)
     except (TypeError, AttributeError):
@@ -49,7 +52,10 @@ def _readable(parts: Iterable[Any]) -> list[Any]:
 
 
 def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a scene in their drawn positions, from its tables. Invalid parts are left out."""
+    """Return the parts of a scene from its tables, as drawn. Invalid parts are left out.
+
+    Raise ValueError if the scene is a mechanism in space.
+    """
     if is_chain(tables):
         raise ValueError("joints in space cannot be drawn in the plane")
 
@@ -96,14 +102,14 @@ def sheet(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def point_marks(sheet: Tables) -> list[dict[str, Any]]:
-    """Return a pin or weld for every point that can be dragged: all points except the middle points of cylinders."""
+    """Return a pin or weld for each point that the user can drag. The middle points of cylinders are left out."""
     middles = {each["middle"] for each in sheet["cylinders"].values()}
     names = [name for name in sheet["points"] if name not in middles]
     return [(symbols.weld if name in sheet["welds"] else symbols.pin)(Anchor("", name)).plain() for name in names]
 
 
 def mass_marks(tables: Tables) -> list[dict[str, Any]]:
-    """Return the discs at point masses, including discs under links."""
+    """Return the discs at point masses, including the masses in tables of links."""
     links = tables.get("links")
     owners = [tables, *(links.values() if isinstance(links, dict) else ())]
     given = [owner["masses"] for owner in owners if isinstance(owner, dict) and isinstance(owner.get("masses"), dict)]
@@ -113,14 +119,17 @@ def mass_marks(tables: Tables) -> list[dict[str, Any]]:
 
 
 def drawn_marks(tables: Tables, sheet: Tables) -> list[dict[str, Any]]:
-    """Return the marks of parts as drawn. Invalid parts are left out."""
+    """Return the marks of supports, slots, springs, cylinders, gears, loads and drives as drawn.
+
+    Invalid parts are left out.
+    """
     makers = (_supports, _slides, _springs, _cylinders, _gears, _loads, _drives)
     plain = [mark.plain() for maker in makers for mark in _valid(maker, tables, sheet)]
     return [each for each in plain if each["at"]["point"] in sheet["points"]]
 
 
 def _valid(maker: Callable[[Tables, Tables], Iterator[Mark]], tables: Tables, sheet: Tables) -> Iterator[Mark]:
-    """Yield marks up to the first invalid table. The error in this table is reported elsewhere."""
+    """Yield marks up to the first invalid table. The answer lists the error in this table."""
     with suppress(AttributeError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError):
         yield from maker(tables, sheet)
 
@@ -138,7 +147,7 @@ def _slides(tables: Tables, sheet: Tables) -> Iterator[Mark]:
 
 
 def _way(direction: Any) -> complex:
-    """Return the unit vector of a direction. The direction is a vector, or an angle in radians or degrees."""
+    """Return the unit vector of a direction in the file: a vector, or an angle in radians or degrees."""
     if isinstance(direction, list):
         way = complex(*direction)
         return way / abs(way)
@@ -147,7 +156,7 @@ def _way(direction: Any) -> complex:
 
 
 def _number(value: Any) -> float:
-    """Return the number at the start of a quantity."""
+    """Return the number at the start of a quantity, or 0 if there is no number."""
     found = re.match(r"\s*[-+]?[\d.]+(e[-+]?\d+)?", str(value), re.IGNORECASE)
     return float(found[0]) if found else 0.0
 

@@ -1,6 +1,7 @@
 """Live editor in a notebook. The server runs in a thread of the kernel, and a frame shows the page.
 
-If the kernel is on another computer, a widget shows the page instead. The requests of the widget are notebook messages.
+If the kernel is on another computer, the browser cannot reach the server. A widget can then show the page. The widget
+sends its requests as notebook messages.
 """
 
 import secrets
@@ -28,12 +29,12 @@ ELSEWHERE = (
 MODULES = ("state", "text", "talk", "symbols", "placing", "view", "links", "drawing", "share", "graph", "places",
            "toolbar", "tools", "notices", "shown", "requests", "parts", "inspector", "numbers", "choosing", "file",
            "handing", "main")  # fmt: skip
-"""Scripts of the page. Each script comes after the scripts that it imports."""
+"""Scripts of the page. Each script follows the scripts that it imports."""
 PAGE = "page.html", "live.css", *(f"{name}.js" for name in MODULES)
 
 
 class LiveView:
-    """Editor of a scene in a notebook, with the last saved text and scene.
+    """Editor of a scene in a notebook. It gives access to the last saved text and scene.
 
     Attributes
     ----------
@@ -63,7 +64,7 @@ class LiveView:
 
     @property
     def text(self) -> str:
-        """Last saved text, or the initial text."""
+        """Last saved text. If no text has been saved, the initial text."""
         return self._file.read()[0]
 
     @property
@@ -73,9 +74,9 @@ class LiveView:
 
     @cached_property
     def widget(self) -> Any:
-        """Editor as a widget, for a kernel on another computer. Raises ModuleNotFoundError without anywidget.
+        """Editor as a widget, for a kernel on another computer. Slightly slower than the frame.
 
-        The widget communicates by notebook messages, which is slightly slower than the frame.
+        Raises ModuleNotFoundError if anywidget is not installed.
         """
         try:
             return widget_of(self._live)
@@ -84,14 +85,14 @@ class LiveView:
             raise ModuleNotFoundError(missing, name=error.name) from None
 
     def wait(self, browse: bool = True) -> None:
-        """Wait until interrupted or closed, so that a script does not end. If `browse`, open the page."""
+        """Keep a script running until it is interrupted or the server has stopped. If `browse`, first open the page."""
         if browse:
             webbrowser.open(self.address)
         with suppress(KeyboardInterrupt):
             self._thread.join()
 
     def close(self) -> None:
-        """Stop the server. The page keeps text that is not saved."""
+        """Stop the server. The browser keeps text that is not saved."""
         self._server.should_exit = True
         self._thread.join()
 
@@ -99,7 +100,7 @@ class LiveView:
         return f'LiveView("{self.name}": {self.address})'
 
     def _repr_html_(self) -> str:
-        """Return a frame with the page, and a link. Browser and kernel must be on the same computer."""
+        """Return a frame with the page, and a link. The browser and the kernel must be on the same computer."""
         address = escape(self.address)
         link = f'<a href="{address}" target="_blank" rel="noopener">{escape(self.name)} in a separate window</a>'
         frame = f'<iframe src="{address}" style="{FRAME}" title="{escape(self.name)}"></iframe>'
@@ -118,7 +119,7 @@ def widget_of(live: Live) -> Any:
     import traitlets
 
     class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
-        """Page of the editor: files, name of the scene, and address on the kernel's computer."""
+        """Page of the editor. The browser gets the files, the name of the scene, and the address of the server."""
 
         _esm = (WEB / "widget.js").read_text(encoding="utf-8")
         files = traitlets.Dict().tag(sync=True)

@@ -14,7 +14,7 @@ from live.text import with_table, with_value, without
 from rigid import GROUND
 
 DIGITS = 6  # significant digits of numbers in the text
-EXACT = 12  # significant digits of coordinates that must lie on a line
+EXACT = 12  # digits of coordinates and directions of points that must lie on a line
 SECTION, MATERIAL = "flat 20x5", "S235"
 Tables = Mapping[str, Any]
 
@@ -24,7 +24,7 @@ class EditError(ValueError):
 
 
 def drawn(tables: Tables) -> dict[str, complex]:
-    """Return the drawn positions of the points [m]. Invalid points are left out."""
+    """Return the drawn positions of the points [m], complex. Invalid points are left out."""
     per_length = scale_of(tables)
     points = tables.get("points")
     ground = tables.get("links", {}).get(GROUND, {}) if isinstance(tables.get("links"), dict) else {}
@@ -42,22 +42,26 @@ def drawn(tables: Tables) -> dict[str, complex]:
 
 
 def scale_of(tables: Tables) -> float:
-    """Return the length unit of the file [m], for numbers without a unit."""
+    """Return the length unit of the file [m]. It applies to numbers without a unit."""
     return PER_LENGTH.get(tables.get("units", "m"), 1.0)
 
 
 def ground_points(tables: Tables) -> Any:
-    """Return the points of the ground as listed in the file."""
+    """Return the points of the ground as in the file: a list, or a table of coordinates."""
     return tables.get("links", {}).get(GROUND, {}).get("points", ())
 
 
 def metres(value: Any, per_length: float) -> float:
-    """Convert a length in the file to m. Raise ValueError if it is not a length."""
+    """Convert a length in the file to m. Raise ValueError if the value is not a length."""
     return float(Quantity.of_unit("m", value)) if isinstance(value, str) else float(value) * per_length
 
 
 def new_name(taken: Any, stem: str) -> str:
-    """Return the first unused name: a letter from `stem` to Z if `stem` is a letter, else a stem with a number."""
+    """Return the first unused name.
+
+    If `stem` is a letter, the name is a letter from `stem` to Z, or P with a number if all these letters are taken.
+    Otherwise, the name is `stem` with a number.
+    """
     names = set(taken)
     if len(stem) == 1:
         letters = (chr(code) for code in range(ord(stem), ord("Z") + 1))
@@ -70,25 +74,28 @@ def new_name(taken: Any, stem: str) -> str:
 
 
 def rounded_place(place: complex, tables: Tables) -> list[float]:
-    """Return the coordinates of a position in the length unit of the file, with `DIGITS` digits."""
+    """Return the coordinates of a position in the length unit of the file, with `DIGITS` significant digits."""
     per_length = scale_of(tables)
     return [float(f"{part / per_length:.{DIGITS}g}") for part in (place.real, place.imag)]
 
 
 def exact_place(place: complex, tables: Tables) -> list[float]:
-    """Return the coordinates of a position in the length unit of the file, accurate enough to lie on a line."""
+    """Return the coordinates of a position in the length unit of the file, with `EXACT` decimals."""
     return [round(part / scale_of(tables), EXACT) + 0.0 for part in (place.real, place.imag)]
 
 
 def opposite(value: Any) -> Any:
-    """Return a number with the opposite sign. The number may have a unit."""
+    """Change the sign of a number, which may be a text with a unit."""
     if isinstance(value, str):
         return value.strip()[1:] if value.strip().startswith("-") else f"-{value.strip()}"
     return -value
 
 
 def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list[str]]:
-    """Add a point for each position in `wanted`; return the text and the names of all points in `wanted`."""
+    """Add a point for each position in `wanted`; return the text and the names of all points.
+
+    `wanted` contains names of existing points, and positions [m].
+    """
     taken = {*tables.get("points", ()), *drawn(tables)}
     names = []
     for each in wanted:
@@ -103,13 +110,16 @@ def with_points(text: str, tables: Tables, wanted: list[Any]) -> tuple[str, list
 
 
 def add_point(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point. If `fixed`, fix it to the ground."""
+    """Add a point. If `fixed`, fix the point to the ground."""
     text, names = with_points(text, tables, [change["at"]])
     return fix(text, tomllib.loads(text), {"point": names[0]}) if change.get("fixed") else text
 
 
 def add_link(text: str, tables: Tables, change: Tables) -> str:
-    """Add a link through existing points and new positions. `closed` makes a ring of three or more points."""
+    """Add a link through existing points and new positions.
+
+    If `closed` and there are three or more points, a beam also connects the last point to the first.
+    """
     text, names = with_points(text, tables, change["points"])
     if len(set(names)) < 2:
         raise EditError("a link needs two different points")
@@ -146,15 +156,16 @@ def moving_links(tables: Tables, point: str) -> list[str]:
 
 
 def along(direction: complex) -> str:
-    """Return the angle of a direction as written in a file."""
+    """Return the angle of a direction in degrees, as written in a file."""
     return f"{math.degrees(cmath.phase(direction)):.{DIGITS}g} deg"
 
 
 def add_slot(text: str, tables: Tables, change: Tables) -> str:
-    """Add a straight slot for a point in the ground or in the link `on`. If the point has a slot already, remove it.
+    """Add a straight slot for a point, in the ground or in the link `on`.
 
+    If the point has a slot already, change the direction of this slot; without a given `direction`, remove the slot.
     By default, a slot in the ground has the direction of the x axis, and a slot in a link has the direction of the
-    link. If the link `on` has a free end, it is first turned towards the point.
+    link. If no `direction` is given, a link with a free end is first turned towards the point.
     """
     point, on = change["point"], change.get("on")
     if on is not None and on in tables.get("links", {}) and "direction" not in change:
@@ -176,7 +187,10 @@ def add_slot(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, complex]:
-    """Turn a link with a free end towards a point; return the text and the direction of the link."""
+    """Turn a link towards a point; return the text and the direction of the link.
+
+    A link is only turned if it has two points and exactly one of them belongs to no other link.
+    """
     sheet, ends = drawn(tables), points_of(tables["links"][name])
     others = [each for other, link in tables["links"].items() if other != name for each in points_of(link)]
     free = [end for end in ends if end not in others]
@@ -189,7 +203,10 @@ def _aligned(text: str, tables: Tables, name: str, point: str) -> tuple[str, com
 
 
 def weld(text: str, tables: Tables, change: Tables) -> str:
-    """Weld the links at a point. If there is a weld already, remove it."""
+    """Weld the links at a point. If the point has a weld already, remove the weld.
+
+    The barrel and the rod of a cylinder stay pinned.
+    """
     point = change["point"]
     if point in tables.get("welds", {}):
         return without(text, ("welds", point))
@@ -202,13 +219,13 @@ def weld(text: str, tables: Tables, change: Tables) -> str:
 
 
 def welded(tables: Tables, point: str) -> list[str]:
-    """Return the links that a weld at a point joins: the listed links, by default all links with the point."""
+    """Return the links that a weld at a point joins: the links in the file, by default all links with this point."""
     named = tables.get("welds", {}).get(point, {}).get("links")
     return named or [name for name, link in tables["links"].items() if point in points_of(link)]
 
 
 def add_spring(text: str, tables: Tables, change: Tables) -> str:
-    """Add a spring between two points. It is unloaded in the drawn position."""
+    """Add a spring between two points. Its unloaded length is the drawn distance between the points."""
     text, (first, last) = with_points(text, tables, [change["from"], change["to"]])
     tables = tomllib.loads(text)
     grounded = ground_points(tables)
@@ -226,7 +243,7 @@ def add_spring(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_mass(text: str, tables: Tables, change: Tables) -> str:
-    """Add a point mass to a moving link. If the point has a mass already, remove it."""
+    """Add a point mass at a point of a moving link. If the point has a mass already, remove the mass."""
     point = change["point"]
     if point in tables.get("masses", {}):
         return without(text, ("masses", point))
@@ -235,7 +252,7 @@ def add_mass(text: str, tables: Tables, change: Tables) -> str:
 
 
 def add_load(text: str, tables: Tables, change: Tables) -> str:
-    """Add a force at a point of a moving link [N]."""
+    """Add a force [N] at a point of a moving link."""
     point = change["point"]
     force = [float(f"{part:.{DIGITS}g}") for part in change["force"]]
     return with_table(text, ("loads", 0), {"link": moving_links(tables, point)[0], "point": point, "force": force})
@@ -244,8 +261,8 @@ def add_load(text: str, tables: Tables, change: Tables) -> str:
 def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
     """Yield the name, slider and parts of each cylinder that consists of a barrel and a rod.
 
-    The parts are the end points `from` and `to`, the links `links` (rod and barrel), and `middle`, the second point of
-    the barrel.
+    The parts are a table with four keys. `from` and `to` are the end points, `links` are the rod and the barrel, and
+    `middle` is the second point of the barrel.
     """
     links, sliders = tables.get("links", {}), tables.get("sliders", {})
     for drive in tables.get("drives", ()):
@@ -260,13 +277,13 @@ def cylinders_of(tables: Tables) -> Iterator[tuple[str, str, Tables]]:
 
 
 def points_of(link: Tables) -> list[str]:
-    """Return the names of the points of a link; empty if invalid."""
+    """Return the names of the points of a link, or an empty list if the entry is invalid."""
     points = link.get("points", ())
     return [str(each) for each in points] if isinstance(points, list | dict) else []
 
 
 def beams_of(link: Tables) -> list[list[Any]]:
-    """Return the end points of the beams of a link as listed. Invalid beams are left out."""
+    """Return the end points of the beams in the table of a link. Invalid beams are left out."""
     beams = link.get("beams")
     ends = [[each.get("from"), each.get("to")] if isinstance(each, dict) else each for each in beams or ()]
     return [each for each in ends if isinstance(each, list) and len(each) == 2]
@@ -304,7 +321,10 @@ def remove(text: str, tables: Tables, change: Tables) -> str:
 
 
 def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) -> str:
-    """Remove all drives, loads, springs, gears, slots and sliders that refer to a removed part."""
+    """Remove all drives, loads, springs, gears, slots and sliders that refer to a removed part.
+
+    `names` returns True if a table refers to the removed part.
+    """
     for kind in LISTED.values():
         entries = tables.get(kind, [])
         for number in range(len(entries) - 1, -1, -1):
@@ -320,7 +340,7 @@ def _without_naming(text: str, tables: Tables, names: Callable[[Tables], bool]) 
 
 
 def _names_slider(name: str, table: Tables) -> bool:
-    """Return True if a table refers to a slider."""
+    """Return True if a table refers to the slider `name`."""
     return bool(table.get("slider") == name)
 
 
@@ -334,7 +354,7 @@ def _without_cylinder(text: str, tables: Tables, name: str) -> str:
 
 
 def _without_point(text: str, tables: Tables, point: str) -> str:
-    """Remove a point, and the links that would have a single point without it."""
+    """Remove a point with all parts at this point, and the moving links that would keep only one point."""
     for name, link in tables.get("links", {}).items():
         points = link.get("points", ())
         if point not in points:

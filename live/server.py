@@ -1,4 +1,7 @@
-"""Server of the live editor on the loopback address. It serves the page, answers and one file; a token is required."""
+"""Server of the live editor on the loopback address.
+
+It serves the page, the answers (results for a text, see `live.answer`) and one file. Each request needs a token.
+"""
 
 import json
 import math
@@ -41,7 +44,7 @@ from live.share import LANDING, MARK, POLICY, linked
 HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 49152, 16000
 MAX_REQUEST = 4_000_000  # [bytes]
-MAX_REPORTS = 4  # maximum number of reports in memory
+MAX_REPORTS = 4  # maximum number of report pages that the server keeps
 WEB, PAGE = files("live") / "web", files("kinelast.outputs.page") / "web"
 SHARED = ("placing.js", "symbols.js")  # scripts of the report that the editor also uses
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
@@ -52,9 +55,9 @@ PAGE_POLICY = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-i
 
 @dataclass
 class Live:
-    """State of the server: file, address, worker and last reports.
+    """State of the server: file, address, worker, last motion and last reports.
 
-    `framed` allows notebooks on this computer to show the page in a frame.
+    If `framed`, notebooks on this computer may show the page in a frame.
     """
 
     file: SceneFile
@@ -93,7 +96,7 @@ Handler = Callable[[Live, Request, Any], Response]
 
 
 def _authorised(live: Live, handler: Handler) -> Callable[[Request], Any]:
-    """Return a function that checks a request, parses its JSON, and runs the handler in a thread."""
+    """Return a function that checks a request, parses the JSON content, and runs the handler in a thread."""
 
     async def respond(request: Request) -> Response:
         refused = refusal(live, request)
@@ -127,7 +130,7 @@ def _file_of_page(live: Live, request: Request, given: Any) -> Response:
 
 
 def page_file(name: str) -> Any:
-    """Return a file of the page by name; None if it does not exist. Some files are shared with the report page."""
+    """Return a file of the page by name, or None if there is no such file. The report page also uses some files."""
     folder = PAGE if name in SHARED else WEB
     return next((each for each in folder.iterdir() if each.name == name), None)
 
@@ -170,7 +173,7 @@ def _state(live: Live, request: Request, given: Any) -> Response:
 
 
 def _answer(live: Live, request: Request, given: Any) -> Response:
-    """Apply edits to a text and return a quick answer. A running full answer is cancelled."""
+    """Apply edits to a text and return the quick answer for the result. Cancel the running full answer, if any."""
     text, changes = given["text"], given.get("edits", ())
     live.worker.cancel()
     reply: dict[str, Any] = {"number": given.get("number"), "refused": ""}
@@ -185,14 +188,17 @@ def _answer(live: Live, request: Request, given: Any) -> Response:
 
 
 def packed(answer: dict[str, Any], data: bytes) -> bytes:
-    """Return an answer as bytes: length of the JSON text, JSON text padded to a multiple of four bytes, array data."""
+    """Return an answer as bytes: length of the JSON text, JSON text, array data.
+
+    Blanks at the end make the length of the JSON text a multiple of four bytes.
+    """
     head = json.dumps(_finite(answer), allow_nan=False).encode()
     head += b" " * (-len(head) % 4)
     return struct.pack("<I", len(head)) + head + data
 
 
 def _finite(value: Any) -> Any:
-    """Replace nan and inf by None, because JSON has no such numbers."""
+    """Convert a value to JSON types. Replace nan and inf by None, because JSON has no such numbers."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):
@@ -203,7 +209,7 @@ def _finite(value: Any) -> Any:
 
 
 def _full(live: Live, request: Request, given: Any) -> Response:
-    """Return the full answer for a text. The status is 204 (no content) if a newer request cancels it."""
+    """Return the full answer for a text. The status is 204 (no content) if a newer request cancels the computation."""
     result = live.worker.answer(given["text"], live.name, live.file.folder)
     if result is None:
         return Response(status_code=204)
@@ -243,7 +249,7 @@ HANDLERS: Mapping[str, Handler] = {**READ, **SENT, "report": _report}
 
 
 def response_to(live: Live, path: str, given: Any) -> Response:
-    """Return the response to a request of a widget. The request is a notebook message."""
+    """Return the response to a request that a widget sends as a notebook message."""
     name, _, key = path.partition("/")
     handler = HANDLERS.get(name)
     if handler is None:
@@ -274,8 +280,8 @@ def application(live: Live) -> Starlette:
 def scene_file(argument: str | None) -> tuple[SceneFile, str]:
     """Return the scene file and the name of the scene for a command-line argument.
 
-    The file need not exist. For a shipped scene, it is a new file in the working folder. A scene from a report or web
-    link has no file.
+    The file need not exist. The file of a shipped scene is a new file in the working folder. A new scene, and a scene
+    from a report or web link, have no file.
     """
     if argument is None:
         return SceneFile(None, EMPTY), "scene"
@@ -295,12 +301,15 @@ def scene_file(argument: str | None) -> tuple[SceneFile, str]:
 
 
 def preferred_port(name: str) -> int:
-    """Return the preferred port for a file. It is derived from the name of the file."""
+    """Return the preferred port for a file, which depends only on the name of the file."""
     return FIRST_PORT + int(sha256(name.encode()).hexdigest(), 16) % PORTS
 
 
 def bound_socket(name: str) -> socket.socket:
-    """Bind a loopback socket, if possible at the preferred port, because the browser stores the text by port."""
+    """Return a listening socket on the loopback address, if possible with the preferred port of the file `name`.
+
+    With the same port, the page finds the text that the browser stored earlier.
+    """
     for port in (preferred_port(name), 0):
         bound = socket.socket(
             socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
@@ -319,7 +328,7 @@ def bound_socket(name: str) -> socket.socket:
 
 
 class LiveServer(uvicorn.Server):
-    """Server of an editor."""
+    """Web server of an editor."""
 
     def __init__(self, live: Live) -> None:
         config = uvicorn.Config(
@@ -329,7 +338,7 @@ class LiveServer(uvicorn.Server):
         self._live = live
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Cancel a running answer, and shut down."""
+        """Cancel the running full answer, and shut down."""
         self._live.worker.cancel()
         await super().shutdown(sockets)
 
@@ -340,9 +349,9 @@ def serve(argument: str | None, tell: Callable[[str], None], browse: bool = True
     Parameters
     ----------
     argument
-        File, shipped scene, or None for a new scene.
+        File, web link, or name of a shipped scene; None for a new scene.
     tell
-        Function that prints lines to the terminal.
+        Function that prints a text to the terminal.
     browse
         Whether to open the page in a browser.
     """

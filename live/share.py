@@ -1,4 +1,4 @@
-"""Web links that contain a scene, and their landing page."""
+"""Web links that contain the text of a scene, and the landing page of these links."""
 
 import zlib
 from base64 import b64encode, urlsafe_b64decode
@@ -11,7 +11,7 @@ MARK = "#scene="
 
 
 def linked(link: str) -> str:
-    """Return the text in a link. Raise SceneError if the link is damaged."""
+    """Return the text of the scene in a link. Raise SceneError if the link is damaged."""
     letters = link.partition(MARK)[2].strip()
     try:
         inflate = zlib.decompressobj()
@@ -31,6 +31,6 @@ WORDS = """This link contains a mechanism. No editor has been opened at this add
 be shown here. Please copy the link, open the address that <code>deflection-report --live</code> printed in the
 terminal, and paste the link into that page."""
 LANDING = f'<!doctype html><html lang="en"><title>Live scene</title><p>{WORDS}</p><script>{SCRIPT}</script></html>'
-"""Landing page of web links. It forwards to an editor that was open in the browser, or explains the link."""
+"""Landing page of web links. It opens the editor that the browser used last. If there is none, it explains the link."""
 HASH = b64encode(sha256(SCRIPT.encode()).digest()).decode()
 POLICY = f"default-src 'none'; script-src 'sha256-{HASH}'; frame-ancestors 'none'"

@@ -1,4 +1,4 @@
-"""Positions of keys, values and mistakes in a TOML text, and edits that leave the rest of the text unchanged."""
+"""Positions of keys, values and errors in a TOML text, and edits that leave the rest of the text unchanged."""
 
 import math
 import re
@@ -22,16 +22,18 @@ OTHER = re.compile(r"[^\s,\]}#]+")  # numbers and booleans; a scene contains no 
 BLANK = re.compile(r"(?:[ \t]*\n)*")
 QUOTES = '"""', "'''", '"', "'"
 NEXT = "Next: Support puts points on the ground, Drive turns a link about its pin."
-"""Message of the page if there are no drives."""
+"""Message of the page for a scene without drives."""
 
 
 class Places(Struct, frozen=True):
-    """Spans of the parts of a TOML text by path. List entries are numbered from 0.
+    """Spans (start and end, exclusive) of the parts of a TOML text by path.
+
+    A path consists of keys, and of list indices from 0.
 
     Attributes
     ----------
     values
-        Span of each value, including values in lists and inline tables. The end of a span is exclusive.
+        Span of each value, including values in lists and inline tables.
     tables
         Span of each table with a heading: from the start of the heading to the end of the line of the last entry.
     """
@@ -40,7 +42,10 @@ class Places(Struct, frozen=True):
     tables: Mapping[Path, Span]
 
     def nearest(self, path: Path) -> int | None:
-        """Return the start of the value or table at a path, else the start of its nearest parent, else None."""
+        """Return the start of the value or table at a path, or of its nearest parent.
+
+        If the text contains neither, return the start of the first table with the same first key, or None.
+        """
         for length in range(len(path), 0, -1):
             for spans in (self.values, self.tables):
                 if path[:length] in spans:
@@ -79,7 +84,7 @@ class _Scanner:
         return Places(self.values, self.tables)
 
     def _entered(self, keys: list[str], double: bool) -> Path:
-        """Return the path of a heading. For a list of tables, it is the path of the last entry so far."""
+        """Return the path of a heading. In a list of tables, this is the path of the last table so far."""
         path: Path = ()
         for number, key in enumerate(keys):
             path = (*path, key)
@@ -90,7 +95,7 @@ class _Scanner:
         return path
 
     def _skip(self) -> bool:
-        """Skip white space and comments. Return True if text follows."""
+        """Skip white space and comments. Return False at the end of the text."""
         while self.at < len(self.text):
             if self.text[self.at] == "#":
                 self.at = self._end_of_line()
@@ -174,7 +179,7 @@ def places(text: str) -> Places:
 
 
 def replaced(text: str, changes: Iterable[tuple[Span, str]]) -> str:
-    """Replace spans of a text, which must not overlap."""
+    """Replace spans of a text. The spans must not overlap."""
     for (begin, end), new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text
@@ -205,9 +210,9 @@ def _as_key(key: str) -> str:
 
 
 def with_value(text: str, path: Path, value: Any) -> str:
-    """Set a value by its path. A new entry is added to its table, which is created if necessary.
+    """Set the value at a path. If there is no such entry, add the entry, and if necessary the table.
 
-    An inline table is rewritten with the new entry.
+    If the table is an inline table, it is rewritten with the new entry.
     """
     known = places(text)
     if path in known.values:
@@ -228,7 +233,10 @@ def with_value(text: str, path: Path, value: Any) -> str:
 
 
 def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
-    """Add a table after the last table of its kind. If the path ends with a number, add to a list of tables."""
+    """Add a table after the last table with the same first key.
+
+    If the path ends with a number, add the table to a list of tables. The value of this number has no effect.
+    """
     heading = ".".join(_as_key(str(part)) for part in path if not isinstance(part, int))
     heading = f"[[{heading}]]" if isinstance(path[-1], int) else f"[{heading}]"
     lines = [heading, *(f"{_as_key(key)} = {as_toml(value)}" for key, value in entries.items())]
@@ -239,7 +247,7 @@ def with_table(text: str, path: Path, entries: Mapping[str, Any]) -> str:
 
 
 def without(text: str, path: Path) -> str:
-    """Remove a table or an entry. An inline list or table is rewritten without the entry."""
+    """Remove the table or entry at a path. An inline list or table is rewritten without the entry."""
     known = places(text)
     below = [span for key, span in known.tables.items() if key[: len(path)] == path]
     if below:
@@ -270,13 +278,14 @@ def _siblings(known: Places, above: Path) -> Iterator[Path]:
 
 
 def line_of(text: str, at: int) -> int:
-    """Return the number (from 1) of the line that contains a character."""
+    """Return the number (from 1) of the line that contains the character with the index `at`."""
     return text.count("\n", 0, at) + 1
 
 
 def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]:
-    """Return all errors in a text from top to bottom. If no error is found, return `error`.
+    """Return all errors in a text from top to bottom, each with a line number and a message.
 
+    `error` was raised when the scene was built or solved. It is returned if the tables of the scene contain no error.
     `read` reads the files to which the scene refers.
     """
     others = error.others if isinstance(error, SceneError) else ()
@@ -285,7 +294,7 @@ def mistakes_of(error: Exception, text: str, read: Read) -> list[dict[str, Any]]
 
 
 def mistake(error: Exception, text: str) -> dict[str, Any]:
-    """Return the line (or None) and the message of an error. If there are no drives, the message is `NEXT`."""
+    """Return the line number (or None) and the message of an error. If drives are missing, the message is `NEXT`."""
     if isinstance(error, SceneError) and error.table == "drives" and error.problem.startswith("the table is missing"):
         return {"line": None, "message": NEXT, "next": True}
     if not isinstance(error, SceneError):

@@ -10,22 +10,22 @@ from rigid.joints import Placed
 from symbols.marks import BLOCK_LEVEL, GROUND_LEVEL, INK, LINK, PAPER, UNDER, Anchor, Line, Mark, anchor_position
 
 BLOCK = "block"
-"""Mark kind of sliding blocks."""
+"""Mark kind of the blocks of sliders."""
 POINTS = ("pin", "weld", "dot")
 """Mark kinds at points."""
 JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
 """All mark kinds that this file defines."""
-PIN_RADIUS, DOT_RADIUS = 0.55, 0.3  # all lengths in this file are in symbol sizes
+PIN_RADIUS, DOT_RADIUS = 0.55, 0.3  # the constants of this file are in symbol sizes
 PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])
 """Corners of the triangle under a fixed pin (complex, in symbol sizes)."""
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of a slider's block (complex, in symbol sizes)."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
-STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector of a stroke, and usual spacing
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector of a stroke, and approximate spacing
 RAIL_OFFSET, RAIL_OVERHANG, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre, overhang, half length
 
-NO_LENGTH = np.zeros(2, complex)  # offset of a line with both ends given in symbol sizes only
+NO_LENGTH = np.zeros(2, complex)  # `offset` [m] of both ends of a line that has a constant size in the picture
 
 
 def pin(at: Anchor) -> Mark:
@@ -51,12 +51,14 @@ def support(at: Anchor) -> list[Mark]:
 
 
 def hatched(ends: Complexes, sizes: float, offset: Complexes) -> Line:
-    """Return a line along the x axis with hatching strokes on its right side, as one polyline.
+    """Return a line along the x axis with hatching strokes, as one polyline.
+
+    The strokes are on the right-hand side in the direction from the first to the second end.
 
     Parameters
     ----------
     ends, offset
-        The ends of the line are `ends` (in symbol sizes) plus `offset` (in metres).
+        Positions of both ends, as the sum of `ends` [symbol sizes] and `offset` [m].
     sizes
         Approximate length of the line in symbol sizes. It determines the number of strokes.
     """
@@ -68,7 +70,7 @@ def hatched(ends: Complexes, sizes: float, offset: Complexes) -> Line:
 
 
 def slider_marks(placed: Placed, slider: Slider, reach: tuple[float, float] | None, size: float) -> Iterator[Mark]:
-    """Yield the marks of a slider: its block, and rails on the ground or a line on a moving link.
+    """Yield the marks of a slider: a block, and its guide (rails on the ground, or a line on a moving link).
 
     Parameters
     ----------
@@ -96,9 +98,9 @@ def rails(at: Anchor, on: str, direction: complex, offset: Complexes = NO_LENGTH
     at, on, direction
         Position, guiding link, and sliding direction in the axes of the guiding link.
     offset
-        Both ends of the travel relative to `at` [m], as complex numbers with the real axis in the sliding direction.
+        Both ends of the travel relative to `at` [m]. They are complex numbers: the real axis is the sliding direction.
     sizes
-        Approximate travel in symbol sizes; 0 draws a short rail centred at `at`.
+        Approximate travel in symbol sizes. If it is 0, the rail is short, and its centre is at `at`.
     """
     half = RAIL_OVERHANG if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)

@@ -1,7 +1,9 @@
 """Marks: lines and circles, as plain data, in axes that move with the links.
 
-A mark has axes, an anchor on a link and sometimes a second anchor. Renderers know the positions of the links. They
-scale each mark and draw it at its anchor. A list of marks therefore stays valid while the mechanism moves.
+A mark has axes, an anchor on a link and sometimes a second anchor. A renderer knows the positions of the links. It
+scales each mark and draws it at its anchor. A list of marks therefore stays valid while the mechanism moves.
+
+Lengths are in metres or in symbol sizes. The renderer chooses the symbol size.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -16,7 +18,7 @@ from rigid.arrays import Complexes
 from rigid.joints import Placed
 
 INK, PAPER, SOFT, ACCENT, LOAD, LINK, SHADE, NONE = "ink", "paper", "soft", "accent", "load", "link", "shade", "none"
-"""Colour names. `LINK` is the colour of the link at the mark's position."""
+"""Colour names. `LINK` is the colour of the link of the first anchor."""
 UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER = "guide", "ground", "block", "pin", "mark"
 LEVELS = (UNDER, GROUND_LEVEL, BLOCK_LEVEL, JOINT, OVER)
 """Levels from back to front. Links are drawn above GROUND_LEVEL and below BLOCK_LEVEL."""
@@ -25,7 +27,7 @@ DECIMALS = 9  # number of decimals of coordinates in JSON
 
 
 class Anchor(NamedTuple):
-    """A location on a link: a named point, or `local` coordinates in the link's axes [m]."""
+    """A position on a link: a named point, or `local` coordinates in the axes of the link [m]."""
 
     link: str
     point: str = ""
@@ -35,8 +37,9 @@ class Anchor(NamedTuple):
 class Line(Struct, frozen=True, eq=False, dict=True):
     """A polyline, or a filled polygon if `closed`.
 
-    Each vertex is the sum of three vectors: `symbol_offset` [symbol sizes], `offset` [m], and `share` times the vector
-    from the first to the second anchor. The first two are complex numbers in the axes of the mark.
+    The position of each vertex relative to the first anchor is the sum of three vectors: `symbol_offset` [symbol
+    sizes], `offset` [m], and `share` * (vector from the first to the second anchor). `symbol_offset` and `offset` are
+    complex numbers in the axes of the mark.
     """
 
     symbol_offset: Any = 0j
@@ -56,7 +59,7 @@ class Line(Struct, frozen=True, eq=False, dict=True):
 
 
 class Mark(Struct, frozen=True, eq=False, dict=True):
-    """A symbol, or the part of a symbol with the same colours.
+    """A symbol, or one part of a symbol. The outline has one colour, and the area has one colour.
 
     Attributes
     ----------
@@ -65,8 +68,8 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
     at, to
         First anchor, and optional second anchor. With two anchors, the x axis points from the first to the second.
     axis
-        Link with which the axes of the mark rotate, and direction of their x axis in the axes of this link. None if the
-        axes are parallel to the ground axes.
+        Link with which the mark rotates, and direction of the mark's x axis in the axes of this link (a unit vector).
+        None if the axes of the mark are parallel to the axes of the ground.
     lines
         Polylines and polygons.
     radius
@@ -76,13 +79,14 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
     level
         One of `LEVELS`.
     drive
-        Drive index, or None. While the rate of this drive is negative, the mark is mirrored about its y axis.
+        Drive index, or None. While the rate of this drive is negative, the mark is mirrored about the y axis of the
+        mark.
     x_axis_of
-        Function that returns the x axis at each position of a motion, for a load with a variable direction, or for a
-        body that is not a link. With a motion, it replaces `axis`; with a single posture, `axis` applies. The mark is
-        invisible where the x axis is 0.
+        Function that returns the x axis at each position of a motion, or None. It is used for a load with a variable
+        direction, and for a body that is not a link. A mark with this function ignores `axis` in a motion, but uses
+        `axis` in a single posture. At positions at which the function returns a zero vector, the mark is invisible.
     replaces
-        Name of the slider whose symbol this mark replaces, or empty.
+        Name of a slider, or empty. This mark replaces the symbol of the slider.
     """
 
     kind: str
@@ -130,7 +134,7 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def cells(self) -> list[Any]:
-        """Vertex indices of each outline, as cells of a mesh."""
+        """Vertex indices of each outline, in the format of cells of a mesh."""
         ends = np.cumsum([len(line.vertices[0]) for line in self.outlines])
         return [*np.split(np.arange(ends[-1]), ends[:-1])]
 
@@ -142,9 +146,11 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
         place, end
             Positions of the first and second anchor [m].
         x_axis
-            Unit vector of the x axis; not used if `end` is given, because the x axis then points from `place` to `end`.
+            Unit vector of the x axis. If `end` is given, it is not used: the x axis points from `place` to `end`.
         size
             Symbol size [m].
+        mirrored
+            Whether the mark is mirrored about its y axis.
         """
         symbol_offsets, offsets, shares = self.vertices
         local = size * symbol_offsets + offsets
@@ -153,7 +159,7 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
         return place + direction * (-np.conj(local) if mirrored else local) + apart * shares
 
     def direction(self, placed: Placed) -> Any:
-        """Return the unit vector of the x axis, shape (...); 0 where the mark is invisible."""
+        """Return the unit vector of the x axis, shape (...). It is a zero vector if the mark is invisible."""
         if self.x_axis_of is not None and isinstance(placed, Motion):
             return self.x_axis_of(placed)
         if self.axis is None:
@@ -162,7 +168,10 @@ class Mark(Struct, frozen=True, eq=False, dict=True):
         return np.asarray(placed.direction[placed.mechanism.index[link]]) * x_axis
 
     def plain(self, links: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Return the mark as JSON data. Links appear by their index in `links`, or by name if `links` is None."""
+        """Return the mark as JSON data. `links` contains the index of each link by name.
+
+        If `links` is None, the data contains the names of links instead of their indices.
+        """
 
         def link(name: str) -> Any:
             return name if links is None else links[name]
@@ -195,21 +204,22 @@ def _pair(place: complex) -> list[float]:
 
 
 def _plain(values: Any) -> Any:
-    """Return rounded numbers as a list, with complex numbers as (real, imaginary) pairs, or None if all are zero."""
+    """Return rounded numbers as a list, or None if all are zero. Complex numbers become (real, imaginary) pairs."""
     parts = np.stack([values.real, values.imag], axis=-1) if np.iscomplexobj(values) else values
     return np.round(parts, DECIMALS).tolist() if values.any() else None
 
 
 def hull(points: Iterable[Any], flat: float = 0.0) -> Complexes:
-    """Return the corners of the convex hull, counter-clockwise; only the two extreme points if all are collinear.
+    """Return the corners of the convex hull in counter-clockwise order, by the monotone chain algorithm.
 
-    Uses the monotone chain algorithm.
+    If all points are collinear, return only the two outermost points.
 
     Parameters
     ----------
     flat
-        A corner is left out if twice the area of the triangle with its neighbours is below this fraction of the squared
-        extent of all points.
+        Tolerance for corners that lie almost on a straight line. A corner and its two neighbours form a triangle. The
+        corner is left out if 2 * (area of the triangle) <= flat * (distance from the leftmost to the rightmost
+        point)^2.
     """
     ordered = sorted({complex(point) for point in points}, key=lambda place: (place.real, place.imag))
     if len(ordered) < 3:

@@ -1,4 +1,4 @@
-"""Display list of a mechanism."""
+"""Display list (list of marks) of a mechanism."""
 
 from collections.abc import Iterable, Iterator
 from functools import partial
@@ -14,9 +14,9 @@ from symbols.joints import dot, pin, slider_marks, support, travel, weld
 from symbols.marks import LEVELS, Anchor, Mark, anchor_position
 from symbols.parts import arrow, belt, mass, slide_arrow, spring, torsion_spring, turn_arrow, wheel, wheels_of_pair
 
-SYMBOLS_PER_DRAWING = 45  # (size of a drawing) / (usual size of a symbol)
-MAX_VARIATION = 1e-6  # the centre distance of two wheels counts as constant up to this relative variation
-MIN_FORCE = 1e-9  # a smaller force has no arrow; relative to the largest force of the load in the motion
+SYMBOLS_PER_DRAWING = 45  # (size of the mechanism) / (symbol size)
+MAX_VARIATION = 1e-6  # a centre distance is constant if (largest - smallest) <= MAX_VARIATION * (first value)
+MIN_FORCE = 1e-9  # a force has an arrow if it exceeds MIN_FORCE * (largest force of the load in the motion)
 Drive = PinDrive | SliderDrive
 
 
@@ -26,9 +26,9 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
     Parameters
     ----------
     placed
-        A posture or a motion. If it is a motion, the rails show the whole travel of the sliders.
+        A posture or a motion. In a motion, the rails show the whole travel of the sliders.
     parts
-        Marks of parts that are not in the mechanism, such as cylinders.
+        Additional marks of parts that `placed.mechanism` does not contain, such as cylinders.
     """
     mechanism, parts = placed.mechanism, [*parts]
     size = mechanism.size / SYMBOLS_PER_DRAWING
@@ -48,7 +48,7 @@ def marks_of(placed: Placed, parts: Iterable[Mark] = ()) -> list[Mark]:
 
 
 def _points(mechanism: Mechanism) -> Iterator[Mark]:
-    """Yield the pins, welds and supports of joints, and dots at other points."""
+    """Yield the pins, welds and supports of joints, and dots at points without a joint."""
     owners: dict[str, list[str]] = {}
     for link in mechanism.links:
         for point in link.points:
@@ -65,7 +65,7 @@ def _points(mechanism: Mechanism) -> Iterator[Mark]:
 
 
 def _masses(mechanism: Mechanism) -> Iterator[Mark]:
-    """Yield discs at point masses. Skip the last lump of a link without beams, which is the mass of the link itself."""
+    """Yield discs at point masses. In a link without beams, skip the last lump: it is the mass of the link itself."""
     for link in mechanism.links:
         for lump in link.lumps if link.beams else link.lumps[:-1]:
             if np.any(lump.mass) and not np.any(lump.inertia) and not np.any(lump.offset):
@@ -87,7 +87,10 @@ def _loads(mechanism: Mechanism) -> Iterator[Mark]:
 
 
 def _force_direction(load: PointLoad | Resistance, motion: Motion) -> Complexes:
-    """Return the unit vector of the force of a load at each position, shape (..., positions); 0 if the force is 0."""
+    """Return the direction of the force of a load at each position as a unit vector, shape (..., positions).
+
+    It is a zero vector at positions without a force.
+    """
     [(_, _, force, _)] = load.forces(motion)
     force = np.broadcast_to(force, motion.columns)
     size = np.abs(force)
@@ -96,10 +99,10 @@ def _force_direction(load: PointLoad | Resistance, motion: Motion) -> Complexes:
 
 
 def _gears(placed: Placed) -> Iterator[Mark]:
-    """Yield the pitch circles of toothed wheels, or a line between two wheels without pitch circles.
+    """Yield the marks of gears: pitch circles, or a line between the two bodies.
 
-    There are no pitch circles in three cases: there are no teeth, the centre distance varies, or both wheels have the
-    same angle of rotation.
+    There are no pitch circles in three cases: the gear has no teeth, the centre distance varies, or both wheels rotate
+    by the same angle.
     """
     for gear in placed.mechanism.gears:
         driver, driving, sense = _end(placed.mechanism, gear.driver, gear.follower)
@@ -122,9 +125,10 @@ def _gears(placed: Placed) -> Iterator[Mark]:
 
 
 def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Anchor, str, int]:
-    """Return the centre of a wheel (or a point of a rack), its link, and the sense of rotation of the wheel.
+    """Return the centre of a wheel of a gear (for a rack: its point), the link of the wheel, and a sign.
 
-    The sense is -1 if the angle of the drive is the angle of the carrier relative to the wheel, and otherwise 1.
+    `drive` is the coordinate of this wheel, and `other` is the coordinate of the other body of the gear. The sign is -1
+    if `drive` is the angle of the carrier relative to the wheel, and otherwise 1.
     """
     if not drive.turns:
         slider = mechanism.slider(drive.joint)
@@ -136,13 +140,16 @@ def _end(mechanism: Mechanism, drive: Drive, other: Any) -> tuple[Anchor, str, i
 
 
 def plain_marks(marks: Iterable[Mark], mechanism: Mechanism) -> list[dict[str, Any]]:
-    """Return marks as JSON data. Marks with a function `x_axis_of` get consecutive numbers in the key `x_axis`."""
+    """Return marks as JSON data. The key `x_axis` numbers the marks that have a function `x_axis_of`, from 0."""
     counter = count()
     return [{**mark.plain(mechanism.index), "x_axis": next(counter) if mark.x_axis_of else None} for mark in marks]
 
 
 def extent_of(placed: Placed, marks: Iterable[Mark]) -> tuple[complex, complex] | None:
-    """Return two opposite corners of the bounding box of all links and marks [m], or None if no position is known."""
+    """Return the lower left and upper right corner of the box around all links and marks [m].
+
+    Lengths in symbol sizes are ignored. If no position is known, return None.
+    """
     links = placed.mechanism.links
     places = [np.ravel(anchor_position(placed, Anchor(link.name, point))) for link in links for point in link.points]
     for mark in marks:

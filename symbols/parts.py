@@ -15,12 +15,12 @@ MASS = "mass"
 """Mark kind of the discs at point masses."""
 ROLLER = "roller"
 """Mark kind of the circles of rollers on cams."""
-TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angles along the arrow around a driven pin
+TURN = np.linspace(-0.4, 3.7, 33)  # [rad] angles of the points of the arrow around a driven pin
 TURN_RADIUS = 2.2
-HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # arrow head that points to the right
+HEAD = np.array([0.0, -1.1 + 0.45j, -1.1 - 0.45j])  # corners of an arrow head that points to the right
 COILS = 8
 LOAD_LENGTH, TURN_COILS = 6.0, 2.2  # length of a force arrow [symbol sizes], and number of turns of a torsion spring
-BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # coordinates of the corners of a barrel across the axis of the cylinder
+BARREL = np.array([-0.7j, -0.7j, 0.7j, 0.7j])  # corners of a barrel: offsets perpendicular to the cylinder axis
 
 
 def turn_arrow(at: Anchor, drive: int | None) -> Mark:
@@ -41,7 +41,7 @@ def arrow(at: Anchor, axis: tuple[str, complex], x_axis_of: Callable[[Any], Any]
 
 
 def _arrow(kind: str, at: Anchor, shaft: Any, direction: complex, colour: str, **more: Any) -> Mark:
-    """Return a line with a filled arrow head. The line runs back on itself, so that it encloses no area."""
+    """Return a line with a filled arrow head. The line runs to its end and back, so it encloses no area."""
     lines = Line(np.concatenate([shaft, shaft[::-1]])), Line(shaft[-1] + direction * HEAD, closed=True)
     return Mark(kind, at, lines, stroke=colour, fill=colour, width=1.8, level=OVER, **more)
 
@@ -70,10 +70,10 @@ def wheels_of_pair(pins: tuple[Anchor, Anchor], links: tuple[str, str], apart: c
     links
         Links of the wheels.
     apart
-        Vector between the centres [m].
+        Vector from the centre of the driving wheel to the centre of the driven wheel [m].
     ratio
-        (Rate of the driven wheel) / (rate of the driving wheel), both relative to the link with the centres of the
-        wheels.
+        (Rate of the driven wheel) / (rate of the driving wheel). Both rates are relative to the carrier, i.e. the link
+        that contains both centres.
     """
     radius = abs(complex(pitch_reach(np.asarray(apart), np.asarray(ratio))))
     return [wheel(*each) for each in zip(pins, links, (abs(ratio) * radius, radius), strict=True)]
@@ -86,17 +86,25 @@ def wheel(at: Anchor, link: str, radius: float) -> Mark:
 
 
 def belt(at: Anchor, to: Anchor) -> Mark:
-    """Return a line between two bodies that are geared together, for a gear without pitch circles."""
+    """Return a line between the two bodies of a gear. It is used for gears without pitch circles."""
     return Mark("belt", at, (Line(share=np.array([0.0, 1.0])),), to=to, stroke=SOFT, width=1.6, dashed=True)
 
 
 def mass(at: Anchor) -> Mark:
-    """Return a disc behind the pin."""
+    """Return the symbol of a point mass: a disc behind the pin."""
     return Mark(MASS, at, radius=(1.35, 0.0), stroke=NONE, fill=SOFT, level=GROUND_LEVEL)
 
 
 def cylinder(at: Anchor, to: Anchor, length: float, slider: str) -> list[Mark]:
-    """Return a barrel and a rod between two points, which have the distance `length` [m] in the drawing."""
+    """Return the symbol of a cylinder: a barrel at the point `at`, and a rod at the point `to`.
+
+    Parameters
+    ----------
+    length
+        Distance between the two points as drawn [m].
+    slider
+        Name of the slider that these marks replace.
+    """
     barrel = Line(BARREL + 0.8 * np.array([1, 0, 0, 1]), offset=0.62 * length * np.array([0, 1, 1, 0]), closed=True)
     neck = Line(np.array([0.0, 0.8]))
     piston = Line(np.array([-0.7j, 0.7j]), offset=-0.6 * length, share=1.0)

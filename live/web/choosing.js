@@ -1,4 +1,4 @@
-// Choose, add, copy and remove the selected part.
+// Chooses, adds, copies and removes parts.
 import { draw } from "./drawing.js";
 import { fit, toScreen, view } from "./view.js";
 import { inspect } from "./inspector.js";
@@ -41,7 +41,7 @@ export function chooseNew(change) {
   if (last && last !== "-1") choose(kind, last);
 }
 
-// The tables that can be added for the selected link, drive, point or number.
+// The tables without a symbol that can be added: keys, and names in the menu.
 export const ADDED = [
   ["sections", "section"],
   ["materials", "material"],

@@ -4,7 +4,7 @@ import { around, BELOW, besideLine, placedBoxes } from "./placing.js";
 import { isUnder, markAttributes, markLines } from "./symbols.js";
 import { drawnNow, enlarged, gridStep, pairAt, pointAt, pointNow, quantity, toPlane, toScreen, view } from "./view.js";
 
-// Layers of the drawing, from back to front, and the marks in them.
+// Layers of the drawing, from back to front.
 const svg = document.getElementById("svg"), NS = "http://www.w3.org/2000/svg";
 const NAMES = "grid trace paths under chosen drawn rigid last bent symbols names sizes guides pins";
 const layers = Object.fromEntries(
@@ -17,7 +17,7 @@ const layers = Object.fromEntries(
   }),
 );
 
-// Draws the marks of a layer. If their number is unchanged, the elements are reused and only attributes are updated.
+// Draws the elements of a layer. Existing elements with the same tag are reused: only changed attributes are updated.
 function fill(name, marks) {
   const layer = layers[name];
   while (layer.childNodes.length > marks.length) layer.lastChild.remove();
@@ -46,7 +46,7 @@ const colour = (share) => {
   return `rgb(${STOPS[k].map((c, i) => Math.round(c + (STOPS[k + 1][i] - c) * (t - k))).join(",")})`;
 };
 
-const LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // pixels: width of a letter, from a point to its name, from a link to its size
+const LETTER = 7.2, NAME_AWAY = 10, SIZE_AWAY = 13; // [pixels] letter width, distances of names and dimensions
 const inPixels = ([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`;
 const px = (place) => inPixels(toScreen(place));
 const linkPath = (link, place) =>
@@ -175,8 +175,8 @@ export function draw() {
   ]);
 }
 
-// Draws the names of points and the dimensions. They do not cover links or other text, nor symbols if there is enough
-// space. The text of the selected link or point is always drawn.
+// Draws the names of points and the dimensions of links. Text does not cover links or other text. If there is enough
+// space, text does not cover symbols either. The text of the selected link or point is always drawn.
 function fillWords(sheet, place, links, thin, rigid) {
   const word = (words, spots, always) => ({ words, spots, always, wide: LETTER * words.length + 2 });
   const { chosen, preview } = view, isChosen = (point) => chosen?.kind === "point" && chosen.name === point;
@@ -200,8 +200,8 @@ function fillWords(sheet, place, links, thin, rigid) {
   fill("sizes", [...texts.slice(names.length), ["path", { class: "leader", d: leaders || "M0,0" }]]);
 }
 
-// The lengths and angles of the selected link, of the links at the selected point or of all links, as set by the user,
-// and those of the element that is being drawn.
+// Returns lines and their dimensions (length and angle): of the selected link, of the links at the selected point, or
+// of all links if the user has switched dimensions on. The part that is being drawn also has dimensions.
 function sizes(sheet, place, rigid) {
   const { chosen, preview } = view;
   const wished = ({ name, points }) =>
@@ -219,10 +219,10 @@ function sizes(sheet, place, rigid) {
 
 const crosshair = (/** @type {number[]} */ [x, y]) => `M${x - 22},${y}h16m12,0h16M${x},${y - 22}v16m0,12v16`;
 
-// Symbols and points of the drawing or of the moving scene.
-const NEAR_UNIT = 8.5; // [pixels] size of a symbol
+const NEAR_UNIT = 8.5; // [pixels] symbol size
 
-// Draw the marks of the moving scene, or of its tables if it cannot move, and return their lines.
+// Draws the marks of the moving scene. If the scene cannot move, draws the marks as in the tables. Returns the lines of
+// all marks.
 function symbols(sheet, place, live, picture, i) {
   const local = ({ link, local: [x, y] }) => {
     const [ox, oy] = pairAt("origin", link, i),

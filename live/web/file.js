@@ -1,4 +1,4 @@
-// Saves and downloads the file of the scene, and follows changes on disk.
+// Saves and downloads the scene, and loads the scene file again if it has changed on disk.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { hush, keepInBrowser, notice } from "./notices.js";
@@ -27,7 +27,7 @@ export function download() {
   setTimeout(() => URL.revokeObjectURL(href), 1000);
 }
 
-// Loads the current text of the file if no changes would be lost here, or on request.
+// Loads the text of the file. If the page has unsaved changes, asks the user first; with `forced`, does not ask.
 export async function follow(forced = false) {
   const reply = await talk.scene();
   if (reply.problem) return notice(reply.problem);
@@ -57,6 +57,6 @@ export async function watch() {
       state.reported = digest;
       await follow();
     }
-  } catch { /* the listener of onReach reports it */ }
+  } catch { /* the listener of onReach reports that the server is gone */ }
   setTimeout(watch, window.kernel ? 5000 : 1000);
 }

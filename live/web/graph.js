@@ -1,7 +1,7 @@
-// The graph of a figure over the positions, next to the drawing, and lists with a search field.
+// The graph of a figure (e.g. a force) over the positions, and lists with a search field.
 import { quantity, view } from "./view.js";
 import { $, make, options } from "./state.js";
-const SHORT = 12; // entries of a list that needs no search
+const SHORT = 12; // a list with more entries has a search field
 const HEIGHT = 140, TOP = 22, BOTTOM = 22, RIGHT = 8, LETTER = 7, NONE = "none"; // pixels
 
 // The name of the figure in the graph; empty if there is no graph.
@@ -9,14 +9,14 @@ export const figure = () => ($("figure").value === NONE ? "" : $("figure").value
 
 export function listFigures() {
   const names = (view.picture?.columns ?? []).map(({ name }) => name), before = figure();
-  if (names.length < 2 || names.length + 1 === $("figure").options.length) return; // of a drag there is one
+  if (names.length < 2 || names.length + 1 === $("figure").options.length) return; // a drag: one column
   $("figure").replaceChildren(new Option(NONE, NONE), ...options(names));
   $("figure").value = names.includes(before) ? before : NONE;
 }
 
 export function drawGraph() {
   const { picture } = view, at = picture?.columns?.findIndex(({ name }) => name === figure()) ?? -1;
-  $("graph").toggleAttribute("hidden", at < 0); // a drawing has no property of this name
+  $("graph").toggleAttribute("hidden", at < 0); // an SVG element has no property `hidden`
   $("graphed").hidden = at < 0;
   if (at < 0) return;
   const { values, shape: [, count] } = picture.arrays.columns, { unit } = picture.columns[at];
@@ -49,7 +49,7 @@ function write(id, words, x, y, anchor) {
   for (const [key, value] of Object.entries({ x, y, "text-anchor": anchor })) $(id).setAttribute(key, value);
 }
 
-// A search field for a long list. It finds text in the entries and their descriptions.
+// Adds a search field to a list. It finds text in the entries and their descriptions, and is hidden for a short list.
 export function searchable(list, words) {
   const known = make("datalist", { id: `${list.id}-known` });
   const field = make("input", { type: "search", placeholder: "search", hidden: true, className: "search" });

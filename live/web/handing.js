@@ -22,7 +22,7 @@ async function copyLink() {
   }
 }
 
-// Opens a scene from another source at once if the drawing is empty, otherwise after confirmation.
+// Opens a scene from another source. If the drawing is not empty, asks the user first.
 async function offer(found) {
   try {
     const whole = await found, before = text.text();

@@ -9,7 +9,7 @@ export function inspect() {
   const box = $("inspector"), held = [...box.querySelectorAll("input, select")].indexOf(document.activeElement);
   box.replaceChildren();
   fillInspector(box);
-  // keep the focus when the user moves from field to field
+  // keep the focus on the same field
   if (held >= 0) /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("input, select"))[held]?.focus();
 }
 function fillInspector(box) {
@@ -26,7 +26,7 @@ function fillInspector(box) {
   }
 }
 
-// The motion of a drive: a constant speed, or a curve with given travel and duration, optionally with return.
+// Shows the motion of a drive: a constant speed, or a curve with a travel, a duration, and optionally a return stroke.
 const CONSTANT = "constant speed", SPLINE = "spline through points";
 const opposite = (by) => (String(by).startsWith("-") ? String(by).slice(1) : `-${by}`);
 function inspectDrive(at, box) {
@@ -66,7 +66,7 @@ function inspectDrive(at, box) {
     peakWords(at),
   );
 }
-// Times and coordinates in CSV format, typed in or read from a file.
+// Shows the times and coordinates of a spline as CSV text. The user can change the text or load a file.
 function inspectSpline(at, box, curve) {
   const { motion, slider } = view.sheet.drives[at],
     area = hold(
@@ -104,7 +104,7 @@ function inspectSpline(at, box, curve) {
     tell();
   }
 }
-// The largest rate, acceleration and jerk of a drive's law.
+// Returns the largest rate, acceleration and jerk of the law of a drive in words.
 function peakWords(at) {
   const { peaks, unit } = view.picture?.drives[at] ?? {}, words = make("span", { className: "soft" });
   if (peaks) {
@@ -115,7 +115,7 @@ function peakWords(at) {
   return words;
 }
 
-// The entries of the selected part in the file, followed by those that can be added.
+// Returns a value as written in the file.
 const written = (
   value,
 ) => (typeof value === "string"
@@ -131,6 +131,7 @@ const written = (
     ).join(", ")
   }}`
   : String(value ?? ""));
+// Lists the keys of the selected part in the file, followed by the keys that can be added.
 function listEntries() {
   const list = $("key"),
     before = list.value,

@@ -1,14 +1,15 @@
-// Links and cylinders of the drawing, and the search for those at a screen position.
+// Links and cylinders of the drawing, and the search for points and links at a screen position.
 import { drawnNow, pointAt, pointNow, toScreen, view } from "./view.js";
 
 export const loop = (
   link,
 ) => (link.beams.length ? link.beams : link.points.slice(1).map((end, k) => [link.points[k], end]));
-// A cylinder is drawn as one part. Its barrel, its rod and the point that fixes its line cannot be selected.
+// A cylinder is one part in the drawing. The barrel, the rod and the middle point cannot be selected separately.
 export const inCylinder = (link) => Object.values(view.sheet.cylinders).some(({ links }) => links.includes(link));
 export const isMiddle = (point) => Object.values(view.sheet.cylinders).some(({ middle }) => middle === point);
 
-// The point or link nearest to a screen position within some pixels, in its deflected or rigid position.
+// Returns the point nearest to a screen position, or null if no point is within `reach` pixels. Both the rigid and the
+// deflected position of each point count. `linkUnder` does the same for links.
 export function pointUnder(/** @type {number[]} */ [x, y], reach = 15) {
   let best = null, least = reach;
   for (const name of Object.keys(view.sheet?.points ?? {})) {
@@ -41,7 +42,7 @@ export function linkUnder(/** @type {number[]} */ [x, y], reach = 11, without = 
   return best;
 }
 
-// The position of the cycle in which a point fixed to a link is nearest to a given point of the plane.
+// Returns the index of the position of the cycle at which a point of a link is nearest to `place`.
 export function nearestPosition({ ends, t }, place) {
   const { picture } = view, [a, b] = ends.map((name) => picture?.points.indexOf(name) ?? -1);
   if (a < 0 || b < 0) return view.position;

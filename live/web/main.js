@@ -30,7 +30,7 @@ async function start() {
   state.saved = digest === "missing" ? null : reply.text;
   try {
     localStorage.setItem("live path", location.pathname);
-  } catch { /* a browser that keeps nothing */ }
+  } catch { /* the browser does not allow storage */ }
   $("name").textContent = name;
   $("name").title = path ?? "";
   for (const [kind, words] of Object.entries(parts)) {
@@ -48,10 +48,10 @@ async function start() {
   let kept = null;
   try {
     kept = localStorage.getItem(KEY());
-  } catch { /* a browser that keeps nothing */ }
+  } catch { /* the browser does not allow storage */ }
   await ask({ text: reply.text, numbers: true });
   const last = view.sheet?.links.findLast(({ section }) => section);
-  if (last) $("section").value = last.section; // new links are like the last one
+  if (last) $("section").value = last.section; // new links get the section and material of the last link
   if (last?.material) $("material").value = last.material;
   if (view.sheet?.empty) tools.take("link");
   fit();
@@ -157,7 +157,7 @@ function wire() {
       );}
   });
   document.addEventListener("keydown", (event) => {
-    if (event.target === document.body) tools.keys(event); // without a click
+    if (event.target === document.body) tools.keys(event); // the keys of tools work if no element has the focus
     if (!(event.ctrlKey || event.metaKey)) return;
     const act = { s: save, z: () => travel(event.shiftKey ? text.redo() : text.undo()), y: () => travel(text.redo()) };
     const key = event.key.toLowerCase(), field = /** @type {any} */ (event.target);
@@ -166,7 +166,7 @@ function wire() {
     if (key !== "s" && typed(field)) field.value = field.defaultValue;
     else act[key]();
   });
-  // A value that was restored does not count as edited.
+  // If a field contains the value of the scene again, it has not changed: no other listener gets the event.
   document.addEventListener("change", (event) => {
     const field = /** @type {any} */ (event.target);
     if (isField(field) && !typed(field)) event.stopPropagation();

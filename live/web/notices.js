@@ -36,5 +36,5 @@ export function keepInBrowser() {
   try {
     if (dirty) localStorage.setItem(KEY(), text.text());
     else localStorage.removeItem(KEY());
-  } catch { /* a browser that keeps nothing */ }
+  } catch { /* the browser does not allow storage */ }
 }

@@ -1,4 +1,4 @@
-// The numbers of the scene, which can be changed in a list, with a slider or by dragging.
+// The numbers of the scene: a list, a slider and a field that change them. Also the edits during a drag.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { quantity, view } from "./view.js";
@@ -8,7 +8,7 @@ import { ask, changed } from "./requests.js";
 import { play, position } from "./shown.js";
 import { $, hold, options, state } from "./state.js";
 
-// The number remains selected unless another part is selected.
+// Lists the numbers, with the numbers of the selected part first. If `stays`, the selected number stays selected.
 export function listNumbers(stays = true) {
   const list = $("number"),
     before = list.value,
@@ -51,8 +51,7 @@ export function slide() {
   drag({ do: "set", path: now.path, value });
 }
 
-// The state of dragging: the text at its start, and the edit of this text.
-
+// A drag: `grab` stores the text, `drag` requests the answer for an edit of this text, `drop` ends the drag.
 export function grab() {
   play(false);
   state.dragging = text.text();

@@ -21,11 +21,11 @@ export const PATHS = {
   bearing: "bearings",
   cam: "cams",
 };
-// Tables that are not drawn: those with names, and single ones.
+// Parts that are not drawn: kinds of parts with names, and tables that occur only once.
 export const BESIDE = ["section", "material", "motor", "joint", "bearing", "cam"],
   TABLES = ["run", "limits", "fatigue", "sweep", "tolerances", "sensitivities", "optimize"];
 export const tableAt = (path) => path.reduce((table, key) => table?.[key], state.tables);
-// The path of the selected part's table in the file, and the kind of this table.
+// Returns the path of the table of the selected part in the file, and the kind of this table.
 export function placeOfChosen() {
   const { chosen } = view;
   if (!chosen) return [[], "scene"];

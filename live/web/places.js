@@ -3,7 +3,7 @@ import { linkUnder, pointUnder } from "./links.js";
 import { gridStep, handle, pointNow, toPlane, toScreen, view } from "./view.js";
 import { $ } from "./state.js";
 
-// A position in the plane, snapped to the grid or aligned with another point.
+// Returns a position in the plane, aligned with another point or snapped to the grid.
 export function snapped(screen, except) {
   let [x, y] = toPlane(screen);
   view.guides = [];
@@ -28,17 +28,17 @@ export function snapped(screen, except) {
   return [x, y].map((value) => Number(value.toPrecision(9)));
 }
 
-// The point of the scene under the pointer, or else a position. Edits accept both.
+// Returns the name of the point under the pointer. If there is no point, returns a position. Edits accept both.
 export const picked = (screen) => pointUnder(screen) ?? snapped(screen);
-const JOINED = 8, MIDDLE = 0.06; // pixels from a link, and of its length from its middle
-// The end of a new link: a point, a position on a link (which becomes a point of the link), or a free position.
+const JOINED = 8, MIDDLE = 0.06; // largest distances: from a link [pixels]; from the middle of a line / its length
+// Returns the end of a new link: a point, a position on a link (a new point of the link), or a free position.
 export function joint(screen) {
   const point = pointUnder(screen), on = point ? null : linkUnder(screen, JOINED);
   if (!on?.link) return point ?? snapped(screen);
   view.guides = [];
   return { link: on.link, between: on.ends, share: shareOf(on) };
 }
-// The fraction of a line at which a new point is inserted: the middle, or the nearest crossing with a grid line.
+// Returns the fraction of a line at which a new point is added: the middle, or the nearest crossing with a grid line.
 export function shareOf({ ends, t }) {
   if (view.exact) return t;
   if (!$("snap").checked) return Number(t.toFixed(3));
@@ -50,7 +50,7 @@ export function shareOf({ ends, t }) {
 export const placed = (each) =>
   typeof each === "string" ? pointNow(each) : each.link ? onLink({ ends: each.between, t: each.share }) : each;
 
-// The direction from a point to a screen position, rounded to steps of 5 degrees if snapping is on.
+// Returns the direction from a point to a screen position. If snapping is on, its angle is a multiple of 5 degrees.
 export function direction(point, screen) {
   const from = toScreen(pointNow(point)),
     step = Math.PI / 36,
@@ -59,7 +59,7 @@ export function direction(point, screen) {
   return [Math.cos(angle), Math.sin(angle)];
 }
 
-// The position on the line of a link that was clicked.
+// Returns the position at the fraction `t` of the line between two points.
 export function onLink({ ends, t }) {
   const [a, b] = ends.map((name) => pointNow(name));
   return [0, 1].map((k) => Number((a[k] + (b[k] - a[k]) * t).toPrecision(6)));

@@ -1,4 +1,4 @@
-// Requests for the results of the text: quick answers, edits in sequence, and full answers.
+// Requests for the results of a text: quick answers, edits in sequence, and full answers.
 import * as talk from "./talk.js";
 import * as text from "./text.js";
 import { rescale, view } from "./view.js";
@@ -6,7 +6,7 @@ import { hush, keepInBrowser, notice } from "./notices.js";
 import { show, theoryWords } from "./shown.js";
 import { $, make, state } from "./state.js";
 
-// Callbacks for an answer, for its job and after an edit. They are set by main.js.
+// Callbacks after a quick answer and after an edit. main.js sets them.
 export const listeners = { answered: (_answer, _job) => {}, edited: (_change) => {} };
 
 export function ask(job) {
@@ -57,7 +57,8 @@ export function take(answer, job) {
   }
 }
 
-// Sends all edits except dragging in sequence, each with the text from the previous edit; then requests a full answer.
+// Sends edits one after the other: each starts from the text that the previous edit returned. Then requests a full
+// answer. A drag does not use this function.
 export function edit(...edits) {
   return (state.queue = state.queue.then(async () => {
     const before = text.text(), answer = await ask({ text: before, edits, numbers: true });

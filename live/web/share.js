@@ -1,10 +1,10 @@
 // Reads the text of a scene from the fragment of a link, from a report or from a file.
-const MARK = "#scene=", LARGEST = 4e6; // letters of a scene
-const OTHERS = /\.(pmks|linkage2|json|dxf)$/i; // files of other programs
+const MARK = "#scene=", LARGEST = 4e6; // largest number of characters in a scene
+const OTHERS = /\.(pmks|linkage2|json|dxf)$/i; // names of files of other programs
 
 const flow = (bytes, through) => new Blob([bytes]).stream().pipeThrough(through);
 
-// The link fragment that contains a text, compressed and encoded with characters that are valid in a URL.
+// Returns the link fragment that contains a text. The text is compressed and encoded in URL characters.
 export async function fragment(text) {
   const bytes = new Uint8Array(await new Response(flow(text, new CompressionStream("deflate"))).arrayBuffer());
   let letters = "";
@@ -12,7 +12,7 @@ export async function fragment(text) {
   return MARK + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-// The text in a link, or null if there is no text.
+// Returns the text in a link, or null if the link contains no text.
 export async function linked(link) {
   const letters = link.split(MARK)[1]?.trim();
   if (!letters) return null;
@@ -26,7 +26,7 @@ export async function linked(link) {
   return text;
 }
 
-// The text of a scene file, or of the scene that a report contains.
+// Returns the text of a scene file, or the text of the scene in a report.
 export function carried(content, name = "") {
   if (OTHERS.test(name)) {
     throw new Error(`${name} is of another program, "deflection-report --import ${name}" writes its scene`);

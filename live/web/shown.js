@@ -4,7 +4,7 @@ import { quantity, view } from "./view.js";
 import { drawGraph, listFigures } from "./graph.js";
 import { $, make, state } from "./state.js";
 
-const FIRST_LIMITS = 5; // tiles of limits above those of figures
+const FIRST_LIMITS = 5; // number of limits above the figures; the others are below
 
 const stopWords = (words) =>
   `${words[0].toUpperCase()}${
@@ -36,7 +36,7 @@ export function show() {
   $("theory").textContent = theoryWords(picture);
   const most = `${quantity(view.most, "Pa")}, displacements × ${view.factor}`;
   $("colours").replaceChildren(...(view.most ? ["von Mises stress 0", make("i"), most] : []));
-  const limits = picture.limits.map(limitTile); // the most used first
+  const limits = picture.limits.map(limitTile); // the server sorts them: most used first
   $("tiles").replaceChildren(
     ...limits.slice(0, FIRST_LIMITS),
     ...picture.figures.map(figureTile),
@@ -46,9 +46,9 @@ export function show() {
 
 export const tile = (kind, name, value, more) =>
   make("div", { className: `tile ${kind}` }, name, make("b", {}, value), more);
-const NO_ERROR = 1e-6; // smallest relative error that is shown
-const LEAST_SHARE = 1e-4; // smaller relative errors are below the printed digits
-/** Error in per cent, or with a unit if it exceeds the figure, as in the report. */
+const NO_ERROR = 1e-6; // smaller relative errors are not shown
+const LEAST_SHARE = 1e-4; // smaller relative errors are shown as "< 0.01 %"
+/** Returns the error in per cent. If the error exceeds the value, returns the error with its unit. */
 export function errorWords(value, error, unit) {
   const share = error / Math.abs(value);
   if (error === null || error <= NO_ERROR * Math.abs(value)) return "";

@@ -1,4 +1,4 @@
-// The state of the page, and its fields.
+// The state of the page, and functions for its fields.
 /** @type {(id: string) => any} */
 export const $ = (id) => document.getElementById(id);
 /** @type {(tag: string, properties?: any, ...children: any[]) => any} */
@@ -26,7 +26,8 @@ export const state = {
   keys: {},
   motions: [],
 };
-// The input fields other than the text of the scene, and whether one contains text that is not in the scene yet.
+// `isField`: whether an element is an input field (the text of the scene does not count). `typed`: whether a field
+// contains a value that is not in the scene yet.
 export const isField = ({ tagName, type, id }) =>
   (tagName === "INPUT" && ["text", "number"].includes(type)) || (tagName === "TEXTAREA" && id !== "text");
 export const typed = (field) => isField(field) && field.value !== field.defaultValue;

@@ -1,5 +1,5 @@
-// Requests to the server. Only one quick answer is computed at a time and only the newest request waits. A newer
-// request replaces the computation of a full answer.
+// Requests to the server. Only one quick answer is computed at a time. Meanwhile, only the newest request waits. Each
+// new request cancels the computation of a full answer.
 let number = 0, shown = 0, busy = false, waiting = null, whole = null;
 export let reached = true;
 const listeners = new Set();
@@ -16,7 +16,7 @@ async function request(path, given, signal) {
     ? {}
     : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(given) };
   try {
-    // in a widget by messages
+    // a widget sends the request as a message
     const response = await (window.kernel ? window.kernel(path, given) : fetch(path, { ...options, signal }));
     reach(true);
     return response;
@@ -26,7 +26,8 @@ async function request(path, given, signal) {
   }
 }
 
-// A message consists of the length of the JSON, the JSON, and the numbers. Arrays are given by offset and shape.
+// Unpacks a response: the length of the JSON text, the JSON text, and numbers. The JSON text contains the offset and
+// shape of each array of numbers.
 function unpacked(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -50,7 +51,7 @@ export const save = async (text, digest) => {
   return { ok: response.ok, ...(await response.json()) };
 };
 
-// Requests a quick answer to a text after edits. `done` is called unless a newer answer arrives first.
+// Requests the quick answer for an edited text. Calls `done` with the answer if no newer answer has arrived before.
 export function quick(job) {
   whole?.abort();
   job.number = ++number;
@@ -67,7 +68,7 @@ async function next() {
     const response = await request("answer", { text, edits, numbers, dragged: drag, graph, number });
     const content = response.ok ? await response.arrayBuffer() : await response.text();
     if (waiting) next();
-    else busy = false; // the server computes the next while this one is drawn
+    else busy = false; // the server computes the next answer while the page draws this one
     if (!response.ok) {
       job.failed?.(content);
       return;
@@ -86,7 +87,7 @@ async function next() {
 
 export const quiet = () => !busy && !waiting;
 
-// Requests the full answer to a text. It is dropped if there was a newer request in the meantime.
+// Requests the full answer for a text. If there is a newer request in the meantime, ignores the answer.
 export async function full(text, done) {
   whole?.abort();
   const mine = (whole = new AbortController()), asked = number;
@@ -96,9 +97,9 @@ export async function full(text, done) {
     if (response.status === 204) {
       setTimeout(() => asked === number && mine === whole && full(text, done), 700);
       return;
-    } // another window's drag
+    } // another window has cancelled the computation: try again
     if (!response.ok) return done({ picture: null, mistakes: [{ message: await response.text() }] });
     const answer = unpacked(await response.arrayBuffer());
     if (asked === number) done(answer);
-  } catch { /* cancelled, or no server: another notice says so */ }
+  } catch { /* the request is cancelled, or the server is gone, which another notice reports */ }
 }

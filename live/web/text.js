@@ -1,13 +1,13 @@
-// The text next to the drawing, with line numbers, marked mistakes and changes, and undo for all changes.
+// The text next to the drawing: line numbers, marks of mistakes and changed lines, and undo for all changes.
 import { $, make } from "./state.js";
 const area = $("text"), gutter = $("gutter"), marks = $("marks");
-const LONG = 1e6; // most pairs of lines to compare
+const LONG = 1e6; // if there are more pairs of lines to compare, all these lines count as changed
 let LINE = 19, room = 400;
 let past = [], future = [], current = "", mistakes = [], changed = [];
 
 export const text = () => current;
 
-// Sizes that are read only once, not at every change.
+// Reads the line height and the height of the text field. They are stored, because reading them at each change is slow.
 export function measure() {
   LINE = parseFloat(getComputedStyle(area).lineHeight);
   room = area.clientHeight;
@@ -18,7 +18,7 @@ export function begin(whole) {
   show(whole);
 }
 
-// Show another text. The change is stored for undo if it ends a gesture.
+// Shows another text. If `mark`, also marks the lines that have changed. `keep` stores the previous text for undo.
 export function show(whole, mark = false) {
   if (mark) changed = differing(current, whole);
   else changed = [];
@@ -60,7 +60,7 @@ function buttons() {
   $("redo").disabled = !future.length;
 }
 
-export function tellMistakes(found) { // or the next step of a drawing
+export function tellMistakes(found) { // an entry with `next` is no mistake: it suggests the next step
   if (!found.length && !mistakes.length) return;
   mistakes = found;
   $("mistakes").replaceChildren(...found.map(({ line, message, next }) => {
@@ -87,7 +87,7 @@ function reveal(row) {
   if (top < area.scrollTop || top > area.scrollTop + height - 3 * LINE) area.scrollTop = Math.max(0, top - height / 3);
 }
 
-// Ranges of lines that differ between two texts, found by the longest common subsequence of lines.
+// Returns the indices of the lines of `after` that are new, by the longest common subsequence of lines.
 function differing(before, after) {
   const [old, now] = [before.split("\n"), after.split("\n")];
   let first = 0, last = 0;
@@ -95,7 +95,7 @@ function differing(before, after) {
   while (last < now.length - first && last < old.length - first && now.at(-1 - last) === old.at(-1 - last)) last++;
   const [m, n] = [old.length - last - first, now.length - last - first], rows = [];
   if (m * n > LONG) return Array.from({ length: n }, (_, k) => first + k);
-  const common = Array.from({ length: m + 1 }, () => new Uint16Array(n + 1)); // lines alike from here on
+  const common = Array.from({ length: m + 1 }, () => new Uint16Array(n + 1)); // number of common lines after (i, k)
   const alike = (i, k) => old[first + i] === now[first + k];
   for (let i = m - 1; i >= 0; i--) {
     for (let k = n - 1; k >= 0; k--) {
@@ -130,7 +130,7 @@ function draw() {
   gutter.scrollTop = area.scrollTop;
 }
 
-// Consecutive typing is one undo step, which ends with a pause or with an undo.
+// Typing without a pause is one undo step. Undo and redo also end the step.
 let before = null, timer = 0;
 function finish() {
   clearTimeout(timer);

@@ -32,7 +32,7 @@ export const TOOLS = [
     "slot is a rack; once more takes them away",
   ],
 ];
-const FIRST = 5; // tools that are needed first, before the others
+const FIRST = 5; // number of tools in the first group: a new user needs them first
 
 export function fillToolbar(take, actions) {
   const buttons = TOOLS.map(([name, words, key, hint]) => {

@@ -1,4 +1,4 @@
-// Tools on the drawing: pointer and keys become edits of the scene.
+// Tools on the drawing. They convert events of the pointer and keys to edits of the scene.
 import { draw, drawGrid } from "./drawing.js";
 import { linkUnder, nearestPosition, pointUnder } from "./links.js";
 import { direction, joint, near, onGrid, onLink, picked, placed, shareOf, snapped } from "./places.js";
@@ -99,7 +99,7 @@ function pressed(screen, touch, id) {
 function moved(event) {
   const screen = at(event);
   if (gesture && gesture.id !== event.pointerId) return;
-  if (gesture && event.pointerType === "mouse" && !event.buttons) return up(event); // let go elsewhere
+  if (gesture && event.pointerType === "mouse" && !event.buttons) return up(event); // button released elsewhere
   if (clicks.length && (!gesture || gesture.kind === "line" || tool === "plate")) {
     view.preview = [...clicks.map(placed), placed(tool === "load" ? toPlane(screen) : joint(screen))];
     draw();
@@ -169,7 +169,7 @@ function cancel() {
 }
 
 function line(done, screen) {
-  if (!clicks.length || (!done.moved && !done.second)) return; // the first click of two
+  if (!clicks.length || (!done.moved && !done.second)) return; // this was the first of two clicks
   const first = clicks[0], last = tool === "load" ? toPlane(screen) : joint(screen);
   clear();
   if (tool === "load") {
@@ -232,7 +232,7 @@ function plate(closed) {
 
 // --- keyboard control: arrow keys move a cursor, N moves it to the next part, and Enter clicks at the cursor
 
-// The parts that a tool can select with their positions: points, and links with their midpoints.
+// Returns the names and positions of the parts that a tool can select. The position of a link is its midpoint.
 function targets() {
   const { sheet } = view, ofLinks = ["drive", "gear", "trace"].includes(tool);
   const points = Object.keys(sheet.points).map((name) => [`point ${name}`, pointNow(name)]);
@@ -263,7 +263,7 @@ function put(place, words) {
     view.x += x / view.scale;
     view.y -= y / view.scale;
     drawGrid();
-  } // it stays in sight
+  } // the view follows the cursor
   if (clicks.length) view.preview = [...clicks.map(placed), place];
   draw();
   const under = pointUnder(toScreen(place)), link = under ? null : linkUnder(toScreen(place))?.link;

@@ -18,12 +18,12 @@ export const view = {
   paths: true,
   sizes: false,
   trace: null,
-  exact: false, // places are taken as they are, without the grid
+  exact: false, // whether positions are used without snapping
   width: 1,
   height: 1,
 };
 
-const MARGIN = 90; // pixels of the stage that the points leave free, for their names and symbols, over the hint
+const MARGIN = 90; // [pixels] total free space on both sides of the mechanism, for names and symbols
 
 // The size of the drawing area. It is read once, because reading it while marks change would force a new layout.
 export function measure() {
@@ -35,7 +35,7 @@ export function quantity(value, unit, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (unit === "rad") return `${Number(((value * 180) / Math.PI).toPrecision(digits + 1))}°`;
   if (unit === "1" || unit === "") return String(Number(value.toPrecision(digits)));
-  const shown = view.picture?.units[unit]; // the unit of the scene
+  const shown = view.picture?.units[unit]; // the unit that the scene uses for such values
   if (shown) return `${Number((value * shown[0]).toPrecision(digits))} ${shown[1]}`;
   const prefixes = unit === "m"
     ? [[1, "m"], [1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"]]
@@ -57,13 +57,14 @@ export const toPlane = (
   [x, y],
 ) => [view.x + (x - view.width / 2) / view.scale, view.y - (y - view.height / 2) / view.scale];
 
-// Grid steps are 1, 2 or 5 times a power of ten, and not smaller than some pixels.
+// Returns the grid step: 1, 2 or 5 times a power of ten, and at least `least` pixels.
 export function gridStep(least = 12) {
   const raw = least / view.scale, power = 10 ** Math.floor(Math.log10(raw));
   return power * ([1, 2, 5, 10].find((each) => each * power >= raw));
 }
 
-// The position at which a point can be grabbed: at the start of the motion, or as drawn if the scene cannot move.
+// Returns the position at which a point can be dragged: its position at the start of the motion. If the scene cannot
+// move, returns the drawn position.
 export function handle(name) {
   const { picture, sheet, stale } = view, at = picture && !stale ? picture.points.indexOf(name) : -1;
   return at < 0 ? sheet?.points[name] ?? null : pointAt(at, 0);
@@ -79,7 +80,7 @@ export const pointNow = (name) => {
   return at < 0 ? view.sheet?.points[name] ?? null : pointAt(at, view.position);
 };
 export const enlarged = (place, by) => place.map((value, k) => value + (view.factor * by[k] || 0));
-// The position of a point in the drawing, including its displacement.
+// Returns the position in the plane at which a point is drawn: the rigid position plus the enlarged displacement.
 export const drawnNow = (name) => {
   const at = indexOf(name), place = pointNow(name);
   return at < 0 ? place : enlarged(place, pairAt("moved", at, view.position));
@@ -99,7 +100,7 @@ export function fit() {
   Object.assign(view, { x: (l + r) / 2, y: (b + t) / 2 - foot / (2 * scale), scale });
 }
 
-// The scale factor of displacements and the stress of the last colour. They do not change during dragging.
+// Sets the scale factor of displacements and the stress of the last colour. They do not change during a drag.
 export function rescale() {
   const { picture } = view;
   if (!picture?.arrays.bent) return;

@@ -1,5 +1,5 @@
 // The editor as a notebook widget: the page is in a frame without a URL, and requests are sent as messages.
-const PATIENCE = 10_000; // ms until it is message that nothing comes
+const PATIENCE = 10_000; // [ms] waiting time before a message says that the kernel does not answer
 
 function render({ model, el }) {
   const files = model.get("files"), addresses = {}, waiting = new Map(), mine = Math.random().toString(36).slice(2);
