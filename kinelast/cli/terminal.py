@@ -1,4 +1,4 @@
-"""Terminal interface of the command: arguments, printed lines and a progress bar."""
+"""Terminal interface of the command `deflection-report`: command-line arguments, printed text, and progress."""
 
 import argparse
 import os
@@ -29,12 +29,12 @@ examples:
 
 
 def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
-    """Convert command-line arguments to the options for each scene and the options for the run.
+    """Convert command-line arguments to `Request` (options for each scene) and `Batch` (options for the run).
 
     Raises
     ------
     SystemExit
-        After the help or an error message has been printed.
+        The help or an error message has been printed.
     """
     known = options_of(Batch, Request)
     parser = _parser(known)
@@ -53,7 +53,7 @@ def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
 
 
 def _parted(argv: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-    """Return the arguments before the argument "--", and the scenes after this argument."""
+    """Return the arguments before "--", and the arguments after "--", which are names of scenes."""
     at = argv.index("--") if "--" in argv else len(argv)
     return argv[:at], argv[at + 1 :]
 
@@ -88,7 +88,7 @@ def _parser(known: dict[str, Option]) -> argparse.ArgumentParser:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return a function that calls `read`, and converts `OptionError` to an error of argparse."""
+    """Return a function that calls `read` and raises `ArgumentTypeError` if `read` raises `OptionError`."""
 
     def value(text: str) -> Any:
         try:
@@ -100,9 +100,9 @@ def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
-    """Write the default value of an option such as --check into the arguments if the user gives no value.
+    """Return a copy of the arguments in which options without a value, such as --check, have their default value.
 
-    Otherwise argparse would take a scene that follows the option as the value of the option.
+    Without this value, argparse would interpret a scene after --check as the value of --check.
     """
     bare = {flag: option.bare for option in known.values() if option.bare is not None for flag in option.flags}
     following = (*argv[1:], "")
@@ -113,13 +113,13 @@ def _with_bare(argv: Sequence[str], known: dict[str, Option]) -> list[str]:
 
 
 def _refuse(parser: argparse.ArgumentParser, word: str) -> NoReturn:
-    """Exit with a message about an unknown option."""
+    """Print a message about the unknown option `word`, and exit."""
     flags = [flag for action in parser._actions for flag in action.option_strings if flag.startswith("--")]
     parser.error(f'unknown option "{word}"{likely(word, flags) or "; --help lists all options"}')
 
 
 def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], known: dict[str, Option]) -> None:
-    """Exit with a message if two options exclude each other, or if an option needs another option that is missing."""
+    """Print a message and exit if two options exclude each other, or if an option needs another option."""
     for name in given:
         option = known[name]
         if option.belongs and not given.get(option.belongs):
@@ -135,14 +135,17 @@ def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], 
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
 
 
-BAR_DELAY, LINE_INTERVAL = 1.0, 10.0  # [s] delay of the bar; interval of progress lines without a terminal
-MAX_COUNTED_PARTS = 100  # progress through this many or more steps is printed as a percentage
+# [s] time before the progress bar appears. Without a terminal: time between two lines of progress.
+BAR_DELAY, LINE_INTERVAL = 1.0, 10.0
+# if a stage of a run has at least this many steps, its progress is printed as a percentage
+MAX_COUNTED_PARTS = 100
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines. If a pipe is closed or a disk is full, discard this text and all later output to the stream.
+    """Print text to a stream. If writing fails, discard the text and all later output to the stream.
 
-    Control characters are escaped. Characters that the terminal cannot show become question marks.
+    Writing fails, for example, if the stream is a closed pipe or a file on a full disk. Control characters in the text
+    are escaped. Characters that the encoding of the stream does not contain become question marks.
     """
     if stream is None:
         return
@@ -157,7 +160,7 @@ def say(text: str, stream: TextIO | None) -> None:
 
 
 def _mute(stream: TextIO) -> None:
-    """Redirect a stream to the null device. Text in the buffer of the stream is discarded too."""
+    """Redirect a stream to the null device, so that buffered text and all later output are discarded."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -165,9 +168,10 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open closed standard streams as the null device.
+    """Connect each closed standard stream (stdin, stdout or stderr) to the null device.
 
-    Otherwise a result file could get the file descriptor of a standard stream.
+    Otherwise the operating system could give the file descriptor of a closed stream to a result file. Text for the
+    closed stream would then be written to the result file.
     """
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
@@ -178,10 +182,10 @@ def fill_closed_streams() -> None:
 
 @contextmanager
 def listener(quiet: bool) -> Iterator[Progress]:
-    """Yield a progress callback.
+    """Yield a progress callback for a run.
 
-    On a terminal, the callback shows a bar. Otherwise it prints a line every `LINE_INTERVAL` seconds. If `quiet` is
-    True, it prints nothing.
+    On a terminal, the callback shows a progress bar. Without a terminal, the callback prints a line of progress every
+    `LINE_INTERVAL` seconds. If `quiet` is True, the callback prints nothing.
     """
     if quiet:
         yield SILENT
@@ -201,7 +205,7 @@ def listener(quiet: bool) -> Iterator[Progress]:
 
 
 class Sentences(Progress):
-    """Progress callback that prints messages, but no progress."""
+    """Progress callback that prints messages to stderr but does not print progress."""
 
     def tell(self, sentence: str) -> None:
         """Print a message."""
@@ -209,13 +213,13 @@ class Sentences(Progress):
 
 
 class _Lines(Sentences):
-    """Progress callback that prints a line every `LINE_INTERVAL` seconds."""
+    """Progress callback that prints a line of progress every `LINE_INTERVAL` seconds."""
 
     def __init__(self) -> None:
         self._start = self._last = time.monotonic()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Print the stage, the fraction done, and the elapsed time."""
+        """Print the stage of the run, the finished fraction of the stage, and the elapsed time of the run."""
         now = time.monotonic()
         if now > self._last + LINE_INTERVAL and done < total:
             self._last = now
@@ -230,7 +234,7 @@ class _Lines(Sentences):
 
 
 class _Bar(Sentences):
-    """Progress callback that shows a bar. The bar appears when `show` is called."""
+    """Progress callback that shows a progress bar. The bar is hidden until `show` is called."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -239,7 +243,7 @@ class _Bar(Sentences):
         self._over = False
 
     def show(self) -> None:
-        """Show the bar."""
+        """Show the progress bar."""
         from rich import progress as bars
         from rich.console import Console
 
@@ -249,7 +253,7 @@ class _Bar(Sentences):
             bars.BarColumn(),
             bars.MofNCompleteColumn(),
         )
-        both = sys.stdout is not None and sys.stdout.isatty()  # stdout to a file must not pass through rich
+        both = sys.stdout is not None and sys.stdout.isatty()  # if stdout is a file, rich must not redirect it
         with self._lock:
             if self._over:
                 return
@@ -262,14 +266,14 @@ class _Bar(Sentences):
         self(*self._now)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Store the progress, and update the bar."""
+        """Store the progress and, if the progress bar is visible, update the bar."""
         self._now = stage, done, total
         if self._bar is not None:
             words = plain(stage, 60).replace("[", r"\[")
             self._bar.update(self._task, description=words, completed=done, total=total or None)
 
     def stop(self) -> None:
-        """Remove the bar."""
+        """Remove the progress bar."""
         with self._lock:
             self._over = True
             if self._bar is not None:

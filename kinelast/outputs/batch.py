@@ -1,4 +1,7 @@
-"""Tables with a row for each scene of a batch: summary.csv, index.html and, on request, summary.parquet."""
+"""Tables of a batch (a run on several scenes): summary.csv, index.html and, on request, summary.parquet.
+
+Each table has one row per scene (a mechanism with its motion).
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
@@ -29,7 +32,7 @@ def _safety(report: Report) -> Reading | None:
 
 
 def _unreliable(report: Report) -> str:
-    """Return the names of the unreliable values in the row of a scene, separated by commas."""
+    """Return the names of the results of a scene that are marked as unreliable, separated by commas."""
     shown = {
         "largest_deflection": report.largest_deflection,
         "largest_chord": report.largest_chord,
@@ -46,9 +49,10 @@ def _check(report: Report) -> str:
 
 
 def _decides(report: Report) -> tuple[str, float | None]:
-    """Return a phrase about the limit that decides the verdict, and the utilisation of this limit.
+    """Return a phrase about the limit that decides the verdict, and the utilisation of the limit (value / limit).
 
-    If a link buckles, return a phrase about the buckling and None. If there is no verdict, the phrase is empty.
+    If a link buckles, the phrase describes the buckling, and the utilisation is None. If there is no verdict, the
+    phrase is empty, and the utilisation is None.
     """
     if report.buckles or not report.acceptance.verdict:
         return report.buckles or "", None
@@ -56,7 +60,8 @@ def _decides(report: Report) -> tuple[str, float | None]:
     return next((words, used) for words, used, outcome in limit_rows(report) if outcome == worst)
 
 
-COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (  # name, unit, and function of the report
+# name and unit of each column, and function that computes a cell of the column from the report on a scene
+COLUMNS: tuple[tuple[str, str, Callable[[Report], Any]], ...] = (
     ("verdict", "", lambda report: report.acceptance.verdict),
     ("decides", "", lambda report: _decides(report)[0]),
     ("used", "1", lambda report: _decides(report)[1]),
@@ -79,7 +84,7 @@ HEAD = (("scene", ""), ("state", ""), ("status", ""), *((name, unit) for name, u
 
 
 def summary_row(outcome: Outcome, name: str) -> list[Any]:
-    """Return the row of a scene in summary.csv, with None for unknown values."""
+    """Return the row of a scene in summary.csv. Unknown values are None."""
     report = outcome.report
     cells = [None] * len(COLUMNS) if report is None else [cell(report) for *_, cell in COLUMNS]
     row = [name, outcome.state, outcome.status, *cells, outcome.line if report is None else ""]
@@ -91,20 +96,21 @@ def write_batch(
 ) -> None:
     """Write the tables of a batch.
 
-    Rows of scenes from earlier batches are kept if the folders of these scenes still exist.
+    The tables keep the rows that earlier batches wrote, if the result folders of the scenes still exist.
 
     Parameters
     ----------
     rows, seconds
-        Row (see `summary_row`) and computing time [s] of each scene, by the name of its folder in `out`.
+        Row (see `summary_row`) and computing time [s] of each scene. The keys are the names of the result folders in
+        `out`.
     others
-        Formats in addition to CSV and HTML; only "parquet" has an effect. A Parquet file from an earlier run is also
-        updated without this request if pyarrow is installed.
+        Formats in addition to CSV and HTML. Only "parquet" has an effect. If summary.parquet already exists and pyarrow
+        is installed, the file is updated even without "parquet".
 
     Raises
     ------
     RequestError
-        A file to be replaced was not written by this program, or another run has locked the file.
+        One of the tables already exists but was not written by this program, or another run has locked it.
     OSError
         A file cannot be written.
     """
@@ -131,7 +137,7 @@ def _table(rows: Sequence[Sequence[Any]]) -> Table:
 
 
 def _read(row: Sequence[str]) -> list[Any]:
-    """Convert the cells of a row of summary.csv from text to values."""
+    """Convert the cells of a row of summary.csv from text to numbers, and empty cells to None."""
     return [
         (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
         for (name, unit), cell in zip(HEAD, row, strict=True)

@@ -1,4 +1,4 @@
-"""Charts of the results over the cycle of a mechanism as SVG, drawn by matplotlib."""
+"""SVG charts and maps of results over the cycle of a mechanism, drawn with matplotlib."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (6.0, 3.0), (1.5, 2.5), (11.0, 3.0, 2.0, 3.0), (16.0, 4.0), (9.0, 2.0, 2.0, 2.0, 2.0, 2.0))
 WIDTH, HEIGHT = 6.1, 2.1  # [in] size of a chart
-ACROSS, BETWEEN = 180, 14  # [px] width of a map, and gap between maps
-ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of maps
+ACROSS, BETWEEN = 180, 14  # [pixels] width of a map, and gap between two maps in a row
+ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # [in] dimensions of the maps in a picture
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
-LEANER = (
-    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # this style would apply to the whole page
-    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # another picture on the page may have the same identifier
+LEANER = (  # pattern that is replaced in an SVG, and its replacement
+    (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # remove <style>: it would affect the whole page
+    (r'(<g|<image [^>]*?) id="[^"]*"', r"\1"),  # remove id: two pictures may use the same id
     (r"(?<=base64,)\s+", ""),
     (r"(?<=font-family: )[^;]*(?=;)", "sans-serif"),
     (r"\s*\n\s*", " "),
@@ -40,7 +40,7 @@ LEANER = (
 
 
 class Axis(Struct, frozen=True, eq=False):
-    """Abscissa of the charts over the cycle: values, shape (positions,), label and ticks."""
+    """Horizontal axis of the charts over the cycle: values of shape (positions,), label, and ticks."""
 
     values: Reals
     label: str
@@ -48,7 +48,7 @@ class Axis(Struct, frozen=True, eq=False):
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """A curve over the cycle: values of shape (positions,), and indices into the lists of colours and dashes."""
+    """A curve over the cycle: values of shape (positions,), index into `COLOURS`, and index into `DASHES`."""
 
     name: str
     values: Reals
@@ -57,7 +57,7 @@ class Curve(Struct, frozen=True, eq=False):
 
 
 class Chart(Struct, frozen=True, eq=False):
-    """A chart with several curves, which have the same unit."""
+    """A chart with one or more curves. All curves of a chart have the same unit."""
 
     heading: str
     unit: str
@@ -65,9 +65,10 @@ class Chart(Struct, frozen=True, eq=False):
 
 
 def svg_of(figure: Figure, name: str) -> str:
-    """Return a matplotlib figure as an `<svg>` element, with identifiers that depend on `name`.
+    """Return a matplotlib figure as an `<svg>` element.
 
-    Pictures on one page need different names, because identifiers on a page must be unique.
+    The identifiers in the SVG are derived from `name`. Two pictures on one page need different names, because
+    identifiers on a page must be unique.
     """
     from matplotlib import rc_context
 
@@ -82,7 +83,7 @@ def svg_of(figure: Figure, name: str) -> str:
 
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
-    """Return each chart as SVG. The ordinate of the largest magnitude determines the SI prefix of the unit."""
+    """Return each chart as SVG. The largest magnitude in a chart determines the SI prefix of the unit."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -106,7 +107,7 @@ def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
 
 
 def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
-    """Draw the curves of a chart, with a dot at the largest magnitude of each curve. Return the unit as text."""
+    """Draw the curves of a chart, and a dot at the largest magnitude of each curve. Return the label of the y axis."""
     heights = np.array([np.broadcast_to(curve.values, axis.values.shape) for curve in chart.curves], float)
     finite = heights[np.isfinite(heights)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
@@ -129,20 +130,21 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
 def field_maps(
     axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
 ) -> str:
-    """Return one SVG with maps of fields (quantities along beams), a row for each beam and a column for each field.
+    """Return one SVG with a map of each field (quantity along beams) on each beam.
 
-    In a map, the vertical axis is the location along the beam, and the horizontal axis is the position in the cycle.
+    The picture has a row of maps for each beam and a column of maps for each field. The vertical axis of a map is the
+    location along the beam. The horizontal axis is the position in the cycle.
 
     Parameters
     ----------
     labels
         Labels of the beams, one for each row.
     fields
-        Values of each field, shape (beams, positions, stations), and a text with the range of the values on each beam,
-        by heading of the column. The colour scale of a map extends from minus to plus the largest magnitude in the map.
-        nan is grey.
+        Values of each field, shape (beams, positions, stations), and for each beam a text with the range of the values.
+        The keys are the headings of the columns. The colour scale of a map extends from minus to plus the largest
+        magnitude in the map. Unknown values (nan) are grey.
     columns
-        Minimum number of columns for the width of the picture, so that several pictures have equal widths.
+        The picture is at least wide enough for this number of columns. Pictures with equal `columns` get equal widths.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -173,19 +175,24 @@ def field_maps(
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:
-    """Return a few ticks of the axis: the distance from the left edge of a map [in], and the label."""
+    """Return a few ticks of the horizontal axis of a map.
+
+    A tick consists of the distance from the left edge of the map [in], and a label.
+    """
     first, way = axis.values[0], axis.values[-1] - axis.values[0]
     few = axis.marks[:: math.ceil(len(axis.marks) / 3) or 1]
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
 
 
 def mosaic(fields: Sequence[Any]) -> Any:
-    """Return a picture of fields of shape (beams, positions, stations), with a row of maps for each beam.
+    """Return the pixels of a picture with a row of maps for each beam and a column of maps for each field.
+
+    Each array in `fields` has the shape (beams, positions, stations).
 
     Returns
     -------
-    RGBA bytes, shape (rows, columns, 4). Positive values are blue, negative values are red, and nan is grey. The gaps
-    between the maps are transparent.
+    RGBA bytes, shape (rows of pixels, columns of pixels, 4). Positive values are blue, negative values are red, and nan
+    is grey. The gaps between the maps are transparent.
     """
     from matplotlib import colormaps
 
@@ -205,13 +212,14 @@ def mosaic(fields: Sequence[Any]) -> Any:
     return picture.reshape(beams * (stations + below), -1, 4)
 
 
-MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))  # kinds in each picture
-MOST_MAPPED, MOST_CURVES = 16, 6  # maximum number of beams in maps, and of curves in a chart
+# kinds of fields in each picture with maps
+MAPPED = ((FieldKind.LOAD, FieldKind.FORCE), (FieldKind.DISPLACEMENT,), (FieldKind.STRESS,))
+MOST_MAPPED, MOST_CURVES = 16, 6  # maximum number of beams in a picture with maps, and of curves in a chart
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)  # [deg] distances between ticks
 
 
 def axis(results: Results) -> Axis:
-    """Return the abscissa of the cycle: the angle of the first drive if it turns in one sense, otherwise the time."""
+    """Return the horizontal axis: the angle of the first drive if the drive turns in one sense, otherwise the time."""
     motion = results.motion
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
@@ -227,9 +235,9 @@ def axis(results: Results) -> Axis:
 
 
 def _numbers(results: Results) -> Integers:
-    """Return the index of each computed position in the run, shape (positions,).
+    """Return the index of each computed position among all positions of the run, shape (computed positions,).
 
-    The count includes positions of the run that are left out.
+    All positions of the run include the unreachable positions that were omitted from the computation.
     """
     time = results.motion.time
     if not results.left_out or len(time) < 2:
@@ -238,13 +246,16 @@ def _numbers(results: Results) -> Integers:
 
 
 def _spread(results: Results, values: Any) -> Reals:
-    """Interpolate the values of an axis from the computed positions to all positions of the run."""
+    """Return the values of an axis at all positions of the run, interpolated between the computed positions."""
     numbers = _numbers(results)
     return np.asarray(np.interp(np.arange(numbers[-1] + 1), numbers, values))
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:
-    """Return values, shape (..., positions of the run), with nan at left-out and ill-conditioned positions."""
+    """Return values at all positions of the run, shape (..., positions).
+
+    The value is nan at unreachable and at ill-conditioned positions.
+    """
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
@@ -253,7 +264,7 @@ def _with_gaps(results: Results, values: Any) -> Reals:
 
 
 def cycle_charts(results: Results) -> list[Chart]:
-    """Return the charts over the cycle."""
+    """Return the charts over the cycle: deflection, stress, moments, drives, joint forces and displacements."""
     forces, names = results.deflection.forces, results.scene.beam_names
     charts = []
     for field in ("w", "mises", "M"):
@@ -287,7 +298,7 @@ def _broken(results: Results, chart: Chart) -> Chart:
 
 
 def _largest(chart: Chart) -> Chart:
-    """Return a chart with only the `MOST_CURVES` curves that have the largest magnitudes."""
+    """Return a copy of a chart that contains only the `MOST_CURVES` curves with the largest magnitudes."""
     if len(chart.curves) <= MOST_CURVES:
         return chart
     sizes = [float(np.nanmax(np.abs(curve.values), initial=0.0)) for curve in chart.curves]
@@ -301,7 +312,7 @@ def _curves(named: dict[str, Any]) -> list[Curve]:
 
 
 def _places(results: Results) -> list[tuple[int, int]]:
-    """Return the indices of the colour and dashes of each beam. Beams of one link have the same colour."""
+    """Return, for each beam, an index into `COLOURS` and one into `DASHES`. Beams of one link have the same colour."""
     places, seen = [], dict.fromkeys(range(len(results.mechanism.links)), 0)
     for link, _ in results.mechanism.beams:
         places.append(((link - 1) % len(COLOURS), seen[link] + (link - 1) // len(COLOURS)))
@@ -310,7 +321,10 @@ def _places(results: Results) -> list[tuple[int, int]]:
 
 
 def cycle_maps(results: Results, over: Axis) -> list[str]:
-    """Return pictures with maps of the main fields: loads and forces, displacements, and stresses if known."""
+    """Return up to three pictures with maps: loads and forces, displacements, and stresses.
+
+    A picture is left out if all its values are unknown.
+    """
     shown = [[field for field in FIELDS.values() if field.main and field.kind in kinds] for kinds in MAPPED]
     found = [{words: values for field in row for words, values in [_map(results, field)]} for row in shown]
     known = [row for row in found if any(np.isfinite(values).any() for values, _ in row.values())]
@@ -319,11 +333,14 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """Return the heading of a field, its values, shape (beams, positions, stations), and the ranges as text."""
+    """Return the heading and the values of a field, and the range of the values on each beam as text.
+
+    The values have the shape (beams, positions, stations).
+    """
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
-    if field.key in results.cycle.extremes:  # the largest value may lie between the stations
+    if field.key in results.cycle.extremes:  # `extremes` also cover locations between the stations
         exact = results.cycle.extremes[field.key].value[: len(values), results.cycle.counted]
         sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
     sign = "±" if field.signed else "≤ "

@@ -1,4 +1,4 @@
-"""Export of the mechanism of a scene to other programs."""
+"""Conversion of a mechanism to the data that the exporters for other programs need."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
     from rigid import Gear
 
-MIN_STROKE = 1e-6  # a motion law oscillates if |sum of strokes| / largest |stroke| is smaller
-POSITIONS = 360  # number of positions at which the travel of pins in slots is evaluated
+MIN_STROKE = 1e-6  # a motion law counts as oscillating if |sum of strokes| / largest |stroke| is below this limit
+POSITIONS = 360  # number of positions per cycle at which the position of a pin in its slot is evaluated
 
 
 def exchanged(scene: Scene) -> ForeignMechanism:
-    """Return the mechanism of a scene in its initial position, in mm or inches, for export to other programs.
+    """Return the mechanism of a scene in the initial position, for export to other programs.
 
-    Links that are welded together become one link with the sum of the masses. If the block of a slider has only one
-    pin, the slider becomes a slot, and the mass of the block is placed at the pin. Sections, springs and varying loads
-    are omitted.
+    The unit of length is the millimetre, or the inch if the report uses inches. Links that are welded together become
+    one link with the sum of the masses. If the block of a slider has only one pin, a slot replaces the slider and the
+    block, and the mass of the block is placed at the pin. Beam sections, springs and varying loads are omitted.
     """
     from exchange import ForeignLink, ForeignMechanism
 
@@ -74,9 +74,10 @@ def exchanged(scene: Scene) -> ForeignMechanism:
 
 
 def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[str, tuple[float, complex, float]]:
-    """Return the mass [kg], the centre and the moment of inertia [kg m^2] of each link in the initial position.
+    """Return the mass [kg], the centre of mass and the moment of inertia [kg m^2] of each link, by name of the link.
 
-    The coordinates of the centre are in the length unit of the export.
+    The centre of mass is a complex number in the length unit of the export, at the initial position. The moment of
+    inertia refers to the centre of mass.
     """
     parts: dict[str, list[tuple[float, complex, float]]] = {}
     for number, link in enumerate(motion.mechanism.links):
@@ -95,9 +96,9 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
 
 
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
-    """Return the constant forces at points of links, in the axes of the ground.
+    """Return the constant forces at points of links, as complex numbers in the axes of the ground.
 
-    A force that turns with a link has the direction in the initial position.
+    If a force turns with a link, return the direction of the force in the initial position.
     """
     from exchange import ForeignLoad
 
@@ -116,7 +117,7 @@ def _link(mechanism: Mechanism, name: str) -> Link:
 def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
-    """Return the sliders that become slots, and the other sliders, both by the name of the slider."""
+    """Return the slots that replace sliders, and the remaining sliders. The keys are the names of the sliders."""
     from exchange import ForeignSlider, Slot
 
     slots, slides = {}, {}
@@ -144,7 +145,7 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 
 def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
-    """Return a drive with its constant speed or oscillation. Any other motion of the drive is omitted."""
+    """Return a drive with a constant speed or an oscillating motion law. Any other motion law is omitted."""
     from exchange import Drive, to_and_fro
 
     if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
@@ -161,7 +162,10 @@ def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], u
 
 
 def _swing(law: SegmentedLaw) -> list[float]:
-    """Return the strokes of a motion law that oscillates between two limits without a dwell; empty for other laws."""
+    """Return the strokes of a law that oscillates between two limits without a dwell.
+
+    For any other motion law, return an empty list.
+    """
     strokes: list[float] = []
     for segment in law.segments:
         rise = float(segment.rise)

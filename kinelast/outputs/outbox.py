@@ -1,7 +1,9 @@
-"""Atomic writing of result folders and files. Locks exclude concurrent runs.
+"""Atomic writing of result folders and files. A lock prevents two runs from writing to the same folder.
 
-A new result folder is written under a hidden name. When it is complete, it replaces the existing folder. The lock file
-contains the hidden name, so that the next run can remove the hidden files of a killed run.
+A run writes its files to a hidden folder. When the hidden folder is complete, the run renames the previous result
+folder to another hidden name, and renames the hidden folder to the name of the result folder. The names of all hidden
+files of a run start with the same prefix. The lock file contains this prefix. If the run is killed, the next run reads
+the prefix from the lock file and removes the hidden files.
 """
 
 import hashlib
@@ -21,27 +23,31 @@ from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
-EARLIER = "earlier"  # subfolder for files of earlier runs that the current run did not write again
-HIDDEN = ".kinelast-"  # prefix of locks and unfinished folders
+EARLIER = "earlier"  # name of the subfolder for result files of earlier runs that the current run does not write
+HIDDEN = ".kinelast-"  # start of the names of lock files and hidden folders
 UNFINISHED = ".part"  # suffix of unfinished files
-OWNER = ".owner"  # suffix of the file that replaces a lock on file systems without locks
-PATIENCE = 60.0  # [s] maximum time to wait for another run
-PAUSE = 0.05  # [s] pause between two attempts to lock a folder
-LINE = 300  # maximum number of characters of a path in a message
+OWNER = ".owner"  # suffix of the file that replaces the lock file on file systems without locks
+PATIENCE = 60.0  # [s] maximum time to wait until another run releases a lock
+PAUSE = 0.05  # [s] pause between two attempts to get a lock
+LINE = 300  # maximum number of characters of a path in an error message
 
 
 @contextmanager
 def complete(folder: Path) -> Iterator[Path]:
-    """Yield a hidden folder that replaces `folder` on success and is removed on failure.
+    """Yield a hidden folder for new result files. On success, the hidden folder replaces `folder`.
 
-    Files of earlier runs move to the subfolder `EARLIER` if this run does not write them again. Files that this program
-    did not write stay in the folder (see `foreign`). If the user has edited a file of this program, the file is renamed
-    to `NAME.edited.EXT`.
+    If an exception occurs, the hidden folder is removed and `folder` is kept. When the hidden folder replaces
+    `folder`, the existing files are treated as follows:
+
+    - A file that this program did not write stays in the folder (see `foreign`).
+    - A file that this program wrote and the user has edited is renamed to `NAME.edited.EXT`.
+    - A file of an earlier run is deleted if this run has written a file with the same name. Otherwise it is moved to
+      the subfolder `EARLIER`.
 
     Raises
     ------
     RequestError
-        A file that this program did not write has the name of a new file, another run has locked the folder, or the
+        A new file would replace a file that this program did not write, another run has locked the folder, or the
         folder cannot be created.
     """
     _require_place(folder)
@@ -62,12 +68,15 @@ def complete(folder: Path) -> Iterator[Path]:
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
-    """Write or replace a file while it is locked against other runs.
+    """Write a file, or replace an existing file of this program. Other runs are locked out while this run writes.
+
+    `ours` is a function that checks whether this program wrote the existing file. `content` is a function that returns
+    the new content.
 
     Raises
     ------
     RequestError
-        The existing file was not written by this program (`ours` is false), or another run has locked it.
+        This program did not write the existing file (`ours` returns False), or another run has locked the file.
     """
     with locked(path) as hidden:
         if path.exists() and not ours():
@@ -76,10 +85,10 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
 
 
 def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
-    """Write `content`, followed by the contents of the files `more`, to a file atomically.
+    """Write `content`, followed by the contents of the files `more`, to the file `path` atomically.
 
-    The content is written to a temporary file, which is renamed when the content is on the disk. After a power failure,
-    the file may be missing or old, but it is never incomplete.
+    First write a temporary file. When all data are on the disk, rename the temporary file to `path`. After a power
+    failure, `path` may be missing or have its previous content, but `path` is never incomplete.
     """
     part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
     try:
@@ -100,22 +109,23 @@ def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
 
 
 def sync(file: int) -> None:
-    """Wait until the content of a file is on the disk. Raise OSError if the disk is full."""
+    """Wait until the operating system has written a file to the disk. Raise OSError if the disk is full."""
     os.fsync(file)
 
 
 def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -> None:
-    """Add text files to a result folder.
+    """Add text files to a result folder, and list the added files in summary.json.
 
     Parameters
     ----------
     summary
-        Content of summary.json if the folder has no summary yet.
+        Content of a new summary.json, used if the folder has no summary.json.
 
     Raises
     ------
     RequestError
-        The folder cannot be written (for the reasons, see `complete`).
+        A new file would replace a file that this program did not write, another run has locked the folder, or the
+        folder cannot be created.
     """
     _require_place(folder)
     with locked(folder) as hidden:
@@ -130,7 +140,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 
 def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
-    """Write text files and the summary to the hidden folder `part`, and move them to `folder`, the summary last."""
+    """Write text files and the summary to the hidden folder `part`. Move all files to `folder`, the summary last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
     write_json(part / SUMMARY, with_files(known, part))
@@ -142,7 +152,8 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
     """Return the names of the files in a folder that this program did not write.
 
-    By default, the summary is read from the folder.
+    Files that the summary of the folder does not list count as written by others. If `summary` is None, the summary is
+    read from the folder.
     """
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
@@ -151,7 +162,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Remove the hidden files of a killed run. If the killed run had renamed `folder`, rename it back."""
+    """Remove the hidden files of a killed run. If the killed run had renamed `folder`, undo the renaming."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with locked(folder):
@@ -159,7 +170,7 @@ def recovered(folder: Path) -> None:
 
 
 def _require_place(folder: Path) -> None:
-    """Raise RequestError if the path of a result folder, or of its subfolder `EARLIER`, is a file or a link."""
+    """Raise RequestError if a file or a link has the name of the result folder, or of its subfolder `EARLIER`."""
     with suppress(OSError):
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             shown = plain(str(folder), LINE)
@@ -176,22 +187,23 @@ def _lock_of(folder: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
-    """Lock a folder or file against other runs, and yield the prefix for the names of its hidden files.
+    """Lock a folder or file against other runs. Yield the prefix for the names of the hidden files of this run.
 
     Parameters
     ----------
     patience
-        Maximum time to wait for another run [s] (default: `PATIENCE`).
+        Maximum time to wait until another run releases the lock [s] (default: `PATIENCE`).
 
     Raises
     ------
     RequestError
-        Another run still has the lock after this time, or the lock file or the parent folder cannot be created.
+        Another run has not released the lock within `patience`, or the lock file or the parent folder cannot be
+        created.
     """
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    # count attempts instead of measuring time: the computer may sleep while it waits
+    # Count attempts instead of measuring time, because time also passes while the computer sleeps.
     left = (PATIENCE if patience is None else patience) / PAUSE
     lock = None
     try:
@@ -216,11 +228,14 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
                 _release(path, lock, folder, hidden)
             for place in fresh:
                 with suppress(OSError):
-                    place.rmdir()  # fails if the folder contains files
+                    place.rmdir()  # rmdir only removes empty folders
 
 
 def _mark(lock: int, folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a killed run, if any. Write the prefix `hidden` of this run to the lock file."""
+    """Write the prefix `hidden` of this run to the lock file.
+
+    If the lock file contains the prefix of a killed run, first remove the hidden files of the killed run.
+    """
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
         _clean(folder, before)
@@ -230,22 +245,25 @@ def _mark(lock: int, folder: Path, hidden: str) -> None:
 
 
 def _release(path: Path, lock: int, folder: Path, hidden: str) -> None:
-    """Release a lock. Remove the lock file if no hidden files remain."""
+    """Release a lock. Remove the lock file if this run has left no hidden files."""
     with suppress(OSError):
-        folder.with_name(f"{hidden}.part").unlink()  # the unfinished file, if any
+        folder.with_name(f"{hidden}.part").unlink()  # the incomplete file of a failed `put`, if there is one
     if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
-            path.unlink()  # before the release: a waiting run checks whether the file still exists
+            # Remove the file before the lock is released, because a waiting run then checks whether the file exists.
+            path.unlink()
     with suppress(OSError):
         path.with_suffix(OWNER).unlink()
     os.close(lock)
 
 
 def _tried(path: Path) -> tuple[int | None, str]:
-    """Try to lock a file. Return the descriptor of the open file, or None if another run has locked the file.
+    """Try to lock a file. The operating system releases the lock when the process ends.
 
-    The second value is a text to append to the error message of the caller. It is empty if there is nothing to add. The
-    operating system releases the lock when the process ends.
+    Returns
+    -------
+    The descriptor of the locked file, or None if another run has locked the file. The second value is a text that the
+    caller appends to its error message; the text may be empty.
     """
     lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
@@ -255,11 +273,11 @@ def _tried(path: Path) -> tuple[int | None, str]:
     except BlockingIOError:
         os.close(lock)
         return None, ""
-    except ImportError:  # without locks, the hidden files of different runs still have different names
+    except ImportError:  # Windows: without a lock, hidden files of two runs still have different names
         return lock, ""
-    except OSError:  # a file system without locks, such as a network drive
+    except OSError:  # the file system has no locks, for example on a network drive
         os.close(lock)
-        if _owned(path):  # open the file again, because the previous owner may have removed it
+        if _owned(path):  # open again: the run that had the lock may have removed the file
             return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), ""
         return None, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
     with suppress(OSError):
@@ -270,10 +288,10 @@ def _tried(path: Path) -> tuple[int | None, str]:
 
 
 def _owned(path: Path) -> bool:
-    """Create the file that replaces a lock (suffix `OWNER`). Return False if the file already exists.
+    """Create the owner file (suffix `OWNER`), which replaces the lock. Return False if the owner file already exists.
 
-    An existing file is removed if the process that created the file ran on this computer and has ended. The next
-    attempt then succeeds.
+    The owner file contains the process number and the computer of the run. If the owner file already exists, and its
+    process ran on this computer and has ended, remove the owner file. The next call can then create a new owner file.
     """
     place, here = path.with_suffix(OWNER), platform.node()
     try:
@@ -301,10 +319,11 @@ def _runs(number: int) -> bool:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Remove the hidden files of a result folder.
+    """Remove the hidden files that a run has created next to a result folder.
 
-    `hidden` is the prefix of their names. If there is no folder with the final name, the old folder gets this name
-    again. Otherwise, files that exist only in the old folder are moved into the new folder, see `complete`.
+    `hidden` is the prefix of the names of the hidden files. If the result folder is missing, rename the hidden previous
+    version back to the name of the result folder. Otherwise, move files that exist only in the previous version into
+    the result folder or its subfolder `EARLIER` (see `complete`), and delete the previous version.
     """
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
@@ -317,16 +336,17 @@ def _clean(folder: Path, hidden: str) -> None:
         return
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
-            place.chmod(0o700)  # files in a read-only folder could not be removed
+            place.chmod(0o700)  # the files in a read-only folder cannot be removed
     others = {*foreign(old), EARLIER}
-    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):  # files of the user first
+    # Move the subfolder `EARLIER` and the files of others first, because the rest is moved into this subfolder.
+    for entry in sorted(old.iterdir(), key=lambda each: each.name not in others):
         if not (folder / entry.name).exists():
             _move(entry, folder if entry.name in others else folder / EARLIER)
     shutil.rmtree(old, ignore_errors=True)
 
 
 def _move(entry: Path, folder: Path) -> None:
-    """Move a file or folder into a folder. If the name already exists in this folder, append a number to the name."""
+    """Move a file or folder into `folder`. If `folder` already contains the name, append a number to the name."""
     folder.mkdir(exist_ok=True)
     place, number = folder / entry.name, 1
     while place.exists() or place.is_symlink():
@@ -336,9 +356,9 @@ def _move(entry: Path, folder: Path) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Return the names of the files in a folder that this program has written, as listed in the summary.
+    """Return the names of the files that this program wrote to a folder, according to the summary of the folder.
 
-    If the summary is not valid JSON, return the names of the files that are named like files of this program.
+    If the summary is not valid JSON, return the files whose names are among the file names of this program.
     """
     known = summary_in(folder)
     if known is None:
@@ -348,7 +368,7 @@ def _ours(folder: Path) -> set[str]:
 
 
 def _move_aside(folder: Path) -> None:
-    """Find files of this program that the user has edited, and rename them to `NAME.edited.EXT`."""
+    """Rename each file that this program wrote and the user has edited to `NAME.edited.EXT`."""
     for name in changed(folder):
         path, number = folder / name, 1
         while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
@@ -357,14 +377,14 @@ def _move_aside(folder: Path) -> None:
 
 
 def _written() -> set[str]:
-    """Return all file names that this program uses. Tables are included in all file formats."""
+    """Return all names of result files. A table has one name for each table format."""
     names = written()
     tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
     return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:
-    """Raise RequestError if a new file has the same name as a file that this program did not write."""
+    """Raise RequestError if `names` contains a file in the folder that this program did not write."""
     clash = sorted(names & set(foreign(folder)))
     if clash:
         shown = plain(str(folder), LINE)

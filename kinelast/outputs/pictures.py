@@ -1,4 +1,4 @@
-"""Pictures of a scene (a mechanism with its motion): deflected mechanism, charts, films, and drawings for CAD."""
+"""Pictures of a mechanism: deflected links, charts, films, and DXF drawings for CAD programs."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from animations import Style
 
 
-WIDEST, TALLEST = 8.4, 5.2  # inches
-GHOSTS = 12  # approximate number of positions at which undeformed links are drawn faintly
-FOOT = 0.3  # [in] space for the length scale below the mechanism
-EDGE = 0.06  # [in] margin around parts that extend beyond the frame
-SHARE = 0.08  # drawn size of the largest displacement / size of the mechanism
-MIN_NAMED = 6  # a link gets a name if (its longest line / size of the symbols) is larger
-STATIONS = np.linspace(0.0, 1.0, 25)  # points of a deflected beam / length of the beam
+WIDEST, TALLEST = 8.4, 5.2  # [in] largest width and height of a picture of the mechanism
+GHOSTS = 12  # the undeformed links are drawn faintly at about this number of positions
+FOOT = 0.3  # [in] height of the space for the length scale
+EDGE = 0.06  # [in] margin that is added on a side of the picture if a part would extend beyond that side
+SHARE = 0.08  # (drawn length of the largest displacement) / (size of the mechanism)
+MIN_NAMED = 6  # the name of a link is drawn if (longest line of the link / size of the symbols) exceeds this limit
+STATIONS = np.linspace(0.0, 1.0, 25)  # (distance of a drawn point from the start of a beam) / length of the beam
 
 
 def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
@@ -50,7 +50,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
     Returns
     -------
-    An `<svg>` element, and the factor that multiplies the displacements in the picture.
+    An `<svg>` element, and the factor by which displacements are enlarged in the picture.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -76,7 +76,10 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
-    """Draw the mechanism on axes of a given size [in], at the position with the largest deflection."""
+    """Draw the mechanism at the position with the largest deflection.
+
+    `size` is the width and height of the axes [in], as a complex number.
+    """
     low, high = extent(results)
     factor, position = exaggeration(results, abs(high - low)), position_of_largest(results)
     sheet = _sheet(results, position, factor, (low, high))
@@ -90,7 +93,7 @@ def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:
 
 
 def _draw_all(results: Results, sheet: MechanismAxes, position: int, factor: float, corner: complex) -> None:
-    """Draw paths, links, joints and names, and the length scale at the point `corner` [m]."""
+    """Draw paths, links, symbols, names and the length scale. The length scale starts at the point `corner` [m]."""
     _draw_course(results, sheet.axes, position)
     _draw_bent(results, sheet.axes, sheet, position, factor)
     sheet.draw_symbols()
@@ -107,7 +110,10 @@ def position_of_largest(results: Results) -> int:
 
 
 def _extend_limits(axes: Axes, scale: float) -> None:
-    """Enlarge the picture to include the deflected links, symbols and texts. `scale` is in inches per metre."""
+    """Enlarge the picture until it contains all deflected links, symbols and texts.
+
+    `scale` is the scale of the picture in inches per metre.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -117,7 +123,7 @@ def _extend_limits(axes: Axes, scale: float) -> None:
     (left, right), (foot, top) = axes.get_xlim(), axes.get_ylim()
     boxes = [to_metres.transform(text.get_window_extent(renderer).get_points()) for text in axes.texts]
     every = np.concatenate([[(left, foot), (right, top)], axes.dataLim.get_points(), *boxes])
-    every = every[np.isfinite(every).all(axis=1)]  # coordinates are nan at a singular position
+    every = every[np.isfinite(every).all(axis=1)]  # at a singular position, coordinates are nan
     edge = EDGE / scale * (every.min(axis=0) < (left, foot)), EDGE / scale * (every.max(axis=0) > (right, top))
     low, high = every.min(axis=0) - edge[0], every.max(axis=0) + edge[1]
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -125,9 +131,9 @@ def _extend_limits(axes: Axes, scale: float) -> None:
 
 
 def exaggeration(results: Results, size: float) -> float:
-    """Return a round factor by which to enlarge displacements, so that the largest one is clearly visible.
+    """Return a factor that makes the largest displacement clearly visible in a picture. The factor is a round number.
 
-    Return 0 if a link buckles, because the displacements are then unknown.
+    Return 0 if a link buckles, because displacements are unknown after buckling. `size` is the size of the mechanism.
     """
     if results.buckles:
         return 0.0
@@ -138,12 +144,12 @@ def exaggeration(results: Results, size: float) -> float:
 
 
 def _enlarged(values: Any, factor: float) -> Any:
-    """Return displacements multiplied by a factor. If the factor is 0, return zeros, even for nan."""
+    """Return displacements multiplied by a factor. If the factor is 0, return zeros, even if displacements are nan."""
     return factor * values if factor else np.zeros_like(values)
 
 
 def _sheet(results: Results, position: int, factor: float, extent: tuple[complex, complex]) -> MechanismAxes:
-    """Return the picture of the mechanism at a position, with displacements enlarged by a factor."""
+    """Prepare a picture of the mechanism at a position, with displacements multiplied by `factor`."""
     posture, places = _posture(results, position, factor), _displaced(results, position, factor)
     marks, motion = results.cycle.once(display_list), results.motion
     thin = list(_links(results, position)) if factor else []
@@ -151,7 +157,7 @@ def _sheet(results: Results, position: int, factor: float, extent: tuple[complex
 
 
 def _posture(results: Results, position: int, factor: float) -> Posture:
-    """Return the positions and angles of the links at a position, including the enlarged displacements."""
+    """Return the posture of the displaced links at a position, with displacements multiplied by `factor`."""
     motion, bent = results.motion, results.deflection
     turned: Any = np.exp(1j * _enlarged(bent.angle[:, position], factor))
     carried = motion.origin[:, position] + _enlarged(bent.shift[:, position], factor)
@@ -159,7 +165,7 @@ def _posture(results: Results, position: int, factor: float) -> Posture:
 
 
 def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
-    """Return the positions of points on moving links, including the enlarged displacements, by link and point."""
+    """Return the displaced points of moving links, by link and point. Displacements are multiplied by `factor`."""
     return {
         (link.name, point): complex(position_of(results.motion, number, point)[position])
         + complex(_enlarged(results.displacements.get(point, np.zeros(position + 1))[position], factor))
@@ -170,7 +176,7 @@ def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str
 
 
 def _draw_course(results: Results, axes: Axes, position: int) -> None:
-    """Draw the paths of points, and the undeformed links at several positions and at `position`."""
+    """Draw paths of points and the undeformed links at `position`. Draw links at some other positions faintly."""
     from matplotlib.collections import LineCollection
 
     count = results.motion.columns[0]
@@ -187,7 +193,7 @@ def _draw_course(results: Results, axes: Axes, position: int) -> None:
 
 
 def _links(results: Results, position: int) -> Iterator[Any]:
-    """Yield the lines of the undeformed links at a position: beams, or the outline of a link without beams."""
+    """Yield a line for each undeformed beam at a position. For a link without beams, yield the outline of the link."""
     for at, link in enumerate(results.mechanism.links[1:], 1):
         spots = {point: position_of(results.motion, at, point)[position] for point in link.points}
         yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
@@ -196,7 +202,7 @@ def _links(results: Results, position: int) -> Iterator[Any]:
 
 
 def _rollers(results: Results, position: int) -> Iterator[Any]:
-    """Yield the circles of cam rollers at a position, without displacements."""
+    """Yield the circles of cam rollers at a position. Displacements are ignored."""
     for mark in results.cycle.once(display_list):
         if mark.kind == ROLLER:
             circle = mark.placed(position_of(results.motion, mark.at.link, mark.at.point)[position], 1.0, 0.0)
@@ -204,7 +210,7 @@ def _rollers(results: Results, position: int) -> Iterator[Any]:
 
 
 def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
-    """Draw the displaced links and their names. Beams are drawn with their deflected shape."""
+    """Draw the displaced links, with the deflected shape of beams, and add the names of the links."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     drawn: dict[str, list[Any]] = {}
@@ -232,12 +238,12 @@ def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int
 
 
 def _span(line: Any) -> float:
-    """Return the distance between the ends of a line."""
+    """Return the distance between the first and the last point of a line."""
     return float(abs(line[-1] - line[0]))
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float, factor: float | None) -> None:
-    """Draw the length scale and, as text, the factor that multiplies the displacements."""
+    """Draw the length scale. Next to it, write the factor by which displacements are enlarged, if known."""
     length = round_down(0.22 * width)
     tick = 0.006 * width
     x, y = corner.real, corner.imag
@@ -250,7 +256,7 @@ HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 
 def write_stills(folder: Path, results: Results) -> None:
-    """Write SVG files of the deflected mechanism, the charts over the cycle, and the maps."""
+    """Create a folder with SVG files of the deflected mechanism, the charts over the cycle, and the maps of fields."""
     folder.mkdir()
     pictures = {"mechanism": mechanism_drawing(results, position_of_largest(results))[0]}
     over, charts = axis(results), cycle_charts(results)
@@ -262,13 +268,14 @@ def write_stills(folder: Path, results: Results) -> None:
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
 
 
-MIN_FREE = 1_000_000  # [bytes] with less free space, a failed film is reported as a full disk
+MIN_FREE = 1_000_000  # [bytes] if a film fails with less free space, the error message reports a full disk
 
 
 def write_dxf(path: Path, results: Results) -> None:
-    """Write a drawing of the links in the first position, with outlines, holes and paths of points, as DXF and SVG.
+    """Write a true-size drawing of the links in the first position as a DXF file and an SVG file.
 
-    The drawings have true size. The unit is the inch if the report uses inches, otherwise the millimetre.
+    The drawing contains outlines and holes of the links, and paths of points. The unit of length is the millimetre, or
+    the inch if the report uses inches.
     """
     from exchange import DrawnLink, dxf_text, svg_text
 
@@ -289,14 +296,17 @@ def write_dxf(path: Path, results: Results) -> None:
     parts = [
         DrawnLink(link.name, places, own, {point: holes[point] for point in places if point in holes})
         for link, places, own in zip(links[1:], drawn[1:], beams[1:], strict=True)
-        if " " not in link.name  # the block of a slot has a name with a space; blocks are not drawn
+        if " " not in link.name  # skip the blocks of slots, which are the only links with a space in their name
     ]
     path.write_text(dxf_text(parts, drawn[0], paths, unit), encoding="utf-8")
     path.with_suffix(".svg").write_text(svg_text(parts, drawn[0], paths, unit), encoding="utf-8")
 
 
 def write_cam(path: Path, scene: Scene, name: str) -> None:
-    """Write the profile, shaft and pitch curve of a cam in the axes of the cam, as DXF and SVG at true size."""
+    """Write a true-size drawing of a cam as a DXF file and an SVG file.
+
+    The drawing contains profile, shaft and pitch curve. Coordinates are in the axes of the cam.
+    """
     from exchange import dxf_text, svg_text
 
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
@@ -314,7 +324,10 @@ def write_cam(path: Path, scene: Scene, name: str) -> None:
 
 
 def _holes(scene: Scene) -> dict[str, float]:
-    """Return the known diameters of holes [m] by joint: of the eye, otherwise of the pin or the plain bearing."""
+    """Return the diameter of the hole at each joint [m], by joint. Joints with unknown diameters are left out.
+
+    The diameter is that of the eye. Without an eye, it is that of the pin or else of the plain bearing.
+    """
     parts = {name: each.eye or each.pin or each.plain for name, each in scene.bearings.items()}
     return {
         name: float(each.diameter) for name, each in parts.items() if each is not None and hasattr(each, "diameter")
@@ -322,10 +335,11 @@ def _holes(scene: Scene) -> dict[str, float]:
 
 
 def require_rendering() -> None:
-    """Raise RequestError if this computer cannot render, or ModuleNotFoundError if a package is missing."""
+    """Raise RequestError if this computer cannot render films, or ModuleNotFoundError if a package is missing."""
     from animations import RenderingUnavailable, probe
 
-    for name in ("pyvista", "vtkmodules"):  # the probe would report a missing package as a missing driver
+    # Check the packages first, because `probe` would report a missing package as a missing graphics driver.
+    for name in ("pyvista", "vtkmodules"):
         if not find_spec(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
@@ -337,14 +351,14 @@ def require_rendering() -> None:
 def draw_film(
     part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
 ) -> None:
-    """Write a film of a diagram, or a series of numbered pictures.
+    """Write a film that shows a diagram on the moving mechanism, or write the frames as numbered pictures.
 
     Raises
     ------
     RequestError
-        More frames than positions are requested, or the diagram shows an unknown field.
+        `diagram` is unknown or has no values, or there are fewer positions than requested frames.
     OSError
-        The file cannot be written.
+        The film cannot be written.
     """
     from animations import RATE, movie
 
@@ -358,9 +372,9 @@ def draw_film(
 
 
 def _without_encoder(error: OSError, target: Path) -> OSError:
-    """Return the error of a failed film with a readable message.
+    """Return the error of a failed film. If the encoder (ffmpeg) failed, replace the message by a readable one.
 
-    The message of the encoder itself is only its command line.
+    The original message of a failed encoder contains only a command line.
     """
     if error.errno not in (None, errno.EPIPE):
         return error
@@ -370,11 +384,11 @@ def _without_encoder(error: OSError, target: Path) -> OSError:
 
 
 def style_of(scene: Scene, request: Request) -> Style:
-    """Return the drawing style of a scene."""
+    """Return the drawing style of a film, from the options of the run and the outlines in the scene."""
     from animations import Style
 
     asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
     given = {name: value for name, value in asked.items() if value is not None}
-    # a polygon has at least three corners
+    # repeat corners if there are only one or two, because a polygon needs three
     outlines = {name: (corners * 2)[: max(len(corners), 3)] for name, corners in scene.outlines.items()}
     return Style(title=scene.title, outlines=outlines, marks=symbols_of(scene), look=request.style, **given)

@@ -1,4 +1,8 @@
-"""Placement of names on matplotlib axes, so that names cover no links or other names and few thin lines."""
+"""Placement of names on matplotlib axes.
+
+Names do not cover links or other names if possible, and cover few thin lines. For each name, candidate positions are
+tried, and the position with the lowest cost is chosen.
+"""
 
 from __future__ import annotations
 
@@ -13,29 +17,30 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Text
 
-LINK_ZORDER = 3  # zorder of the lines that represent links; all other lines and patches count as thin lines
-SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))  # tried directions from a point, the best first
-AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # tried distances from a point or line / symbol size
-SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # tried positions of a name along its line / length of the line
-# costs of each crossed thin line, of a leader line, and of each covered link or name
-# each hidden pixel of a thin line costs 1
+LINK_ZORDER = 3  # lines with this zorder represent links; all other lines and patches count as thin lines
+SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 7, 5, 0, 4, 6, 2]))  # candidate directions from a point to its name
+# AROUND for the names of points, ALONGSIDE for the names of lines
+AROUND, ALONGSIDE = (0.9, 1.8, 2.7, 4.0), (0.4, 1.3, 2.4)  # candidate distances of names / symbol size
+SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)  # candidate (position of a name along its line) / length of the line
+# Costs: CROSSING for each thin line that the name covers in part, plus 1 for each covered pixel of the thin line;
+# ASTRAY if the name seems to belong to another point; COVER for each link or name that the name covers.
 CROSSING, ASTRAY, COVER = 10.0, 100.0, 1e4
-LEADER = 1.0  # the name of a line gets a leader line if (length of the leader line / symbol size) is larger
-MIN_NEARER = 4.0  # [pixels] see `_astray`
-LEADER_GAP = 1.5  # [pixels] gap between a name and its leader line
-SAME_PLACE = 1.0  # [pixels] points that are closer together count as one place
-LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] a name covers a link, or crosses a thin line, if it is nearer
+LEADER = 1.0  # the name of a line gets a leader line if length of the leader line / symbol size > LEADER
+MIN_NEARER = 4.0  # [pixels] the name of a point must be nearer to this point than to any other point, by this distance
+LEADER_GAP = 1.5  # [pixels] gap between a leader line and its name
+SAME_PLACE = 1.0  # [pixels] two points count as one place if their distance is at most this
+LINK_HALF, THIN_HALF = 3.0, 1.0  # [pixels] smallest allowed distance of a name from a link, and from a thin line
 
 
 class PlacedName(Struct, frozen=True, eq=False):
-    """A text that names a line or a point.
+    """Name of a line or a point in a picture.
 
     Attributes
     ----------
     line
-        Points of the line as complex numbers [m]; a single point if the text names a point.
+        Points of the named line, or only the named point, as complex numbers [m].
     always
-        Whether the text is drawn even if it covers a link or another name.
+        Whether the name is drawn even if it covers a link or another name. True for points.
     """
 
     text: Text
@@ -43,7 +48,10 @@ class PlacedName(Struct, frozen=True, eq=False):
     always: bool
 
     def middles(self, to_pixels: Any, unit: float, half: complex) -> Any:
-        """Return candidate positions for the centre of the text, as complex numbers [pixels], the best first."""
+        """Return candidate positions of the centre of the name as complex numbers [pixels], the best position first.
+
+        `half` is half the size of the name [pixels], and `unit` is the size of the symbols [pixels].
+        """
         line = to_pixels(np.asarray(self.line))
         if len(line) == 1:
             corners = SIDES / np.maximum(abs(SIDES.real), abs(SIDES.imag))
@@ -57,16 +65,17 @@ class PlacedName(Struct, frozen=True, eq=False):
 
 
 def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: Any) -> None:
-    """Move names to their best positions, and draw leader lines.
+    """Move each name to the candidate position with the lowest cost, and draw leader lines.
 
-    Names of points are placed first. Names of lines that would cover a link or another name are removed.
+    Names of points are placed before names of lines. If the name of a line would cover a link or another name at all
+    candidate positions, the name is removed.
 
     Parameters
     ----------
     unit
         Size of the symbols [m].
     behind
-        Ends of additional thin lines as complex numbers [m], shape (lines, 2).
+        Both ends of thin lines that the axes do not contain, as complex numbers [m], shape (lines, 2).
     """
 
     def to_pixels(places: Any) -> Any:
@@ -78,7 +87,8 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
     own = {id(name.text) for name in named}
     taken = [_box(text) for text in axes.texts if id(text) not in own]
     links, thin = (to_pixels(lines) for lines in _lines(axes, behind))
-    lines: list[tuple[Any, int, float]] = []  # leader lines: named line, index in `taken`, minimum length [pixels]
+    # leader lines: named line, index of the name in `taken`, minimum length of the leader line [pixels]
+    lines: list[tuple[Any, int, float]] = []
     points = np.array([to_pixels(np.asarray(name.line))[0] for name in named if name.always], complex)
     for name in named:
         half = _box(name.text)[1]
@@ -106,12 +116,14 @@ def place_names(axes: Axes, names: Iterable[PlacedName], unit: float, behind: An
 
 
 def _astray(middles: Any, half: complex, point: complex, points: Any) -> Any:
-    """Return, for each candidate position of the name of a point, whether the name seems to belong to another point.
+    """Return for each candidate position whether the name of a point seems to belong to another point.
 
-    This is true if (distance to another point) < (distance to the named point) + `MIN_NEARER`.
+    A name seems to belong to another point if (distance of the name from the other point) < (distance of the name from
+    the named point) + `MIN_NEARER`.
 
-    `middles` are the candidate centres of the name, and `half` is half its size. `point` is the named point, and
-    `points` are all points with names. Other points at the place of `point` are ignored. All lengths are in pixels.
+    `middles` are the candidate positions of the centre of the name, and `half` is half the size of the name. `point` is
+    the named point, and `points` are all points with names. Points that coincide with `point` are ignored. All lengths
+    are in pixels.
     """
     others = points[abs(points - point) > SAME_PLACE]
     own, *away = (_away(middles, half, each) for each in (point, *others))
@@ -119,16 +131,20 @@ def _astray(middles: Any, half: complex, point: complex, points: Any) -> Any:
 
 
 def _away(middles: Any, half: complex, point: complex) -> Any:
-    """Return the distance of a point from each box. `middles` are the centres, and `half` is half the size of a box."""
+    """Return the distance of a point from each box. All boxes have the same size.
+
+    `middles` are the centres of the boxes, and `half` is half the size of a box.
+    """
     way = middles - point
     return np.hypot(np.maximum(abs(way.real) - half.real, 0.0), np.maximum(abs(way.imag) - half.imag, 0.0))
 
 
 def _draw_leader(axes: Axes, line: Any, box: tuple[complex, complex], others: Any, least: float) -> None:
-    """Draw a leader line from a name to the named line or point if the leader line is longer than `least`.
+    """Draw a leader line from a name to the named line or point.
 
-    `box` contains the centre and half the size of the name. `others` are the boxes of other names. A leader line that
-    would cross another name is not drawn. All lengths are in pixels.
+    The leader line is not drawn if it would be shorter than `least` or would cross another name. `line` contains the
+    points of the named line, or only the named point. `box` contains the centre of the name and half the size of the
+    name. `others` are the boxes of other names. All lengths are in pixels.
     """
     middle, half = box
     feet = np.interp(np.linspace(0.1, 0.9, 9), np.linspace(0.0, 1.0, len(line)), line) if len(line) > 1 else line
@@ -145,15 +161,15 @@ def _draw_leader(axes: Axes, line: Any, box: tuple[complex, complex], others: An
 
 
 def _box(text: Text) -> tuple[complex, complex]:
-    """Return the centre and half the size of a text [pixels]."""
+    """Return the centre of a text, and half the size of the text, as complex numbers [pixels]."""
     box = text.get_window_extent()
     return complex(box.x0 + box.x1, box.y0 + box.y1) / 2, complex(box.width, box.height) / 2
 
 
 def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
-    """Return two arrays with the ends of line segments, as complex numbers [m], shape (segments, 2).
+    """Return the ends of all line segments on the axes as two arrays of complex numbers [m], shape (segments, 2).
 
-    The first array contains the lines of links. The second array contains all other lines, including `behind`.
+    The first array contains the lines of links. The second array contains all other lines, and the lines `behind`.
     """
     links: list[Any] = []
     thin: list[Any] = [*behind]
@@ -168,7 +184,7 @@ def _lines(axes: Axes, behind: Any) -> tuple[Any, Any]:
 
 
 def _hidden(lines: Any, middles: Any, half: complex) -> Any:
-    """Return the length of each line inside each box [pixels], shape (lines, boxes).
+    """Return the length of the part of each line that is inside each box [pixels], shape (lines, boxes).
 
     `middles` are the centres of the boxes, and `half` is half the size of a box.
     """

@@ -1,4 +1,8 @@
-"""Tables of values at each position: results (positions.csv), motion (motion.csv) and fields (fields.npz)."""
+"""Files with values at each position of a run.
+
+positions.csv contains results, motion.csv contains motion and forces, and fields.npz contains fields (quantities along
+beams). Other tables contain the profiles of cams.
+"""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -19,12 +23,12 @@ from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
-PROFILE = 1440  # number of points of a cam profile, four per degree
-PER_TIME = ("", "/s", "/s^2")  # unit suffixes of a coordinate, a rate and an acceleration
+PROFILE = 1440  # number of points of a cam profile: four points per degree
+PER_TIME = ("", "/s", "/s^2")  # endings of the units of a coordinate, its first and its second time derivative
 
 
 def position_table(results: Results) -> Table:
-    """Return the table positions.csv, in the units of the report."""
+    """Return the content of positions.csv, in the units of the report."""
     motion, deflection = results.motion, results.deflection
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
     for (name, coordinate, unit, _), values in zip(results.drive_words, motion.drive, strict=True):
@@ -52,11 +56,11 @@ def position_table(results: Results) -> Table:
 
 
 def cam_tables(scene: Scene) -> dict[str, Table]:
-    """Return a table with the profile of each cam over one turn, by file name.
+    """Return one table for each cam, by file name. The table contains the points of the profile over one turn.
 
-    Coordinates are in the axes of the cam. At the start, these axes coincide with the axes of the ground. The rows are
-    in the order in which the follower passes over the profile. The table also contains the pitch curve if the follower
-    has a roller, and the flank `outer` if the cam is a groove.
+    Coordinates are in the axes of the cam, which coincide with the axes of the ground at the start of the run. The
+    table lists the points in the order in which the follower touches them. If the follower has a roller, the table also
+    contains the pitch curve. If the cam is a groove, the table also contains the second flank, called `outer`.
     """
     tables = {}
     for name, cam in scene.cams.items():
@@ -77,10 +81,10 @@ def cam_tables(scene: Scene) -> dict[str, Table]:
 
 
 def motion_table(results: Results) -> Table:
-    """Return the table motion.csv, in the units of the report.
+    """Return the content of motion.csv, in the units of the report.
 
-    Positions, velocities and accelerations are those of rigid links. Displacements, forces and efforts (moments or
-    forces of the drives) come from the deflection analysis.
+    Positions, velocities and accelerations are those of rigid links. The deflection analysis yields the displacements,
+    the joint forces, and the efforts. The effort of a drive is its moment or its force.
     """
     motion = results.motion
     columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
@@ -88,10 +92,10 @@ def motion_table(results: Results) -> Table:
 
 
 def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
-    """Return the columns of a rigid motion with their units, by name: drives, links, points and joints.
+    """Return the columns on the motion of drives, rigid links, points and joints: values and unit, by column name.
 
-    In the names of the columns, `theta` is the angle of a link, without jumps of a full turn. The coordinate of a drive
-    or joint is called `angle` if it turns, and `slide` if it slides.
+    A column name with `theta` means the angle of a link. The angle has no jumps of a full turn. The coordinate of a
+    drive or joint is called `angle` if the drive or joint turns, and `slide` if it slides.
     """
     links = motion.mechanism.links
     columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
@@ -119,7 +123,7 @@ def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
 
 
 def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the columns with the displacements of points."""
+    """Return the columns with the displacements of points: values and unit, by column name."""
     columns: dict[str, tuple[Any, str]] = {}
     for point, moved in results.displacements.items():
         columns |= _vector(f"{point}.d{{}}", moved, "m")
@@ -127,7 +131,7 @@ def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
-    """Return the columns with the effort and power of each drive."""
+    """Return the columns with the effort (moment or force) and the power of each drive."""
     columns: dict[str, tuple[Any, str]] = {}
     words = zip(results.drive_words, results.cycle.efforts, results.motion.drive_rate, strict=True)
     for (name, *_, unit), effort, rate in words:
@@ -136,10 +140,10 @@ def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
-    """Return the force [N] and moment [N m] of each joint on each connected link, by joint name and link number.
+    """Return the force [N] and moment [N m] that a joint exerts on a connected link, by joint name and link number.
 
-    Forces are complex numbers. If more than two links meet at a pin, force and moment are the total load of the pin on
-    the link. The moment is 0 if the joint transmits no moment.
+    Forces are complex numbers. If a pin connects more than two links, the force and the moment on a link are the sums
+    of the loads from all other links. The moment is 0 if the joint transmits no moment.
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
@@ -153,7 +157,8 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
 def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
     """Return the columns with joint forces, joint moments, and the shaking force and moment on the ground.
 
-    Joint forces are given in the axes of the ground and in the axes of the link.
+    A joint force has four components: two in the axes of the ground and two in the axes of the link. A joint force on
+    the ground has only two components.
     """
     motion, forces = results.motion, results.deflection.forces
     columns: dict[str, tuple[Any, str]] = {}
@@ -171,7 +176,7 @@ def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
 
 
 def _table(columns: Mapping[str, tuple[Any, str]], results: Results) -> Table:
-    """Return a table with the given columns, converted to the units of the report."""
+    """Return a table in the units of the report. `columns` contains the values in SI units and the units."""
     wide = results.motion.columns
     made = (Column(name, np.broadcast_to(values, wide), unit) for name, (values, unit) in columns.items())
     return Table(tuple(made)).in_units(results.scene.report_units)
@@ -182,12 +187,14 @@ def _vector(name: str, values: Any, unit: str) -> dict[str, tuple[Any, str]]:
 
 
 def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[str]) -> dict[str, Table]:
-    """Return the tables with one row per position, by file name.
+    """Return positions.csv and, if `with_motion` is True, motion.csv as tables, by file name without extension.
+
+    If there are `patterns`, the tables contain only the columns with matching names.
 
     Raises
     ------
     RequestError
-        A pattern of column names matches no column.
+        One of the patterns matches no column name.
     """
     tables = {"positions": position_table(results)}
     if with_motion:
@@ -201,17 +208,20 @@ def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[
 
 
 def append_table(path: Path, table: Table, first: bool) -> None:
-    """Append the rows of a table to a CSV file. If `first` is true, write a new file with headings."""
+    """Append the rows of a table to a CSV file. If `first` is True, write a new file with headings and rows."""
     with path.open("wb" if first else "ab") as file:
         file.write(csv_bytes(table, head=first))
 
 
 class FieldFile:
-    """Numpy file (npz) with the main fields (quantities along beams), written chunk by chunk.
+    """NumPy file (npz) with the main fields (quantities along beams) of a long run.
 
-    The array `t` contains the times [s], shape (positions,). For each beam, `LABEL/x` contains equally spaced stations
-    [m], shape (stations,). Each field of a beam is an array such as `LABEL/N`, shape (positions, stations). Temporary
-    files collect the chunks.
+    The positions of the run are divided into chunks. `add` appends a chunk to temporary files, and `close` combines the
+    temporary files in the npz file.
+
+    The npz file contains the array `t`, times [s], shape (positions,). For the beam with the label LABEL, it contains
+    the array `LABEL/x`, equally spaced locations along the beam [m], shape (stations,). It also contains an array for
+    each field of the beam, such as `LABEL/N`, shape (positions, stations).
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:
@@ -220,7 +230,7 @@ class FieldFile:
         self._parts: dict[str, Path] = {}
 
     def add(self, results: Results) -> None:
-        """Append the fields at the next chunk of positions."""
+        """Append the times and fields of one chunk of positions to the temporary files."""
         labels = results.scene.labels
         self._append("t", results.motion.time, self._shape[:1])
         for label, length in zip(labels, results.deflection.length, strict=True):
@@ -231,7 +241,7 @@ class FieldFile:
                 self._append(f"{label}/{field}", values, self._shape)
 
     def close(self) -> None:
-        """Combine the temporary files in one file."""
+        """Write the npz file from the temporary files, and remove the temporary files."""
         import zipfile
 
         with zipfile.ZipFile(self._path, "w") as archive:
@@ -251,7 +261,7 @@ class FieldFile:
 
 
 def write_fields(path: Path, results: Results, stations: int) -> None:
-    """Write the main fields of a run to a file, see `FieldFile`."""
+    """Write the main fields of a whole run to an npz file. `FieldFile` describes the content."""
     file = FieldFile(path, len(results.motion.time), stations)
     file.add(results)
     file.close()

@@ -1,4 +1,4 @@
-"""Printed page as PDF: verdict, picture, main results, limits, assumptions and checks."""
+"""One-page report for printing, as PDF: verdict, picture, main results, limits, assumptions and checks."""
 
 from collections.abc import Iterator
 from datetime import date
@@ -29,17 +29,18 @@ from kinelast.outputs.words import (
 from kinelast.scene.numbers import capitalized, number
 from kinelast.scene.reading import GOOD, Reading
 
-PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] A4
-WIDTH = PAPER.real - 2 * MARGIN  # [in]
-LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12  # [in] smallest and largest height of the picture, and gap around it
+PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] width and height of A4 paper as a complex number, and margin
+WIDTH = PAPER.real - 2 * MARGIN  # [in] width of text and picture
+# [in] smallest and largest height of the picture, and gap above and below the picture
+LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12
 LINE = 1.35  # line spacing / font size
-MOST_LIMITS = 12  # maximum number of limits on the page
-MOST_LINES = 3  # maximum number of lines of the title and of the source
+MOST_LIMITS = 12  # maximum number of limits that the page lists
+MOST_LINES = 3  # maximum number of lines of a long paragraph, such as the title
 GREEN, RED, AMBER = "#1c6b3a", "#a8201a", "#8a5200"
 
 
 class Paragraph(Struct, frozen=True, dict=True):
-    """A paragraph with font size [pt], colour, weight, space above [in], and maximum number of lines."""
+    """A paragraph: text, font size [pt], colour, font weight, space above [in], and maximum number of lines."""
 
     words: str
     size: float = 8.5
@@ -50,7 +51,7 @@ class Paragraph(Struct, frozen=True, dict=True):
 
     @cached_property
     def lines(self) -> list[str]:
-        """The words, divided into lines that fit on the page."""
+        """Lines of the paragraph, broken so that each line fits the width of the page."""
         lines: list[str] = []
         for word in self.words.split():
             longer = f"{lines[-1]} {word}" if lines else ""
@@ -61,7 +62,7 @@ class Paragraph(Struct, frozen=True, dict=True):
         return lines if len(lines) <= self.most else [*lines[: self.most - 1], f"{lines[self.most - 1]} …"]
 
     def _width(self, words: str) -> float:
-        """Return the width of words on a single line [in]."""
+        """Return the width of a text on one line [in]."""
         from matplotlib.font_manager import FontProperties
         from matplotlib.textpath import text_to_path
 
@@ -75,7 +76,10 @@ class Paragraph(Struct, frozen=True, dict=True):
 
 
 def write_page(path: Path, results: Results, report: Report) -> None:
-    """Write the page as PDF. The picture fills the space between the upper and the lower paragraphs."""
+    """Write the page as PDF.
+
+    The picture is below the title and the verdict, and above the other paragraphs. It fills the space between them.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure
@@ -95,9 +99,10 @@ def write_page(path: Path, results: Results, report: Report) -> None:
 
 
 def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
-    """Write paragraphs below the position `top`. Return the position of their lower edge.
+    """Write paragraphs. Return the height of the lower edge of the last paragraph.
 
-    Both positions are measured from the lower edge of the paper [in].
+    `top` is the height of the upper edge of the first paragraph. Heights are measured from the lower edge of the paper
+    [in].
     """
     for each in paragraphs:
         top -= each.above
@@ -110,7 +115,7 @@ def _write(figure: Any, paragraphs: list[Paragraph], top: float) -> float:
 
 
 def _head(report: Report) -> Iterator[Paragraph]:
-    """Yield the title and the verdict."""
+    """Yield the paragraphs above the picture: title, verdict, and reliability of the results."""
     scene, accepted = report.scene, report.acceptance
     yield Paragraph(scene.title, 15, weight="bold", most=MOST_LINES)
     yield Paragraph(scene.source, 7.5, SOFT, most=MOST_LINES)
@@ -126,7 +131,7 @@ def _head(report: Report) -> Iterator[Paragraph]:
 
 
 def _foot(report: Report) -> Iterator[Paragraph]:
-    """Yield the main results, limits, assumptions and checks, and the checksum of the scene."""
+    """Yield the paragraphs below the picture: main results, limits, assumptions, checks, and checksum of the scene."""
     yield from (Paragraph(words) for words in _figures(report))
     rows = limit_rows(report)
     if rows:
@@ -146,7 +151,7 @@ def _foot(report: Report) -> Iterator[Paragraph]:
 
 
 def _figures(report: Report) -> Iterator[str]:
-    """Yield sentences about stress and safety, deflection, output and drives."""
+    """Yield sentences about the largest stress, safety, deflection, output error, and efforts of the drives."""
 
     def words(found: Reading) -> str:
         return size(found, report.shown_in) + error_words(found, report.shown_in)

@@ -1,4 +1,8 @@
-"""Sensitivities and tolerance ranges of results (such as the largest stress), as plain data, tables and bar charts."""
+"""Output of two design studies as plain data, tables and bar charts.
+
+A sensitivity study computes derivatives of results (such as the largest stress) with respect to input values, called
+variables. A tolerance study computes how far results scatter if input values vary within tolerances.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,15 +24,15 @@ from kinelast.scene.reading import known
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
 
-WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [px]
-MAX_NAME = 36  # maximum number of characters of the name of a bar
+WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [pixels] dimensions of a bar chart
+MAX_NAME = 36  # maximum number of characters in the name of a bar
 DEGREES: DisplayUnits = {"rad": (180 / math.pi, "deg")}
 
 
 class Bars(Struct, frozen=True):
-    """A group of bars with a heading.
+    """A group of horizontal bars with a heading.
 
-    Each bar in `rows` has a name, a size and a text. A bar with a negative size points to the left.
+    `rows` contains the name, the size and the text of each bar. A bar with a negative size points to the left.
     """
 
     title: str
@@ -36,7 +40,7 @@ class Bars(Struct, frozen=True):
 
 
 def bars_svg(charts: Sequence[Bars]) -> str:
-    """Return groups of bars as SVG. In each group, the largest bar has the full length."""
+    """Return groups of bars as one SVG. In each group, the longest bar fills the available width."""
     parts, y = [], 0
     for chart in charts:
         parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
@@ -74,13 +78,27 @@ def _short(name: str) -> str:
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
-MOST_BARS = 12  # maximum number of bars and sentences for each result
-NAMED = 2  # number of results that the printed sentences mention
-MIN_CHANGE = 5e-6  # smallest change that is reported / value of the result
+MOST_BARS = 12  # maximum number of bars, and of sentences, for each result
+NAMED = 2  # the sentences in the terminal mention this number of results
+MIN_CHANGE = 5e-6  # a change is only reported if |change in a result / value of the result| exceeds this limit
 
 
 class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
-    """Sensitivities with the variables, the unit of each result, the step of each variable, and the display units."""
+    """Sensitivities, with the information that is needed to print them.
+
+    Attributes
+    ----------
+    result
+        Derivatives of the results.
+    variables
+        Input values with respect to which the derivatives are computed.
+    units
+        Units of the results, by name of the result.
+    steps
+        A small change in each variable. The output states the resulting change in each result.
+    shown_in
+        Display units.
+    """
 
     result: Sensitivities
     variables: Sequence[Variable]
@@ -90,7 +108,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def change(self) -> Reals:
-        """Changes in the results due to the steps of the variables, shape (results, variables)."""
+        """Change in each result if each variable changes by its step, shape (results, variables)."""
         return np.asarray(self.result.slope * [step.size for step in self.steps])
 
     def step_words(self, column: int) -> str:
@@ -99,7 +117,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
         return "1 %" if step.kind == PER_CENT else quantity(step.size, unit, shown_in={**DEGREES, **self.shown_in})
 
     def change_words(self, row: int, column: int) -> str:
-        """Return the change in a result due to the step of a variable as text."""
+        """Return the change in a result, as text, if a variable changes by its step."""
         change, name = float(self.change[row, column]), self.result.figures[row]
         size = quantity(change, self.units[name], 3, {**DEGREES, **self.shown_in})
         figure = float(self.result.figure[row])
@@ -107,7 +125,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
         return f"{_signed(size, change)}{share}"
 
     def ranked(self, row: int) -> list[int]:
-        """Return the indices of the variables that change a result, the variable with the largest change first."""
+        """Return the indices of the variables that influence a result, starting with the largest influence."""
         sizes = np.where(np.isfinite(self.change[row]), abs(self.change[row]), 0.0)
         least = MIN_CHANGE * abs(float(self.result.figure[row]))
         return [int(column) for column in np.argsort(-sizes, kind="stable") if sizes[column] > least]
@@ -119,7 +137,7 @@ class PrintedSensitivities(Struct, frozen=True, eq=False, dict=True):
         return f"{self.step_words(column)} more {self.variables[column].path}{own}: {change} {self.result.figures[row]}"
 
     def sentences(self, row: int, most: int) -> list[str]:
-        """Return sentences about the `most` variables that change a result most."""
+        """Return a sentence for each of the `most` variables with the largest influence on a result."""
         return [self.sentence(row, column) for column in self.ranked(row)[:most]]
 
 
@@ -128,7 +146,10 @@ def _signed(words: str, size: float) -> str:
 
 
 def sensitivity_figures(shown: PrintedSensitivities) -> dict[str, Any]:
-    """Return sensitivities as plain data for JSON. The entry `words` contains sentences about the largest ones."""
+    """Return sensitivities as plain data for JSON.
+
+    The entry `words` contains sentences about the largest sensitivities of the first results.
+    """
     result, variables, units = shown.result, shown.variables, shown.units
     rows = range(min(NAMED, len(result.figures)))
     return {
@@ -170,7 +191,7 @@ def _slope(shown: PrintedSensitivities, row: int, column: int) -> dict[str, Any]
 
 
 def sensitivity_table(shown: PrintedSensitivities) -> Table:
-    """Return a table of derivatives, errors, logarithmic derivatives, kinks, and changes due to the steps."""
+    """Return the sensitivities as a table. Each row contains the derivative of a result with respect to a variable."""
     result = shown.result
     sides = (
         result.slope,
@@ -202,7 +223,7 @@ def sensitivity_table(shown: PrintedSensitivities) -> Table:
 
 
 def sensitivity_bars(shown: PrintedSensitivities) -> str:
-    """Return the largest changes in each result due to the steps of the variables as bars in SVG."""
+    """Return a bar chart as SVG. For each result, the chart shows the variables with the largest influence."""
     result, charts = shown.result, []
     for row, name in enumerate(result.figures):
         size = quantity(float(result.figure[row]), shown.units[name], shown_in=shown.shown_in)
@@ -220,10 +241,10 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> dict[str, Any]:
-    """Return the ranges of results due to tolerances as plain data for JSON.
+    """Return the scatter of the results due to tolerances as plain data for JSON.
 
-    The entry `words` contains sentences about the output errors or, without an output, about the first results. It also
-    states how many machines meet all limits.
+    The entry `words` contains sentences about the scatter of the output errors. If the scene has no output, the
+    sentences are about the first results. If there are limits, a sentence states how many machines meet all limits.
     """
     numbers = [
         {
@@ -253,7 +274,7 @@ def tolerance_figures(result: ToleranceResult, shown_in: DisplayUnits = SI) -> d
 
 
 def _kept_words(kept: KeptShare) -> str:
-    """Return a phrase about the percentage of machines that meet all limits."""
+    """Return a phrase that states which percentage of machines meets all limits."""
     plain = f"{percent(kept.plain)} without"
     beyond = "" if math.isnan(kept.beyond) else (
         f"; the limit of the output applies to its deflection: including geometry, {percent(kept.beyond)} of machines"
@@ -267,7 +288,7 @@ def _kept_words(kept: KeptShare) -> str:
 
 
 def _range_words(name: str, sampled: Scatter, unit: str, shown_in: DisplayUnits) -> str:
-    """Return a phrase about the range of a result."""
+    """Return a phrase about the scatter of a result: 95 % range and median."""
     low, median, high = (
         quantity(value, unit, shown_in=shown_in) for value in (sampled.low, sampled.median, sampled.high)
     )
@@ -297,15 +318,16 @@ def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
 
 
 def _in_full(result: ToleranceResult, name: str) -> tuple[float, float]:
-    """Return the nominal value of a result by the full deflection analysis, and its error; nan if unknown."""
+    """Return a nominal result of the full deflection analysis, and the error of the result. Both may be nan."""
     return result.answer.figures.get(name, (math.nan, math.nan))
 
 
 def tolerance_table(result: ToleranceResult) -> Table:
-    """Return a table of values, first-order ranges, sampled ranges, and the contributions to the variance.
+    """Return a table with a row for each result: value, scatter, and the contribution of each variable to the variance.
 
-    A contribution (Sobol index) is the fraction of the variance of a result that is due to the tolerance of one
-    variable, first without and then including interactions with other variables.
+    The scatter is given twice: to first order, and from sampled designs. The contribution (Sobol index) is the fraction
+    of the variance of the result that the tolerance of a variable causes. The contribution is also given
+    twice: without and with interactions with other variables.
     """
     names = [one.path for one in result.variables]
     head = ["figure", "unit", "value", "in full", "error", "theory", "first order deviation", "first order worst",
@@ -322,7 +344,7 @@ def tolerance_table(result: ToleranceResult) -> Table:
 
 
 def tolerance_bars(result: ToleranceResult, shown_in: DisplayUnits = SI) -> str:
-    """Return the contribution of each variable to the variance of each result, in per cent, as bars in SVG."""
+    """Return a bar chart as SVG. The bars show the contribution of each variable to the variance of a result [%]."""
     charts = []
     for row, name in enumerate(result.nominal.figures):
         sampled, unit = result.sampled[name], result.units[name]

@@ -1,4 +1,7 @@
-"""Picture of a mechanism on matplotlib axes: links, symbols (marks of the display list), and names."""
+"""Picture of a mechanism on matplotlib axes: links, symbols and names.
+
+The display list contains the symbols of a mechanism. A symbol in the display list is called a mark.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +25,12 @@ PAPER = "#ffffff"
 LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#31717f", "#5d5d5d")
 COLORS = {"ink": INK, "paper": PAPER, "soft": "#5d6b7a", "accent": INK, "load": "#a8201a", "shade": "#5d6b7a2b",
           "none": "none"}  # fmt: skip
-"""Colours of marks by name."""
-ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # links have the zorder 3
+"""Colours of symbols, by name of the colour."""
+ZORDER = dict(zip(LEVELS, (1, 4, 5, 6, 7), strict=True))  # zorder of each level of symbols; links have the zorder 3
 DASHES = (6.0, 2.0, 1.3, 2.0)
-FLAT = 1e-6  # the outline of a link omits a corner if 2 * triangle area <= FLAT * (extent of all points)^2
+# a corner is omitted from an outline if 2 * (area of the triangle of the corner and the two neighbouring corners) <=
+# FLAT * (extent of all points)^2
+FLAT = 1e-6
 
 
 class MechanismAxes:
@@ -34,16 +39,16 @@ class MechanismAxes:
     Parameters
     ----------
     places
-        Positions of points [m] by link and point (default: positions of the points in the posture `here`).
+        Positions of points [m], by link and point. By default, the points have their positions in the posture `here`.
     extent
-        Two opposite corners of the mechanism [m], which determine the size of the symbols.
+        Two opposite corners of a box around the mechanism [m]. The size of the symbols depends on the size of the box.
     marks
-        Display list (default: the marks of the mechanism in the posture `here`).
+        Display list. By default, it contains the symbols of the mechanism in the posture `here`.
     x_axis
-        Function that returns the direction of the x axis of a mark. It is used only for marks with `x_axis_of`
-        (default: the direction in the posture `here`).
+        Function that returns the direction of the x axis of a mark. The function is called only for marks with
+        `x_axis_of`. By default, the direction follows from the posture `here`.
     thin
-        Thin lines behind the links [m], which the names avoid if possible.
+        Thin lines [m] that are drawn behind the links. Names do not cover these lines if possible.
     """
 
     axes: Axes
@@ -80,7 +85,7 @@ class MechanismAxes:
         } | {GROUND: INK}
 
     def _shortest(self) -> float:
-        """Return the smallest distance between two points of any link, which limits the size of the symbols."""
+        """Return the smallest distance between two points of one link, which limits the size of the symbols."""
         ways = [
             abs(self.places[link.name, one] - self.places[link.name, other])
             for link in self.mechanism.links
@@ -95,27 +100,27 @@ class MechanismAxes:
         return {point: links for point, links in carried.items() if len(links) > 1}
 
     def draw(self) -> None:
-        """Draw all parts from back to front."""
-        # draw the longest link first, so that short links are in front of long links
+        """Draw links, symbols and names, from back to front."""
+        # draw long links before short links, so that no long link hides a short link
         for name in sorted(self.colors, key=self._span, reverse=True):
             if name != GROUND:
                 self._link(name)
         self.draw_symbols()
 
     def draw_symbols(self) -> None:
-        """Draw the display list and the names of points."""
+        """Draw the symbols of the display list, and add the names of points."""
         for mark in self.marks:
             self._mark(mark)
         for owner, point in self.places:
             self._point_name(owner, point)
 
     def _span(self, name: str) -> float:
-        """Return the largest distance of any point of a link from the first point of the link."""
+        """Return the largest distance between the first point of a link and any other point of the link."""
         spots = [place for (link, _), place in self.places.items() if link == name]
         return max(abs(spot - spots[0]) for spot in spots)
 
     def _link(self, name: str) -> None:
-        """Draw a link with two points as a line, and a link with more points as its convex hull."""
+        """Draw a link and add its name. Two points give a line, and more points give their convex hull."""
         color = self.colors[name]
         spots = [place for (link, _), place in self.places.items() if link == name]
         corners = hull(spots, FLAT).tolist()
@@ -130,18 +135,18 @@ class MechanismAxes:
             self.name(name, spots, color=color, fontsize=10)
 
     def name(self, words: str, line: Any, always: bool = False, **style: Any) -> None:
-        """Add the name of a line or a point. `place_names` later moves the name to its final position."""
+        """Add the name of a line or a point at a preliminary position. `place_names` moves all names later."""
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
         style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
         text = self.axes.text(*_xy(line[0]), words, **{**style, "fontsize": self.letters * style["fontsize"]})
         self.names.append(PlacedName(text, line, always))
 
     def place_names(self) -> None:
-        """Place all names. Call this when the size and the limits of the axes are final."""
+        """Move all names to their final positions. Set the size and the limits of the axes before this call."""
         place_names(self.axes, self.names, self.unit, self.thin)
 
     def _mark(self, mark: Mark) -> None:
-        """Draw a mark of the display list."""
+        """Draw a symbol of the display list."""
         place, end = self._place(mark.at), None if mark.to is None else self._place(mark.to)
         way = self.x_axis(mark) if self.x_axis and mark.x_axis_of else mark.direction(self.here)
         x_axis = complex(np.ravel(way)[0])
@@ -165,7 +170,7 @@ class MechanismAxes:
         return complex(np.ravel(anchor_position(self.here, anchor))[0])
 
     def _point_name(self, link: str, point: str) -> None:
-        """Draw the name of a point, but only on the first of the links that share the point."""
+        """Add the name of a point if `link` is the first of the links that share the point."""
         shared = self.pins.get(point, [link])
         if shared[0] != link:
             return
@@ -181,7 +186,7 @@ class MechanismAxes:
 
 
 def _bars(lines: Iterable[Any]) -> Any:
-    """Return the ends of all segments of polylines as complex numbers, shape (segments, 2)."""
+    """Divide polylines into segments. Return the ends of the segments as complex numbers, shape (segments, 2)."""
     ends = [bar for line in lines for bar in pairwise(np.asarray(line).tolist())]
     return np.array(ends, complex).reshape(-1, 2)
 

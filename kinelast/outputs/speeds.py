@@ -1,4 +1,9 @@
-"""Results at several speeds of a drive: table, plot, plain data and sentences."""
+"""Output of a speed study: table, plot, plain data and sentences.
+
+A speed study computes the results at several speeds of a drive, and the limit speed: the highest speed up to which all
+limits are met and no link yields. A peak is a speed at which a deflection or stress has a maximum, for example due to
+resonance.
+"""
 
 import math
 from collections import Counter
@@ -22,17 +27,17 @@ from kinelast.scene.figure import drive_words, items_of
 from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.scene.reading import known
 
-NEAR = 0.002  # relative accuracy of the limit speed
-MAX_DISTANCE = 0.05  # a peak explains large errors at a speed if |speed of the peak / speed - 1| is at most this
-LABEL_ROOM = 0.04  # width of the label of a peak / width of the speed range
+NEAR = 0.002  # relative accuracy with which the limit speed is computed
+MAX_DISTANCE = 0.05  # resonance at a peak explains errors at a speed if |speed of the peak / speed - 1| <= MAX_DISTANCE
+LABEL_ROOM = 0.04  # (smallest distance between two labelled peaks) / (range of speeds)
 UNITS = dict(zip(FIGURE_OF_FIELD, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, result: Speeds) -> Table:
     """Return a table with a row for each speed.
 
-    The columns are the largest deflections and stresses with and without vibration, the growth of vibration, the
-    verdict, further results, and errors.
+    The columns contain the largest deflections and stresses of each beam with and without vibration, the growth of
+    vibration over a cycle, the verdict, other results, and the errors of results.
     """
     answer = result.map
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
@@ -74,10 +79,11 @@ PEAKS = "5x2: the 5th harmonic of the cycle meets the 2nd natural mode; mode 2: 
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Plot chord deflection, stress and the value that limits the speed as functions of the drive speed, as SVG.
+    """Plot results as functions of the drive speed, and write the plot as SVG.
 
-    The deflection is also plotted if it is limited. Peaks, speeds without a steady state, and the limit speed are
-    marked.
+    The plot shows the chord deflection, the stress, and the result whose limit determines the limit speed. If the scene
+    limits the deflection, the plot also shows the deflection. Peaks, speeds without a steady state, and the limit speed
+    are marked.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -133,7 +139,7 @@ def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
 
 
 def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
-    """Label peaks with harmonic and mode, the highest peaks first. Leave out labels that would overlap others."""
+    """Label peaks with their harmonic and mode. If two labels would overlap, label only the higher peak."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
     sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
@@ -158,9 +164,9 @@ def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
 
 
 def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Return the results as plain data, with sentences in the entry `words`.
+    """Return the results of a speed study as plain data for JSON. The entry `words` contains sentences.
 
-    Values are null at speeds without a steady state.
+    At speeds without a steady state, results are nan, which becomes null in JSON.
     """
     ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
@@ -234,7 +240,7 @@ def _resonance_figures(resonance: Resonance | None, scene: Scene) -> dict[str, A
 
 
 def ordinal(count: int) -> str:
-    """Return an ordinal number.
+    """Return a number as an ordinal, such as "1st".
 
     >>> [ordinal(count) for count in (1, 2, 3, 4, 11, 22)]
     ['1st', '2nd', '3rd', '4th', '11th', '22nd']
@@ -244,18 +250,18 @@ def ordinal(count: int) -> str:
 
 
 def resonance_words(resonance: Resonance, scene: Scene) -> str:
-    """Return a phrase about the vibrating mode and the harmonic of the cycle that excites this mode.
+    """Return a phrase about a natural mode that vibrates, and about the harmonic of the cycle that excites the mode.
 
-    The phrase names the beam with the largest strain energy in this mode.
+    The phrase names the beam with the largest strain energy in the mode.
     """
     mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.beam_names[resonance.beam]})"
     return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.coincides else f"{mode} vibrates"
 
 
 def limit_words(limit: SpeedLimit, scene: Scene) -> str:
-    """Return a phrase about the limit that fails, or the link that yields, above the limit speed.
+    """Return a phrase about the cause of the limit speed: the limit that is not met, or the link that yields.
 
-    The phrase also names the resonance at this speed, if there is one.
+    If there is a resonance just above the limit speed, the phrase also names the resonance.
     """
     if limit.limit is None:
         return "no steady state exists: vibration grows"
@@ -271,7 +277,10 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 
 
 def _item_of(limit: SpeedLimit, scene: Scene) -> str:
-    """Return the name of the item (such as a link) that violates the limit; empty for the whole machine."""
+    """Return the name of the item (such as a link) that determines the limit speed.
+
+    Return an empty text if the limit applies to the whole machine.
+    """
     return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
 
 
@@ -300,12 +309,12 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
 
 
 def _printed(scene: Scene) -> Callable[[Any], str]:
-    """Return a function that formats a drive speed with its unit."""
+    """Return a function that converts a drive speed to text with a unit."""
     return lambda speed: quantity(float(speed), speed_unit(scene), shown_in=scene.shown_in)
 
 
 def _outcome(result: Speeds, scene: Scene) -> str:
-    """Return the sentence about the limit speed."""
+    """Return a sentence about the limit speed and its cause."""
     printed, limit = _printed(scene), result.limit
     if result.highest is None:
         return "no limits are set, so there is no limit speed"
@@ -325,9 +334,10 @@ def _outcome(result: Speeds, scene: Scene) -> str:
 
 
 def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) -> Iterator[str]:
-    """Yield a sentence about the speeds at which the error exceeds the requested accuracy.
+    """Yield a sentence about the speeds at which the error of the results exceeds the requested accuracy.
 
-    The sentence names a resonance near the speed with the largest error, if there is one.
+    Yield nothing if there are no such speeds. If there is a resonance near the speed with the largest error, the
+    sentence names the resonance.
     """
     wanted = scene.theory.wanted
     missed = np.flatnonzero(result.error > wanted)

@@ -1,4 +1,8 @@
-"""Files of design studies, and the report on the best design as plain data, table and sentences."""
+"""Files of design studies: sensitivities, tolerances, and optimization.
+
+An optimization searches for the best design within limits. The report on the best design is returned as plain data,
+table and sentences.
+"""
 
 import math
 from pathlib import Path
@@ -31,7 +35,10 @@ HEAD = (
 
 
 def optimum_report(solved: OptimumResult, shown_in: DisplayUnits = SI) -> OptimumReport:
-    """Return the report on the best design, with the evidence that the design is optimal."""
+    """Return the report on the best design.
+
+    The report includes evidence that the design is optimal, for example that no neighbouring design is better.
+    """
     task, best = solved.task, solved.optimum
     held, verdict, (value, error) = best.certificate, _verdict(solved, shown_in), _goal_in_full(solved)
     return OptimumReport(
@@ -118,25 +125,25 @@ def _limits(solved: OptimumResult) -> list[OptimumLimit]:
 
 
 def _theory(solved: OptimumResult) -> str:
-    """Return the name of the theory of the full deflection analysis of the best design."""
+    """Return the name of the theory that was used for the full deflection analysis of the best design."""
     return solved.answer.theory if solved.answer and solved.answer.theory else QUASI_STATIC
 
 
 def _goal_in_full(solved: OptimumResult) -> tuple[float | None, float | None]:
-    """Return the optimized value by the full deflection analysis, and the error of this value; None if unknown."""
+    """Return the optimized result from the full deflection analysis, and the error of the result, or None."""
     value, error = (solved.answer.figures if solved.answer else {}).get(solved.task.figure, (math.nan, math.nan))
     return known(value), known(error)
 
 
 def _verdict(solved: OptimumResult, shown_in: DisplayUnits) -> Verdict:
-    """Return the verdict on the best design."""
+    """Return the verdict on the best design: whether the design meets all limits."""
     if solved.task.limits and not solved.optimum.feasible:
         return Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=_missed(solved, shown_in))
     return verdict_on(solved.judgements)
 
 
 def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
-    """Return sentences about the best design."""
+    """Return sentences about the best design: optimized result, active limits and bounds, and convergence."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
     found = _verdict(solved, shown_in)
@@ -170,9 +177,10 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
 
 
 def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return a phrase about the optimized value by the full deflection analysis.
+    """Return a phrase about the optimized result from the full deflection analysis.
 
-    The phrase is empty if this analysis is quasi-static, like the search, or if the value is unknown or exact.
+    The search for the best design is quasi-static. The phrase is empty if the full deflection analysis is quasi-static
+    too, or if its result is unknown or has no error.
     """
     theory, (value, error) = _theory(solved), _goal_in_full(solved)
     if theory == QUASI_STATIC or value is None or error == 0.0:
@@ -182,7 +190,7 @@ def _goal_words(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
-    """Return a phrase about the limits that the best design violates, with the violations in per cent."""
+    """Return a phrase that names the limits that the best design violates, and states each violation in per cent."""
     violated = []
     for limit, held_to, margin in zip(
         solved.task.limits, solved.held_to, solved.optimum.certificate.margin, strict=True
@@ -199,7 +207,7 @@ def _missed(solved: OptimumResult, shown_in: DisplayUnits) -> str:
 
 
 def optimum_table(best: OptimumReport) -> Table:
-    """Return a table of the optimum, with rows for the goal, the variables and the limits."""
+    """Return a table with rows for the optimized result, the variables and the limits of the best design."""
     goal = (best.goal, best.figure, best.unit, best.before, best.value)
     rows: list[tuple[Any, ...]] = [(*goal, *(None,) * 5, best.in_full, best.error, None)]
     for each in best.variables:
@@ -214,7 +222,7 @@ def optimum_table(best: OptimumReport) -> Table:
 
 
 def best_design(document: Document, progress: Progress) -> tuple[Document, OptimumReport]:
-    """Find the best design of a scene. Return the document of the best design, and the report on it."""
+    """Find the best design of a scene. Return the scene file of the best design, and the report on the best design."""
     with of_file(document.path):
         solved = optimum_study(document, progress)
     numbers = (variable.path for variable in solved.task.variables)
@@ -225,23 +233,23 @@ def best_design(document: Document, progress: Progress) -> tuple[Document, Optim
 def write_studies(
     part: Path, document: Document, best: OptimumReport | UnsetType, request: Request, progress: Progress
 ) -> dict[str, Any]:
-    """Write the files of the requested studies, and return plain data of each study, by name.
+    """Write the files of the requested studies. Return plain data of each study, by name of the study.
 
     Parameters
     ----------
     part
         Folder for the files.
     document
-        Document of the scene. If an optimum was requested, it is the document of the best design.
+        Scene file as a document. If an optimization was requested, this is the document of the best design.
     best
-        Report on the best design, if an optimum was requested.
+        Report on the best design, or UNSET if no optimization was requested.
     request
-        Options: requested studies, number of samples, and formats.
+        Options of the run: requested studies, number of samples, and formats of tables.
 
     Raises
     ------
     SceneError
-        A study is not possible.
+        A requested study is not possible for this scene.
     """
     figures: dict[str, Any] = {}
     with of_file(document.path):

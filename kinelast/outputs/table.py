@@ -1,7 +1,7 @@
-"""Tables of columns with names and units, and the file formats of tables.
+"""Tables, and the file formats of tables (CSV, Parquet, HTML and XLSX). Each column has a name and a unit.
 
-To add a format, write a function that converts a table to bytes, and add it to `FORMATS`. The option `--tables`
-accepts all formats in `FORMATS`, and its help lists them.
+To add a format, write a function that converts a table to bytes, and add the function to `FORMATS`. The option
+`--tables` accepts all formats in `FORMATS`, and the help text of `--tables` lists the formats.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from msgspec.structs import replace
 from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
 
-ROWS_OF_A_SHEET = 1_048_576  # maximum number of rows of an XLSX sheet, including headings
-FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet would read as a formula
-INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # a formula after a leading quote; a spreadsheet reads it as text
+ROWS_OF_A_SHEET = 1_048_576  # maximum number of rows of an XLSX sheet, including the row with headings
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet reads as a formula
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # text that consists of a single quote and a formula
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -34,10 +34,10 @@ class Column(Struct, frozen=True, eq=False):
     Attributes
     ----------
     name, unit
-        Name and unit of the column, for the heading. The unit may be empty.
+        Name and unit for the heading of the column. If there is no unit, `unit` is empty.
     values
-        Either an array of numbers, shape (rows,), with nan for unknown numbers; or a sequence of strings, booleans,
-        numbers and None.
+        Values of the column. Either an array of numbers, shape (rows,), in which unknown numbers are nan. Or a sequence
+        of strings, booleans and numbers, in which unknown values are None.
     """
 
     name: str
@@ -46,38 +46,38 @@ class Column(Struct, frozen=True, eq=False):
 
     @property
     def heading(self) -> str:
-        """Name with the unit in brackets."""
+        """Heading of the column: the name, followed by the unit in brackets."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
     def is_numeric(self) -> bool:
-        """Whether the values are an array of numbers."""
+        """Whether `values` is an array of numbers."""
         return isinstance(self.values, np.ndarray) and self.values.dtype.kind in "fiu"
 
     @property
     def is_finite(self) -> bool:
-        """Whether the values are an array of numbers without infinities, which JSON cannot represent."""
+        """Whether `values` is an array of numbers without infinities. JSON cannot represent infinities."""
         return self.is_numeric and not np.isinf(self.values).any()
 
 
 class Table(Struct, frozen=True, eq=False):
-    """Columns of equal length."""
+    """A table: several columns with equal numbers of rows."""
 
     columns: tuple[Column, ...]
 
     @classmethod
     def of_rows(cls, headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
-        """Return a table from its rows."""
+        """Return a table with the given headings and rows."""
         columns = list(zip(*rows, strict=True)) or [()] * len(headings)
         return cls(tuple(Column(name, values) for name, values in zip(headings, columns, strict=True)))
 
     @property
     def headings(self) -> list[str]:
-        """Names of the columns with units."""
+        """Headings of the columns."""
         return [column.heading for column in self.columns]
 
     def in_units(self, system: str) -> Table:
-        """Return the table in the unit system of a report: "SI", "mm" or "in"."""
+        """Convert a table with SI units to the unit system `system`: "SI", "mm" or "in"."""
         factors = REPORT_UNITS.get(system)
         if not factors:
             return self
@@ -89,9 +89,9 @@ class Table(Struct, frozen=True, eq=False):
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return a table with the first column and the columns with a name that matches a pattern.
+        """Return a table with the first column, and all other columns whose names match a pattern.
 
-        A pattern may contain `*` and `?`. Without patterns, return all columns.
+        A pattern may contain the wildcards `*` and `?`. If `patterns` is empty, return the whole table.
         """
         if not patterns:
             return self
@@ -99,15 +99,16 @@ class Table(Struct, frozen=True, eq=False):
         return Table((first, *(each for each in others if any(fnmatchcase(each.name, one) for one in patterns))))
 
     def rows(self) -> list[tuple[Any, ...]]:
-        """Return the rows of the table, with None instead of nan."""
+        """Return the rows of the table. Values that are nan become None."""
         columns = (column.values.tolist() if column.is_numeric else column.values for column in self.columns)
         return list(zip(*([None if value != value else value for value in each] for each in columns), strict=True))  # noqa: PLR0124
 
 
 def csv_bytes(table: Table, head: bool = True) -> bytes:
-    """Return a table as CSV. Numbers have the fewest digits that reproduce them exactly. nan becomes an empty cell.
+    """Return a table as CSV. If `head` is False, leave out the headings.
 
-    A text that a spreadsheet would interpret as a formula gets a leading quote.
+    A number is written with the fewest digits from which the number can be read back exactly. The cell of an unknown
+    value is empty. If a spreadsheet would interpret a text as a formula, a single quote is put in front of the text.
     """
     lines = [",".join(map(quoted, table.headings)).encode()] if head else []
     lines += _lines(table.columns)
@@ -115,9 +116,10 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
 
 
 def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
-    """Return the lines of a CSV file.
+    """Return the columns as lines of a CSV file, without headings.
 
-    If all columns contain only floats without infinities, encode all columns together, which is faster.
+    If all columns contain only floats without infinities, one call encodes all columns, which is faster than one call
+    for each column. The result is then one piece of bytes that contains all lines.
     """
     if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
         import msgspec
@@ -128,7 +130,7 @@ def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
 
 
 def _cells(column: Column) -> list[bytes]:
-    """Return the cells of a column in a CSV file."""
+    """Return the values of a column as cells of a CSV file."""
     if not column.is_finite:
         return [_cell(value) for value in (column.values.tolist() if column.is_numeric else column.values)]
     if not len(column.values):
@@ -151,18 +153,21 @@ def _cell(value: Any) -> bytes:
 
 
 def quoted(text: str) -> str:
-    """Return a cell of a CSV file, in quotes if necessary."""
+    """Return a text as a cell of a CSV file. If the text contains a comma, quote or line break, put it in quotes."""
     return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
 
 
 def csv_rows(content: bytes) -> list[list[str]]:
-    """Return the rows of a CSV file, including headings. The leading quotes that `csv_bytes` added are removed."""
+    """Return the rows of a CSV file from `csv_bytes`, including the headings.
+
+    If `csv_bytes` has put a single quote in front of a text, the single quote is removed.
+    """
     rows = csv.reader(io.StringIO(content.decode(), newline=""))
     return [[cell[INERT.match(cell) is not None :] for cell in row] for row in rows]
 
 
 def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:
-    """Return a table as Parquet with the metadata `about`. Requires pyarrow."""
+    """Return a table as a Parquet file with the metadata `about`. This function needs the package pyarrow."""
     import pyarrow
     import pyarrow.parquet
 
@@ -194,7 +199,7 @@ def html_bytes(table: Table) -> bytes:
     ).encode()
 
 
-SHEET = {  # files of a workbook with one sheet: ECMA-376, part 1, annex L.2
+SHEET = {  # names and content of the files in an XLSX workbook with one sheet: ECMA-376, part 1, annex L.2
     "[Content_Types].xml": '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
     '<Override PartName="/xl/workbook.xml"'
@@ -221,7 +226,7 @@ def xlsx_bytes(table: Table) -> bytes:
     Raises
     ------
     RequestError
-        The table has more rows than an XLSX sheet can have.
+        The table has more rows than an XLSX sheet can contain.
     """
     import zipfile
 
@@ -256,13 +261,13 @@ FORMATS: dict[str, Callable[[Table], bytes]] = {
 
 
 def require_formats(names: Sequence[str]) -> None:
-    """Raise RequestError for an unknown table format."""
+    """Raise RequestError if `FORMATS` does not contain one of the names."""
     for name in names:
         if name not in FORMATS:
             raise RequestError(f'--tables: unknown format "{name}"; formats: {", ".join(FORMATS)}')
 
 
 def write_table(path: Path, table: Table, others: Sequence[str] = ()) -> None:
-    """Write a table as CSV and in the additional formats `others`."""
+    """Write a table to a CSV file and, for each format in `others`, to a file with the extension of this format."""
     for kind in dict.fromkeys(("csv", *others)):
         path.with_suffix(f".{kind}").write_bytes(FORMATS[kind](table))

@@ -1,4 +1,7 @@
-"""Sentences on the results in a report: headline, verdict, limits, errors, checks and assumptions."""
+"""Sentences on the results in a report: headline, verdict, limits, errors, checks and assumptions.
+
+A `Reading` is a result with a unit, an error and a location. The verdict says whether all limits are met.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -38,15 +41,20 @@ from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"
-MAX_DOUBTED = 2  # maximum number of unjudged limits and unreliable values in the sentence on reliability
-MAX_ITEMS = 3  # maximum number of items for each unreliable value in the sentence on reliability
+# the sentence on reliability names at most this number of limits and values; further ones are only counted
+MAX_DOUBTED = 2
+# for each unreliable value, the sentence on reliability names at most this number of items (such as links)
+MAX_ITEMS = 3
 OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
-MAX_NAMED = 3  # maximum number of limits in a verdict; further limits are counted, not named
+MAX_NAMED = 3  # a verdict names at most this number of limits; further limits are only counted
 LEVELS = {CAUTION: "use with caution", POOR: "not reliable", OPEN: "not known"}
 
 
 def headline(report: Report) -> str:
-    """Return a one-line summary: verdict, largest deflection, stress, drives with motors, checks, and reliability."""
+    """Return a one-line summary of a report.
+
+    The summary states the verdict, the largest deflection and stress, motors, checks, and the reliability of results.
+    """
     accepted, shown_in = report.acceptance, report.shown_in
     verdict = verdict_words(report)
     if accepted.passed is not True:
@@ -87,28 +95,28 @@ def headline(report: Report) -> str:
 
 
 def member(report: Report, label: str) -> str:
-    """Return the name of the member to which the beam with a label belongs.
+    """Return the name of the member that contains a beam. `label` is the label of the beam.
 
-    A member is a straight row of connected beams. If no beam has this label, return the label unchanged.
+    A member is a straight row of connected beams. If no beam has the label `label`, return `label`.
     """
     return next((str(each["member"]) for each in report.links if each["label"] == label), label)
 
 
 def least_safety(report: Report) -> tuple[str, Reading] | None:
-    """Return the member with the smallest safety factor, and this factor; None if no factor is known."""
+    """Return the member with the smallest safety factor, and the factor, or None if no safety factor is known."""
     known = {label: row.safety_factor for label, row in report.strength.items() if row.safety_factor.value is not None}
     label = min(known, key=lambda each: known[each].value or 0.0, default=None)
     return None if label is None else (member(report, label), known[label])
 
 
 def size(found: Reading, shown_in: DisplayUnits, digits: int = 4) -> str:
-    """Return the value of a reading with its unit as text. The value must be known."""
+    """Return the value and unit of a reading as text. The value of the reading must not be None."""
     assert found.value is not None
     return quantity(found.value, found.unit, digits, shown_in)
 
 
 def magnitude(found: Reading) -> Reading:
-    """Return a copy of a reading with the absolute value."""
+    """Return a copy of a reading in which the absolute value replaces the value."""
     return replace(found, value=None if found.value is None else abs(found.value))
 
 
@@ -118,7 +126,7 @@ def _coordinate_words(found: Reading, shown_in: DisplayUnits) -> str:
 
 
 def _motors(report: Report) -> Iterator[str]:
-    """Yield a phrase about each drive with a motor: the largest effort (moment or force), and the motor torque."""
+    """Yield a phrase about each drive with a motor: largest effort (moment or force) of the drive, and motor torque."""
     for name, drive in report.drives.items():
         effort, shaft = drive["effort"], drive.get("motor", {}).get("motor_torque")
         if shaft is not None and effort.value is not None and shaft.value is not None:
@@ -127,7 +135,7 @@ def _motors(report: Report) -> Iterator[str]:
 
 
 def _run(run: RunReport) -> Iterator[str]:
-    """Yield sentences about missing and ill-conditioned positions."""
+    """Yield phrases about positions without results, and about ill-conditioned positions."""
     condition = run.largest_condition.value
     if condition is not None and condition > WELL:
         yield f"near a dead point: {digits_left(condition)} digits are certain there"
@@ -144,7 +152,7 @@ def _run(run: RunReport) -> Iterator[str]:
 
 
 def _reliability(report: Report) -> Iterator[str]:
-    """Yield the reasons for caution, and the number of values with large errors."""
+    """Yield phrases about reasons for caution and about the number of unreliable values, if there are any."""
     trust = report.reliability
     if trust.level != GOOD:
         yield _reasons(trust)
@@ -153,16 +161,16 @@ def _reliability(report: Report) -> Iterator[str]:
 
 
 def _reasons(trust: Reliability) -> str:
-    """Return a phrase about the worst severity, and the reasons for this severity."""
+    """Return a phrase about the level of reliability (such as "use with caution") and the reasons for the level."""
     return f"{LEVELS[trust.level]}: {', '.join(trust.reasons)}"
 
 
 def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
-    """Return a suffix with the error of a value, such as " ± 3 %".
+    """Return the error of a reading as text to append to the value, such as " ± 3 %".
 
-    An unknown or zero error is not stated. The error is given in per cent, or with its unit if it exceeds the value. A
-    large relative error is marked "(unreliable)", or "(near zero)" if the value is small relative to the largest value
-    with the same unit.
+    If the error is unknown or zero, the text states no error. If the error is larger than the value, the error is given
+    in the unit of the value instead of per cent. A large relative error is marked "(unreliable)". If the value is much
+    smaller than the largest value with the same unit, the mark is "(near zero)" instead.
     """
     error, value = figure.error, figure.value
     if value is None:
@@ -179,7 +187,10 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
 
 
 def verdict_words(report: Report) -> str:
-    """Return a phrase with the verdict, and the limits that decide the verdict or the link that buckles."""
+    """Return a phrase with the verdict and the limits that decide the verdict.
+
+    If a link buckles, the phrase names the link instead of the limits.
+    """
     accepted, rows = report.acceptance, limit_rows(report)
     if report.buckles:
         return f"{accepted.verdict}: {report.buckles}"
@@ -197,14 +208,17 @@ def verdict_words(report: Report) -> str:
 
 
 def to_read(report: Report) -> Report:
-    """Return a copy of the report that shows angles in degrees, for the page and the printed page."""
+    """Return a copy of a report in which the display unit of angles is the degree.
+
+    The HTML report and the printed page use this copy.
+    """
     return replace(report, shown_in={**report.shown_in, "rad": DEGREES})
 
 
 def trust_words(report: Report) -> tuple[str, str]:
     """Return a phrase about the reliability of the results, and the level of reliability.
 
-    If a link yields, the phrase does not call the results "reliable".
+    If a link yields, the phrase says that the results assume elastic links, instead of calling the results reliable.
     """
     trust, doubted = report.reliability, ", ".join(_doubted(report))
     near = ""
@@ -226,7 +240,8 @@ def trust_words(report: Report) -> tuple[str, str]:
 def _doubted(report: Report) -> list[str]:
     """Return phrases about limits that cannot be judged, and about values with large errors.
 
-    If there are more than `MAX_DOUBTED` phrases, the last phrase only counts the other ones.
+    Only the first `MAX_DOUBTED` phrases are returned. If there are further phrases, an additional phrase states their
+    number.
     """
     names, verdict = [], verdict_words(report)
     if not report.run.one_position and not report.yields:
@@ -236,14 +251,14 @@ def _doubted(report: Report) -> list[str]:
 
 
 def output_words(output: OutputReading) -> str:
-    """Return the kind and name of the output as text."""
+    """Return the kind and the name of the output as text, such as "point D"."""
     return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}"
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
-    """Return a phrase about each limit, the utilisation (None if unknown), and the outcome.
+    """Return a row for each limit, starting with the highest utilisation.
 
-    The limit with the highest utilisation is first.
+    A row contains a phrase about the limit, the utilisation (None if unknown), and the outcome, such as "kept".
     """
     limits = report.acceptance.limits or ()
     rows = sorted(limits, key=lambda row: -math.inf if row.used is None else -row.used)
@@ -251,7 +266,7 @@ def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:
 
 
 def _limit_words(row: JudgedLimit, report: Report) -> str:
-    """Return a phrase with the limited value and its limit."""
+    """Return a phrase that states the limited value and the limit."""
     figure, shown_in = row.found, report.shown_in
     item = member(report, figure.label) if figure.label else row.on
     name = LIMIT_NAMES.get(row.kind)
@@ -261,7 +276,8 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
         name = f"{row.name} ({item})" if item else row.name
     if figure.value is None and not figure.endless:
         return name
-    bound = math.inf if row.limit.value is None else row.limit.value  # an infinite limit is None in JSON
+    # a report contains None for an infinite limit, because JSON has no infinity
+    bound = math.inf if row.limit.value is None else row.limit.value
     value, allowed = with_limit(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
@@ -273,14 +289,14 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
 
 
 def questions(report: Report) -> list[str]:
-    """Return questions about unusual input values, which may be in a wrong unit."""
+    """Return questions to the user about unusual input values. The unit of an unusual value may be wrong."""
     return [finding.text for finding in report.trust if finding.heading == INPUTS]
 
 
 def _theory(report: Report) -> list[str]:
     """Return phrases about the theory, the nonlinear check and the solid check.
 
-    If the requested accuracy is not reached, they also state the accuracy.
+    If the requested accuracy is not reached, the phrase about the theory states the requested and the reached accuracy.
     """
     theory, words = report.theory, []
     if theory.error is not None and theory.reached is False:
@@ -300,7 +316,10 @@ def _checks(report: Report) -> Iterator[str]:
 def further_checks(
     nonlinear: FurtherCheck | None, solid: FurtherCheck | None, shown: Callable[[str], str] = str
 ) -> Iterator[str]:
-    """Yield the results of the nonlinear and the solid check. `shown` returns the name for the label of a beam."""
+    """Yield phrases about the nonlinear and the solid check.
+
+    `shown` is a function that returns the name of a beam from the label of the beam.
+    """
     for check, name in ((nonlinear, "nonlinear check"), (solid, "solid check")):
         if not check:
             continue
@@ -322,14 +341,16 @@ def further_checks(
 
 
 def _difference(row: Any) -> float:
-    """Return the relative difference of a link in a check."""
+    """Return the relative difference that a check found for a link. `row` is the entry of the link in the check."""
     return float((row["difference"] if isinstance(row, Mapping) else row) or 0.0)
 
 
 def reached_words(theory: TheoryReport) -> str:
-    """Return a phrase about an error that exceeds the requested accuracy.
+    """Return a phrase about the error that exceeds the requested accuracy.
 
-    The phrase names the main cause of the error, or the curve with the largest error.
+    If the largest error of a single result exceeds the accuracy, the phrase names the main cause of the error.
+    Otherwise the error of a curve over the cycle exceeds the accuracy, and the phrase names the curve with the largest
+    error.
     """
     if theory.error is not None and theory.accuracy is not None and theory.error > theory.accuracy:
         largest = max(theory.errors, key=lambda part: theory.errors[part] or 0.0)
@@ -339,7 +360,7 @@ def reached_words(theory: TheoryReport) -> str:
 
 
 def check_words(check: CheckReport) -> str:
-    """Return a phrase about the result of the finite element check, with the largest differences."""
+    """Return a phrase about the finite element check: whether the results agree, and the largest differences."""
     if check.passed is None:
         return "check has nothing to compare"
     sizes = [] if check.largest is None else [number(check.largest, 2)]
@@ -359,7 +380,7 @@ BEAMS = {"Timoshenko": "beams with shear deformation", "Euler-Bernoulli": "beams
 
 
 def assumptions(report: Report) -> list[str]:
-    """Return sentences about theory, drives, loads, materials and neglected effects."""
+    """Return sentences about the assumptions: theory, drives, loads, materials, and effects that are not computed."""
     inputs, run, output = report.inputs, report.run, report.output
 
     def words(found: Reading) -> str:
@@ -403,7 +424,7 @@ def assumptions(report: Report) -> list[str]:
 
 
 def _place_words(mass: Mapping[str, Any], words: Callable[[Reading], str]) -> str:
-    """Return a phrase about the position of a point mass on its link."""
+    """Return a phrase about the position of a point mass on a link. `words` converts a reading to text."""
     offset = f"({', '.join(map(words, mass['offset']))}) from" if "offset" in mass else "at"
     return f"{offset} {mass['point']}"
 
@@ -412,7 +433,7 @@ RATINGS = {"rated_torque": "N m", "peak_torque": "N m", "rated_speed": "rad/s", 
 
 
 def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
-    """Yield the name of each drive, with phrases about the ratings of the motor."""
+    """Yield the name of each drive, and phrases about the ratings of the motor, such as the rated torque."""
     for name, drive in report.drives.items():
         given = drive.get("motor", {}).get("given", {})
         yield (
@@ -426,7 +447,7 @@ def _ratings(report: Report) -> Iterator[tuple[str, list[str]]]:
 
 
 def checked(report: Report) -> str:
-    """Return a sentence about the estimated error, and about the checks of the deflection analysis."""
+    """Return a sentence about the estimated error and the checks of the deflection analysis."""
     theory, words = report.theory, []
     if theory.error is not None:
         worst = f" ({theory.figure})" if theory.figure else ""

@@ -1,4 +1,7 @@
-"""Self-contained HTML pages for a scene (report.html), many designs (designs.html) and many scenes (index.html)."""
+"""HTML pages: report on a scene (report.html), comparison of designs (designs.html), list of scenes (index.html).
+
+A scene is a mechanism with its motion. report.html and designs.html contain all scripts and data that they need.
+"""
 
 import re
 import zlib
@@ -30,11 +33,15 @@ SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tabl
            "symbols", "view", "mechanism", "pointing", "controls", "charts", "saved_curves", "curves", "speeds",
            "what_if", "sizing", "maps", "tiles", "answer", "figures", "drives", "breaks_first",
            *(part.key for part in PARTS if (WEB / f"{part.key}.js").is_file()), "main")  # fmt: skip
-"""Scripts of a report. The script of a machine part is named like its tables, and adds a section to `partSections`."""
+"""Names of the scripts of report.html, without extension.
+
+The script of a machine part has the name of the tables of the part in a scene file, and adds a section to
+`partSections`.
+"""
 
 
 def report_page(results: Results, report: Report) -> bytes:
-    """Return the self-contained page of a scene in UTF-8."""
+    """Return report.html, the self-contained report on a scene, in UTF-8."""
     kept = kept_positions(results)
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
@@ -59,7 +66,10 @@ def report_page(results: Results, report: Report) -> bytes:
 
 @cache
 def report_policy() -> str:
-    """Return the content security policy of a report. It allows the two scripts of the report and no network access."""
+    """Return the content security policy of report.html.
+
+    The policy allows the two scripts in report.html, and forbids network access.
+    """
     shell = filled("report.html", SCRIPTS, dict.fromkeys(("title", "source", "gist", "scene", "numbers", "uplot"), b""))
     scripts = *re.findall(rb"<script>(.*?)</script>", shell, re.DOTALL), (_library() / "uPlot.iife.js").read_bytes()
     hashes = " ".join(f"'sha256-{b64encode(sha256(script).digest()).decode()}'" for script in scripts)
@@ -70,41 +80,41 @@ def report_policy() -> str:
 
 
 def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
-    """Return a page in UTF-8.
+    """Fill the template of a page, and return the page in UTF-8.
 
-    `body` is the name of an HTML file in `WEB`, and `scripts` are the names of JavaScript files without extension. Each
-    name in double braces is replaced by the entry of `parts` with this name.
+    `body` is the file name of the template in `WEB`. `scripts` are the names of JavaScript files without extension. In
+    the template, each name in double braces is replaced by the entry of `parts` with this name.
     """
     parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
 
 def as_data(value: Any) -> bytes:
-    """Return a value as JSON that is safe inside a script element."""
+    """Return a value as JSON without the character "<", so that the JSON can be part of a script element."""
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
 def text_of(words: str) -> bytes:
-    """Return a text with HTML characters escaped."""
+    """Return a text in UTF-8, with the special characters of HTML escaped."""
     return escape(words).encode("utf-8", "replace")
 
 
 @cache
 def _pieces(body: str) -> list[bytes]:
-    """Return the HTML of a page, split at the names in double braces. The entries with odd indices are these names."""
+    """Return the template of a page, split at the names in double braces. Entries with odd indices are the names."""
     shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
     return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
 def _script(names: tuple[str, ...]) -> bytes:
-    """Return several scripts as one script without comments and indentation."""
+    """Return one script that contains several scripts, without comments and indentation."""
     whole = "\n".join(map(script, names)).encode()
     return re.sub(rb"(?m)^[ \t]*(//.*\n|/\*\*.*\*/\n)?", b"", whole)
 
 
 def script(name: str) -> str:
-    """Return a script without `export` keywords, because the scripts of a page share one scope."""
+    """Return a script without `export` keywords. Browsers would reject them in the joined script of a page."""
     return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
 
 
@@ -115,21 +125,22 @@ def _style(charts: bool) -> bytes:
 
 @cache
 def _chart_library() -> bytes:
-    """Return the script of uPlot, compressed and in Base64."""
+    """Return the script of the chart library uPlot, compressed and in Base64."""
     return b64encode(zlib.compress((_library() / "uPlot.iife.js").read_bytes()))
 
 
 def _packaged() -> Path | None:
-    """Return the folder with uPlot in the Python package of uPlot, or None if the package is not installed."""
+    """Return the folder that contains uPlot in the Python package "uplot", or None if the package is not installed."""
     found = find_spec("uplot")
     places = found.submodule_search_locations if found else None
     return Path(places[0]) / "static" if places else None
 
 
 def _installed() -> Path | None:
-    """Return the folder `WEB` of the installed kinelast, or None if kinelast is not installed.
+    """Return the folder `web` of the installed kinelast, or None if kinelast is not installed.
 
-    If Python runs in a source tree, the imported kinelast may not be the installed one.
+    The installed kinelast contains uPlot. If Python imports kinelast from a source tree, `WEB` is another folder, which
+    may not contain uPlot.
     """
     from importlib.metadata import PackageNotFoundError, distribution  # a slow import
 
@@ -140,33 +151,33 @@ def _installed() -> Path | None:
 
 
 def _library() -> Path:
-    """Return the folder with the files of uPlot: `WEB`, the package of uPlot, or `WEB` of the installed kinelast."""
+    """Return the first folder that contains uPlot: `WEB`, the package "uplot", or `web` of the installed kinelast."""
     for find in (lambda: WEB, _packaged, _installed):
         if (folder := find()) and (folder / "uPlot.iife.js").is_file():
             return folder
     raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
 
 
-MARK = b'<script type="application/json" id="rows">'  # identifies an index page that this program wrote
+MARK = b'<script type="application/json" id="rows">'  # index.html was written by this program if it contains this text
 INDEX_SCRIPTS = ("numbers", "dom", "theme", "index")
-INDEX_TITLE = b"All scenes"  # the name of the folder is left out, so that equal batches give equal bytes
+INDEX_TITLE = b"All scenes"  # without the name of the folder, so that equal results give equal files
 
 
 def index_page(
     out: Path, head: Sequence[str], rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None
 ) -> bytes:
-    """Return the page for a folder with the results of many scenes, in UTF-8.
+    """Return index.html, the list of all scenes with results in a folder, in UTF-8.
 
-    The page shows the rows of summary.csv, with links to the reports.
+    index.html shows the rows of summary.csv, with links to the reports on the scenes.
 
     Parameters
     ----------
     out
-        Folder with the reports.
+        Folder with the result folders of the scenes.
     head, rows
-        Content of summary.csv, with the folder of each scene in the first column.
+        Headings and rows of summary.csv. The first column contains the names of the result folders.
     seconds
-        Computing times [s] of the scenes that this run has computed, by name of the folder.
+        Computing times [s] of the scenes that this run has computed. The keys are the names of the result folders.
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
@@ -175,9 +186,10 @@ def index_page(
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
-SHOWN = 10_000  # maximum number of designs on a page, see `kept_designs`
-FRONTS = 6  # number of results for which the page shows Pareto fronts, one for each pair of results
-GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(  # better if larger
+SHOWN = 10_000  # maximum number of designs in designs.html, see `kept_designs`
+FRONTS = 6  # designs.html contains the Pareto front of each pair of the first `FRONTS` results
+# names of the results for which larger values are better
+GREATER = frozenset(("reach", "limits_kept", "limits_margin", "output_travel")).union(
     each.key for each in figures_of(None) if each.over == LEAST
 )
 
@@ -196,37 +208,38 @@ def designs_page(
     shown_in: DisplayUnits = SI,
     answered: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> bytes:
-    """Return the self-contained page of many designs in UTF-8.
+    """Return designs.html, the self-contained comparison of many designs of a scene, in UTF-8.
 
     Parameters
     ----------
     title
         Title of the scene.
     columns
-        Input values and results (such as the largest stress) by name, shape (designs,); nan if unknown.
+        Input values and results (such as the largest stress) of all designs, shape (designs,), by name of the column.
+        Unknown values are nan.
     units
-        Units of the columns by name.
+        Units of the columns, by name of the column.
     reasons
-        For each design, the reason why it has no results; empty if it has results.
+        One text for each design. If a design has no results, the text is the reason. Otherwise the text is empty.
     numbers, figures
-        Columns with the input values that vary (paths in the scene file), and columns with results.
+        Names of the columns with varied input values (paths in the scene file), and of the columns with results.
     best
         Index of the best design, if known.
     pages
         Addresses of the reports on single designs, by index of the design.
     scene, options
-        Name of the scene, and command line options. For a design without a report, the page shows the commands that
-        compute the report. They contain this name and these options.
+        Name of the scene, and command line options. For a design without a report, the page shows commands that compute
+        the report. The commands contain the name of the scene and the options.
     shown_in
         Display units of the scene.
     answered
-        Results of the full deflection analysis (e.g. with vibration), by index of the design. Each entry contains
-        `theory`, `verdict`, and `figures` with `value` and `error`.
+        Results of the full deflection analysis (e.g. with vibration), by index of the design. An entry contains the
+        `theory`, the `verdict`, and the results `figures`, each with `value` and `error`.
 
     Raises
     ------
     ValueError
-        Columns have different lengths, or a name has no column.
+        Two columns have different lengths, or a name in `numbers` or `figures` has no column.
     """
     count = len(reasons)
     for name in (*numbers, *figures):
@@ -267,7 +280,9 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Return the names of the two columns that a page plots first: an input value and a result, or two results.
+    """Return the names of the columns on the horizontal and vertical axis of the first plot in designs.html.
+
+    The vertical axis shows a result. The horizontal axis shows an input value or another result.
 
     Examples
     --------
@@ -283,21 +298,21 @@ def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
 
 
 def is_greater(figure: str) -> bool:
-    """Return True if larger values of a result are better."""
+    """Return True if larger values of the result with the name `figure` are better."""
     return figure.partition(".")[0] in GREATER
 
 
 def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
-    """Return the indices of the designs that a page shows.
+    """Return the indices of the designs that designs.html contains.
 
-    If there are more than `SHOWN` designs, the page shows the best design, the Pareto fronts of pairs of results, and a
-    random selection of the other designs.
+    If there are more than `SHOWN` designs, return the best design, the designs on the Pareto fronts of two results, and
+    a random selection of the other designs.
 
     Parameters
     ----------
     figures
-        Values of each result, shape (designs,); smaller values are better. Pareto fronts are computed only for the
-        first `FRONTS` results.
+        An array for each result, shape (designs,). Smaller values are better. Pareto fronts are computed for all pairs
+        of the first `FRONTS` results.
     """
     if count <= SHOWN:
         return np.arange(count)
@@ -315,7 +330,8 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Intege
 def front(first: Reals, second: Reals) -> Integers:
     """Return the indices of the designs on the Pareto front of two results, sorted by the first result.
 
-    Both results have the shape (designs,), and smaller values are better. Designs with unknown results are left out.
+    `first` and `second` are the two results, shape (designs,). Smaller values are better. Designs with an unknown
+    result are left out.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Data for the page of a scene: arrays (quantities along beams, motion, forces), and plain data of the mechanism."""
+"""Data in the HTML report on a mechanism: motion, forces, fields (quantities along beams), links, beams and joints."""
 
 from __future__ import annotations
 
@@ -21,27 +21,31 @@ from kinelast.scene.parts.motors import motor_speed, motor_torque
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 
-BUDGET = 2_400_000  # [bytes] if the data are larger, the page contains only some positions
-STORED = ("N", "M", "u", "w")  # fields (quantities along beams) that are always stored
-INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # field to integrate, number of integrations, rigidity
-FOLLOWING = ("V", "phi", "q_x", "q_y")  # fields that are usually derivatives of stored fields, see `field_coefficients`
-EVALUATED = ("chord", "axial", "left", "right", "shear")  # fields that scene.js computes from stored fields
+BUDGET = 2_400_000  # [bytes] if the arrays are larger than this, the page contains only some positions
+STORED = ("N", "M", "u", "w")  # keys of the fields (quantities along beams) that are always stored in the page
+# field: (field to integrate, number of integrations, stiffness); for example, w is the double integral of M / EI
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}
+# fields that the page usually computes as derivatives of stored fields, see `field_coefficients`
+FOLLOWING = ("V", "phi", "q_x", "q_y")
+# fields that scene.js always computes from stored fields
+EVALUATED = ("chord", "axial", "left", "right", "shear")
 OUTLINE = 360  # number of points of the outline of a cam
-CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {  # functions of the cycle and the name of a cam
+# for each array about cams: function that computes a row of the array from the cycle and the name of a cam
+CAM_ROWS: dict[str, Callable[[Cycle, str], Any]] = {
     "cam_pressure_angle": lambda cycle, name: cam_flanks(cycle, name)[0].pressure_angle,
     "cam_force": cam_force,
     "cam_torque": cam_torque,
     "cam_pressure": cam_pressure,
 }
 EPS = float(np.finfo(float).eps)
-REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field for the page
+REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # attributes of a field in the page
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Store the coefficients of the fields.
+    """Add the polynomial coefficients of the fields to `store`.
 
-    If the page can compute a field by integrating another field, store only the integration constants of the field.
-    `taken` is a function that selects the positions on the page.
+    If the page can compute a field by integrating another field, only the integration constants are added. `taken` is a
+    function that returns the part of an array that belongs to the positions on the page.
     """
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
@@ -57,7 +61,10 @@ def add_fields(store: Numbers, results: Results, taken: Any) -> None:
 
 
 def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
-    """Return True if `count` integrations of `source` give `values`, except for integration constants and round-off."""
+    """Return True if integrating `source` `count` times gives `values`.
+
+    Integration constants and differences by round-off are ignored. Both arrays contain polynomial coefficients.
+    """
     if len(values) != len(source) + count or not np.isfinite(factors).all():
         return False
     products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
@@ -67,17 +74,17 @@ def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
-    """Return the polynomial coefficients of fields, shape (coefficients, pieces, positions), by name of the field.
+    """Return the polynomial coefficients of each field, shape (coefficients, pieces, positions), by key of the field.
 
-    The variable of the polynomials is the coordinate along a piece of a beam (0 to 1). A field in `FOLLOWING` is
-    included only if it is not the derivative of a stored field, for example because of shear. Fields that the page
-    computes from other fields are not included.
+    The variable of a polynomial is the coordinate along a piece of a beam (0 to 1). A field in `FOLLOWING` is left out
+    if it is the derivative of a stored field. With shear deformation, for example, phi is not the derivative of w.
+    Other fields that the page computes from stored fields are left out too.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
-    # if the axes rotate with the sections, no field is the integral of another
+    # If the axes rotate with the sections of a beam, no field is the integral of another field.
     none_follows = bent.amplitudes.free is not None or not bent.division.whole
-    apart = {"phi": sheared, "V": bent.couple is not None}  # whether phi differs from w', and V from M'
+    apart = {"phi": sheared, "V": bent.couple is not None}  # whether phi differs from w', and whether V differs from M'
     others = [field for field in FOLLOWING if none_follows or apart.get(field)]
     made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
     others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
@@ -87,7 +94,8 @@ def field_coefficients(results: Results) -> dict[str, Any]:
 def kept_positions(results: Results) -> Integers:
     """Return the indices of the positions on the page.
 
-    If the data of all positions exceed `BUDGET`, return every n-th position and the positions of the largest values.
+    If the arrays for all positions would be larger than `BUDGET`, return every n-th position, and the positions at
+    which the fields have their largest values.
     """
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
@@ -103,7 +111,7 @@ def kept_positions(results: Results) -> Integers:
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
-    """Return all arrays for the page, at the positions `kept`."""
+    """Return all arrays for the page. The arrays contain only the positions with the indices `kept`."""
     motion, bent, store = results.motion, results.deflection, Numbers()
     count = len(motion.time)
     every = len(kept) == count
@@ -145,7 +153,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """Return the links, beams, symbols, cams, joints and drives as plain data."""
+    """Return the links, beams, symbols, cams, joints and drives as plain data for JSON."""
     mechanism, bent, marks = results.mechanism, results.deflection, results.cycle.once(display_list)
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
@@ -177,7 +185,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
 
 
 def _cams(results: Results) -> Iterator[dict[str, Any]]:
-    """Yield plain data of each cam: shaft, follower, pitch curve and flanks, in the axes of the cam."""
+    """Yield plain data of each cam: shaft, follower, pitch curve and flanks. Coordinates are in the axes of the cam."""
     for name, cam in results.scene.cams.items():
         flanks = cam_outline(results.scene, name, OUTLINE)
         yield {
@@ -194,9 +202,9 @@ def _cams(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
-    """Yield, for each joint force, the number of a link and the point of this link at which the force acts.
+    """Yield the point of application of each joint force: the number of a link, and the name of a point of the link.
 
-    For the force of a slider, this link is the block of the slider.
+    The force of a slider acts at a point of the block.
     """
     for joint in results.motion.structure.joints:
         link = joint.child if joint.child_point else joint.parent
@@ -231,10 +239,11 @@ def _beams(results: Results) -> list[dict[str, Any]]:
 
 
 def _member(members: BeamRuns, number: int) -> dict[str, Any]:
-    """Return plain data of the member of a beam: its ends, and the part of the member that the beam covers.
+    """Return plain data of the member (straight row of connected beams) that contains the beam `number`.
 
-    An end consists of the number of the beam at this end, the coordinate xi of the end on this beam, and a sign. The
-    sign is -1 if this beam and the beam `number` have opposite directions along the member.
+    The entries `first` and `last` describe the two ends of the member: number of the outermost beam, coordinate xi of
+    the end on the outermost beam (0 or 1), and a sign. The sign is -1 if the outermost beam and the beam `number` have
+    opposite directions. The entries `begin` and `rise` are the start and the width of the beam `number` on the member.
     """
     run = members.runs[members.number[number]]
     at = run.beams.index(number)
@@ -250,7 +259,7 @@ def _member(members: BeamRuns, number: int) -> dict[str, Any]:
 
 
 def _first(value: Any) -> float:
-    """Return the only value of an array."""
+    """Return the first value of an array, or the value itself if it is a number."""
     return float(np.ravel(value)[0])
 
 
@@ -259,21 +268,22 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] larger data are compressed
+PACKED = 400_000  # [bytes] arrays are compressed if their total size is larger
 
 
 class Numbers:
-    """Arrays in binary form. Their last axis is that of positions or designs, and they are stored row by row.
+    """Arrays in binary form, stored row by row. A row has one value for each position or design.
 
     Attributes
     ----------
     places
-        Description of each array, by name of the array. It has four items: "d" (float64) or "f" (float32); the shape
-        without the last axis; True for a complex array, which has separate rows for real and imaginary parts; and a
-        list with an entry for each row. The entry is the value of a row of equal values, or None for a stored row.
+        Description of each array, by name of the array. The description has four items: number type "d" (float64) or
+        "f" (float32); shape without the last axis; whether the array is complex; list with an entry for each row.
+        A complex array has separate rows for real and imaginary parts. If all values of a row are equal, the entry of
+        the row is this value, and the row is not stored. For a stored row, the entry is None.
     integrals
-        For each array of coefficients that the page computes by integration: name of the array to integrate, number of
-        integrations, and a factor for each piece of a beam.
+        Description of each array of coefficients that the page computes by integration, by name of the array: name of
+        the array to integrate, number of integrations, and a factor for each piece of a beam.
     """
 
     def __init__(self) -> None:
@@ -282,7 +292,7 @@ class Numbers:
         self._parts: dict[str, list[Any]] = {"d": [], "f": []}
 
     def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Add an array, stored as "d" (float64) or "f" (float32)."""
+        """Add an array. Store the numbers as float64 if `kind` is "d", or as float32 if `kind` is "f"."""
         values = np.asarray(values)
         shape, vectors = values.shape[:-1], np.iscomplexobj(values)
         rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
@@ -294,10 +304,11 @@ class Numbers:
         self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
     def bytes(self) -> tuple[bytes, bool]:
-        """Return all float64 numbers followed by all float32 numbers (little-endian), and whether they are compressed.
+        """Return all stored numbers as bytes, and whether the bytes are compressed.
 
-        Before compression, the bytes of all numbers are grouped by their position in a number. Bytes at the same
-        position are similar and therefore compress better.
+        The float64 numbers are followed by the float32 numbers, both little-endian. Before compression, the bytes are
+        reordered: the first bytes of all numbers, the second bytes of all numbers, and so on. This order compresses
+        better, because equally placed bytes of neighbouring numbers are similar.
         """
         whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
         if sum(part.nbytes for part in whole) <= PACKED:
