@@ -21,8 +21,9 @@ ON_LINE = 1e-9  # a point is on the mirror line if its distance <= ON_LINE * (wi
 def copy(text: str, tables: Tables, change: Tables) -> str:
     """Copy one link or all moving links. The copy is shifted, or mirrored in the vertical line through `about`.
 
-    Points on the mirror line belong to both the original and the copy. `about` is the name of a point. By default, it
-    is the first point of the links that is fixed to the ground, or, if there is no such point, the first point.
+    Points on the mirror line belong to both the original and the copy. `about` is the name of a point. Without `about`,
+    the mirror line goes through the first point of the links that is fixed to the ground. If no point is fixed to the
+    ground, the mirror line goes through the first point.
     """
     links = tables.get("links", {})
     names = [change["link"]] if change.get("link") else [name for name in links if name != GROUND]
@@ -77,7 +78,10 @@ def _link(link: Tables, named: Mapping[str, str], mirror: bool) -> dict[str, Any
 
 
 def _flipped(place: list[Any], mirror: bool) -> list[Any]:
-    """Return a position in link axes for the copy. If the copy is mirrored, the second coordinate changes its sign."""
+    """Return a position on a copied link, in link axes.
+
+    If the copy is mirrored, the second coordinate changes its sign.
+    """
     return [place[0], opposite(place[1])] if mirror else place
 
 

@@ -1,6 +1,7 @@
 """Common data of all designs of a scene (a mechanism with its motion).
 
-Designs differ in some input values of the scene. The results of a design are called figures, e.g. the largest stress.
+A design is the scene with other values of some inputs. The results of a design are called figures, e.g. the largest
+stress.
 """
 
 from __future__ import annotations
@@ -43,15 +44,15 @@ class Base(Struct, frozen=True, eq=False, dict=True):
     document
         Nominal document.
     places
-        Locations of these input values in the document.
+        Location of each differing input value in the document.
     on_axis
-        For each input value, True if it can be an array. Designs with different values of an input that cannot be an
-        array are computed separately.
+        For each differing input value, True if one array can contain the values of several designs. Otherwise, designs
+        with different values of this input are computed separately.
     measures
         Requested figures, each reduced to one value per design.
     by_position
-        True if the designs must be computed at exactly the positions of the run, e.g. for the points of a path.
-        Otherwise further times are added, see `instants`.
+        True if designs are computed only at the positions of the run, e.g. to compare a path with a target point for
+        each position. If False, designs are also computed at the times of breaks, see `instants`.
     """
 
     document: Document
@@ -74,8 +75,8 @@ class Base(Struct, frozen=True, eq=False, dict=True):
     def buckling_positions(self) -> Integers:
         """Positions at which buckling is checked.
 
-        They are evenly spaced positions and, for each beam, the position with the largest (load / critical load) in the
-        nominal scene.
+        Buckling is checked at evenly spaced positions and, for each beam, at the position with the largest (load /
+        critical load) in the nominal scene.
         """
         times = self.instants(self.scene)
         cycle = Cycle(self.scene, self.scene.course.at(times))
@@ -85,11 +86,13 @@ class Base(Struct, frozen=True, eq=False, dict=True):
     def instants(self, scene: Scene) -> Reals:
         """Return the times at which designs are computed [s].
 
-        These are the times of the positions, and the times just before and after each break in the drive laws. Breaks
-        are left out if the times differ between designs, or if `by_position` is set.
+        The result contains the time of each position, and the times just before and after each break in the drive laws.
+        The times of breaks are left out if the times of the positions differ between designs, or if `by_position` is
+        True.
 
-        If an input value is an array, the breaks are computed for the nominal mechanism. The drive laws are nominal
-        if all input values are arrays. Otherwise they are the drive laws of `scene`.
+        If all differing input values are arrays, the breaks of the nominal scene are used. If only some input values
+        are arrays, the breaks are computed for the nominal mechanism with the drive laws of `scene`. If no input value
+        is an array, the breaks of `scene` are used.
         """
         course, times = scene.course, scene.course.times()
         if times.ndim > 1 or self.by_position:
@@ -106,7 +109,7 @@ class Base(Struct, frozen=True, eq=False, dict=True):
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | figure.Figure] | None) -> Base:
-    """Look up input values by path and figures by name.
+    """Return the common data of designs that differ in the input values at `paths`.
 
     Raises
     ------
@@ -122,19 +125,22 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     keys = {measure.figure.key for measure in known.values()}
     requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    if scene.output is None and not requested | bounded <= keys:  # a figure may need an output: choose one
+    # Some figures need an output: choose an output, because the scene names none.
+    if scene.output is None and not requested | bounded <= keys:
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    by_position = not all(isinstance(name, str) for name in names)  # a `Figure` may refer to data at each position
+    # A `Figure` object may use data with one value per position.
+    by_position = not all(isinstance(name, str) for name in names)
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
 
 def design_measures(scene: Scene, output: limits.Output | None) -> dict[str, Measure]:
-    """Return all available figures of designs by name.
+    """Return all figures that can be computed for designs, by name.
 
-    If the scene has limits, two further figures describe the limits, see `limits_kept`.
+    If the scene has limits, the result also contains the two figures of `limits_kept`: whether a design meets all
+    limits, and its smallest margin to a limit.
     """
     figures = figures_of(output)
     return measures_of(scene, [*figures, *limits_kept(scene, figures)] if limits_of(scene) else figures)
@@ -150,10 +156,10 @@ def _links_that_vary(table: SceneTable, places: Iterable[variables.Place]) -> fr
 def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
     """Return True if an input value can be an array with one value per design.
 
-    This is possible if the input value affects neither the structure of the mechanism nor its assembly branch.
+    An input value can be an array if it affects neither the structure of the mechanism nor the assembly branch.
 
-    With friction, no input value can be an array. The iteration for friction ends when all designs have converged, so
-    that the results of a design would depend on the other designs.
+    If the mechanism has friction, no input value can be an array. The iteration for friction ends when all designs in
+    an array have converged. The results of a design would therefore depend on the other designs.
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, units.Quantity | quantities.Sizes | quantities.Direction)
@@ -186,8 +192,9 @@ def _on_axis(table: SceneTable, scene: Scene, place: variables.Place) -> bool:
 def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     """Return True if the drawn positions of the points determine the assembly branch of each design.
 
-    This requires that all groups are driven links or dyads, that there are no gears, and that no stroke depends on a
-    drawn start. If a drive starts at the drawn position, it must be the only drive.
+    The following conditions must be met. All groups of links must be driven links or dyads. There must be no gears. The
+    stroke of a drive must not depend on the drawn start position, see `_stroke_depends_on_start`. A drive that starts
+    at the drawn position must be the only drive.
     """
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
@@ -198,7 +205,8 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
 def _stroke_depends_on_start(table: SceneTable) -> bool:
     """Return True if a drive starts at the drawn position and the length of its stroke depends on this position.
 
-    This is the case if the law of the drive has a segment to a given end value, or repeats.
+    The length depends on the drawn position if a segment of the drive law ends at a given value, or if the drive law
+    repeats.
     """
     drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
     return any(drive.repeat for drive in drawn) or any(
@@ -212,13 +220,13 @@ def _is_tapered(section: Any) -> bool:
 
 
 class DesignRows(Struct, frozen=True, eq=False):
-    """A subset of the designs: their row numbers among all designs, and input values, shape (designs, paths)."""
+    """A subset of the designs: row numbers among all designs, and input values of shape (designs, paths)."""
 
     rows: Integers
     values: Reals
 
     def at(self, which: Any) -> DesignRows:
-        """Return designs by their indices in this subset."""
+        """Return the designs with the indices `which` in this subset."""
         return DesignRows(self.rows[which], self.values[which])
 
     def without(self, rows: Any) -> DesignRows:
@@ -232,13 +240,13 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
     The first row of each array is the nominal value, and the other rows are the values of the designs.
 
-    The designs must have equal values of every input that cannot be an array. If no input value can be an array, the
-    designs are therefore equal, and the tables describe a single scene.
+    If an input cannot be an array, all designs in `group` must have one value of this input. If no input can be an
+    array, all designs in `group` are therefore equal, and the tables describe a single scene.
 
     Raises
     ------
     SceneError
-        An input value that is not an array is invalid.
+        The value of an input that cannot be an array is invalid.
     """
     apart = {place.variable.path: group.values[0, k] for k, place in enumerate(base.places) if not base.on_axis[k]}
     table = base.document.with_values(apart).table
@@ -250,7 +258,10 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 
 def _array_content(place: variables.Place, each: Any) -> Any:
-    """Return the entry for a location in the document. The entry contains an array of the values of many designs."""
+    """Return an entry of the document with an array in place of a single value.
+
+    The array is made from `each`, the value of the nominal scene and the values of all designs.
+    """
     leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, quantities.Sizes):
         both = quantities.Size.many(each, bare_unit)
@@ -264,7 +275,7 @@ def _array_content(place: variables.Place, each: Any) -> Any:
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
-    """Yield the row numbers of designs that have an input value out of bounds, and an error message for each design."""
+    """Yield row numbers of designs that have an input value out of bounds, with one error message per design."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

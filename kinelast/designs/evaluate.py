@@ -24,10 +24,12 @@ from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
-BLOCK = 4096  # maximum number of designs for which a scene with arrays is built
-MIN_POSITIONS = 64  # with fewer positions per design, batches contain as many designs as with this number
-BUCKLING_MARGIN = 2.0  # assumed maximum of (largest load at all positions) / (largest load at sampled positions)
-BATCH_FACTOR = 2  # (batch size) / `columns_of`; above 1 because the search for largest values only needs small arrays
+BLOCK = 4096  # maximum number of designs for which one scene is built, with arrays of input values
+MIN_POSITIONS = 64  # the number of designs in a batch is computed for at least this number of positions per design
+# Assumed maximum of (largest load at all positions) / (largest load at the positions checked for buckling).
+BUCKLING_MARGIN = 2.0
+# (designs * positions in a batch) / `columns_of`; above 1, because only small arrays are needed to find largest values.
+BATCH_FACTOR = 2
 
 
 class Designs(Struct, frozen=True, eq=False):
@@ -65,13 +67,13 @@ def evaluate(
     Parameters
     ----------
     scene
-        Document, or tables of a file.
+        Document of a scene, or tables of a scene file.
     paths
-        Paths of these input values, such as "sections.bar.depth".
+        Paths of the differing input values, such as "sections.bar.depth".
     values
-        Values in SI units, shape (designs, paths).
+        Input values in SI units, shape (designs, paths).
     figures
-        Names or `Figure` objects of the figures to compute. By default, the figures in the summary of a design.
+        Names or `Figure` objects of the figures to compute. The default is the figures in the summary of a design.
 
     Raises
     ------
@@ -94,7 +96,7 @@ def evaluate(
 
 
 def evaluated(base: Base, values: Any) -> Designs:
-    """Compute figures of many designs from the common data of the designs, see `evaluate`."""
+    """Compute figures of many designs as in `evaluate`, from the common data `base` of the designs."""
     values, paths = np.asarray(values, float), base.places
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
@@ -126,7 +128,7 @@ class PartialResult(Struct, frozen=True, eq=False):
     Attributes
     ----------
     rows
-        Row numbers of these designs among all designs.
+        Row numbers of the computed designs among all designs.
     reason
         Reason why a design has no figures; empty for designs with figures.
     figures
@@ -208,9 +210,11 @@ def _in_batches(base: Base, scene: Scene, group: DesignRows) -> Iterator[Partial
 def _batch(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[PartialResult]:
     """Compute a batch of designs.
 
-    The first row is the nominal scene, which selects the assembly branch. If there are fewer than `step` designs,
-    copies of the nominal scene fill the batch. All batches therefore have the same size. Otherwise the results of a
-    design would depend on the number of designs, because the round-off of numpy's products depends on the array size.
+    The first row is the nominal scene, which selects the assembly branch.
+
+    The round-off of numpy's products depends on the array size. Therefore, all batches have one size: copies of the
+    nominal scene fill a batch with fewer than `step` designs. Otherwise the results of a design would depend on the
+    number of designs.
     """
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
@@ -270,7 +274,7 @@ def _reasons(cycle: Cycle) -> Words:
 def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
     """Return the largest (load / critical load) at the positions checked for buckling, shape (designs,).
 
-    The ratio is inf if it is unknown.
+    An unknown ratio is replaced by inf.
     """
     if len(cycle.columns) > 1:
         times = base.instants(cycle.scene)
@@ -290,7 +294,8 @@ def _buckling_reason(base: Base, values: Reals) -> str:
 def _opening_joint(cycle: Cycle) -> Words:
     """Return, for each design, the name of a joint that opens at one or more positions, shape (designs,).
 
-    The joint belongs to the first group of links that cannot be assembled; the name is empty if all groups can.
+    The joint belongs to the first group of links that cannot be assembled. The name is empty if all groups can be
+    assembled.
     """
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)

@@ -1,7 +1,8 @@
 """Full answers for some machines of a sample, extended to the whole sample by response surfaces.
 
-Each machine of the sample has other input values within the tolerances. Quasi-static results (figures, e.g. the largest
-stress) are known for all machines. A full answer contains the figures by the theory chosen in the scene, with errors.
+The sample consists of machines with random input values within the tolerances. Quasi-static results (figures, e.g. the
+largest stress) are known for all machines. A full answer contains the figures of one machine, computed by the theory
+that the scene names, with errors.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,8 +15,9 @@ from scipy.interpolate import RBFInterpolator
 from kinelast.figures.limits import FullAnswer
 from rigid.arrays import Flags, Reals
 
-SAMPLE_SIZES = 8, 16, 32  # numbers of machines with a full answer, tried until the response surfaces are accurate
-MAX_SURFACE_ERROR = 0.002  # a response surface is accurate if (error) / (figure) is at most this value
+# Numbers of machines with a full answer. If a number gives inaccurate response surfaces, the next number is used.
+SAMPLE_SIZES = 8, 16, 32
+MAX_SURFACE_ERROR = 0.002  # a response surface is accurate if its relative error is at most this value
 
 
 class FullColumn(Struct, frozen=True):
@@ -26,9 +28,10 @@ class FullColumn(Struct, frozen=True):
     value
         Values from the response surface, shape (machines,); nan if a full answer does not contain the figure.
     error
-        Largest (error / figure) of the full answers.
+        Largest (error in the figure) / (figure) among the full answers.
     surface
-        Relative error of the response surface: twice the rms leave-one-out error.
+        Relative error of the response surface: twice the rms error if each full answer is predicted from the other full
+        answers.
     """
 
     value: Reals
@@ -48,7 +51,8 @@ def full_columns(
     answer
         Function that returns the full answer of a machine for given input values, shape (variables,).
     machines, scale
-        Input values of all machines, shape (machines, variables), and the tolerances, shape (variables,).
+        Input values of all machines, shape (machines, variables), and tolerances of the input values, shape
+        (variables,).
     columns
         Quasi-static figures of all machines, by name.
     """
@@ -80,9 +84,10 @@ def _column(shares: Reals, answers: list[FullAnswer], name: str, plain: Reals) -
 
 
 def _surface(places: Reals, values: Reals) -> Callable[[Reals], Reals]:
-    """Interpolate values by cubic radial basis functions plus a linear polynomial.
+    """Return a function that interpolates `values` by cubic radial basis functions plus a linear polynomial.
 
-    If there are too few points for a linear polynomial, use linear radial basis functions plus a constant.
+    If there are too few points for a linear polynomial, the function uses linear radial basis functions plus a
+    constant.
     """
     linear = len(places) > places.shape[1] + 1
     return RBFInterpolator(places, values, kernel="cubic" if linear else "linear", degree=1 if linear else 0)
@@ -94,10 +99,11 @@ def within_limits(limits: Sequence[tuple[Callable[[Any], Flags], bool, FullColum
     Parameters
     ----------
     limits
-        For each limit: a function that tests values, True for a lower bound, and the limited figure.
+        For each limit: a function that returns True for each value within the limit, a flag that is True for a lower
+        bound, and the limited figure of all machines.
     side
-        Weight of the error of the response surface. Before the test, values are moved towards the bound by
-        (error of the full answers) + `side` * (error of the response surface).
+        Weight of the error of the response surface. Before a value is tested, it is moved towards the bound by the
+        relative change (error of the full answers) + `side` * (error of the response surface).
     """
     kept = [
         test(each.value * (1.0 + (-1.0 if least else 1.0) * (each.error + side * each.surface)))

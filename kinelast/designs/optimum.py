@@ -1,8 +1,8 @@
 """Best design of a problem, with an optimality certificate.
 
-The certificate contains the active limits, the effect of each limit on the cost, and a search among similar designs. A
-figure is a result such as the largest stress. A full answer contains the figures by the theory chosen in the scene,
-with errors.
+The cost is the value that the search minimises. The certificate contains the active limits, the effect of each limit on
+the cost, and the result of a search among similar designs. A figure is a result such as the largest stress. A full
+answer contains the figures of one design, computed by the theory that the scene names, with errors.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,22 +19,25 @@ from kinelast.figures.limits import FullAnswer, Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 
-# A limit is active if its relative margin is below ACTIVE in magnitude. A bound of a variable is active if the scaled
-# variable (0 to 1) is closer to the bound than ACTIVE.
+# A limit is active if abs(relative margin) < ACTIVE. A bound of a variable is active if the distance from the scaled
+# variable (0 to 1) to the bound is below ACTIVE.
 ACTIVE = 1e-4
-RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # largest changes of scaled variables (0 to 1) in neighbouring designs
+RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # largest differences of scaled variables (0 to 1) between a design and its neighbours
 NEIGHBOURS_PER_RADIUS = 64
-MIN_GAIN = 1e-6  # a neighbour is better if its cost is lower by more than MIN_GAIN * abs(cost)
+# A neighbour is better than a design if its cost is lower by more than MIN_GAIN * abs(cost of the design).
+MIN_GAIN = 1e-6
 
 
 class Neighbours(Struct, frozen=True):
-    """Result of a search among neighbouring designs, in which the scaled variables change by at most `RADII`.
+    """Result of a search among neighbouring designs.
+
+    Scaled variables of neighbouring designs differ from the original design by at most `RADII`.
 
     Attributes
     ----------
     tried, feasible, better
-        Numbers of computed, feasible and better designs for each radius. Better designs are feasible and have a lower
-        cost. If the original design violates limits, better designs have a smaller violation.
+        Numbers of computed, feasible and better designs for each radius. A better design is feasible and has a lower
+        cost than the original design. If the original design violates limits, a better design has a smaller violation.
     best
         Scaled variables of the best neighbouring design; None if no neighbouring design is better.
     """
@@ -59,11 +62,13 @@ class Certificate(Struct, frozen=True):
         scaled range, shape (variables,); 0 for inactive bounds.
     residual
         Stationarity residual: the part of the gradient of the cost that non-negative multipliers do not balance. The
-        residual is divided by the gradient, or by the mean slope towards the farthest neighbours if this is larger.
+        residual is divided by the norm of the gradient. If the mean slope of the cost towards the farthest neighbours
+        is larger than this norm, the residual is divided by the mean slope.
     kinked
-        True if the cost or an active limit has a kink. In this case, the residual is less conclusive.
+        True if the cost or an active limit has a kink. At a kink, a small residual does not prove that the design is
+        optimal.
     neighbours
-        Neighbouring designs.
+        Result of the search among neighbouring designs.
     """
 
     margin: Reals
@@ -76,7 +81,7 @@ class Certificate(Struct, frozen=True):
 
 
 def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Certificate:
-    """Compute the certificate of a design. `shares` are its scaled variables, shape (variables,)."""
+    """Compute the certificate of the design with the scaled variables `shares`, shape (variables,)."""
     cost, slope, margin, margin_slope, kinked = _gradients(problem, shares)
     unit = abs(cost) or 1.0
     holds = abs(margin) < ACTIVE
@@ -99,16 +104,17 @@ def certificate(problem: DesignProblem, shares: np.ndarray, seed: int = 0) -> Ce
 def _gradients(
     problem: DesignProblem, shares: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the cost, its gradient, the margins, their gradients, and True for each kink (cost first, then limits).
+    """Return cost, gradient of the cost, margins, gradients of the margins, and kinks (cost first, then limits).
 
-    Gradients are derivatives with respect to the scaled variables, from extrapolated difference quotients.
+    The gradients contain derivatives with respect to the scaled variables, from extrapolated difference quotients. A
+    kink is True if the one-sided derivatives with respect to a variable differ.
     """
     at, span = problem.values(shares), problem.span
     sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
     slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
-    if not np.isfinite(slope).all():  # figures beyond a bound of a variable may be unknown
+    if not np.isfinite(slope).all():  # figures may be unknown beyond a bound: use designs within bounds
         rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + RESERVE, rough.margin_slope, kinked
     judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
@@ -119,7 +125,7 @@ def _gradients(
 
 
 def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
-    """Evaluate neighbouring designs; return the result, and the mean slope of the cost towards the farthest ones."""
+    """Evaluate neighbouring designs; return the result, and the mean slope of the cost to the farthest neighbours."""
     cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS_PER_RADIUS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
@@ -139,7 +145,7 @@ def _neighbours(problem: DesignProblem, shares: np.ndarray, seed: int) -> tuple[
     ) else 0.0
 
 
-MAX_RESTARTS = 4  # maximum number of further local searches, each from a better neighbouring design
+MAX_RESTARTS = 4  # maximum number of further local searches; each starts from a better neighbour of the best design
 
 
 class Optimum(Struct, frozen=True):
@@ -154,9 +160,9 @@ class Optimum(Struct, frozen=True):
     searches
         Results of the local searches, best first.
     certificate
-        Optimality conditions and neighbouring designs.
+        Optimality certificate of the best design.
     designs, calls
-        Number of designs evaluated by the search, and number of batches.
+        Number of designs that the search evaluated, and number of batches in which these designs were evaluated.
     """
 
     shares: Reals
@@ -185,7 +191,8 @@ def optimum(
     seed
         Seed of the random generator.
     first
-        Additional start (a member of the first population if `evolve`) as scaled variables, shape (variables,).
+        Scaled variables of an additional start, shape (variables,). If `evolve` is True, this design is a member of the
+        first population.
     progress
         Progress callback.
 
@@ -237,17 +244,18 @@ class OptimumResult(Struct, frozen=True, eq=False):
     before, after
         Quasi-static figures of the nominal scene and of the best design, by name; nan if unknown.
     held_to
-        Bounds that the quasi-static search used in place of the limits. They differ from the limits by a reserve for
-        vibration and errors.
+        Bounds that the quasi-static search used in place of the limits. The bounds differ from the limits by a reserve
+        for vibration and errors.
     judgements
-        Judgements of all limits by the full answer; empty if there are no limits, or if no design is feasible.
+        For each limit, the outcome of comparing the full answer with the limit; empty if no design is feasible.
     units
         Units of the figures by name.
     quasi_static
-        True if the scene requests the quasi-static theory, which the search always uses.
+        True if the scene requests the quasi-static theory. The search uses the quasi-static theory in any case.
     answer
-        Full answer for the best design, with the figure to be optimized. It is None if no design is feasible, or if
-        there are no limits and this figure does not depend on the deflection.
+        Full answer for the best design, including the figure to be optimized. The full answer is None if no design is
+        feasible. Without limits, the full answer is also None if the figure to be optimized does not depend on the
+        deflection.
     """
 
     task: OptimizationTask

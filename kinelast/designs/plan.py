@@ -1,6 +1,7 @@
 """Plans of sweeps: the input values of all designs.
 
-The input values of a design follow from the index of the design, so that each chunk of a sweep can be computed alone.
+The input values of a design are computed from the index of the design. Each chunk of a sweep can therefore be computed
+independently of the other chunks.
 """
 
 import csv
@@ -23,7 +24,8 @@ from kinelast.scene.text import COLUMNS, reader_in
 from rigid import Reals
 
 MAX_DESIGNS = 10**18
-MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}  # limited by memory / by the bits of Sobol points
+# Limited by memory (latin-hypercube) and by the bits of Sobol points (sobol).
+MAX_SAMPLES = {"latin-hypercube": 10**7, "sobol": 2**30}
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")  # heading of a column: path, and optionally a unit in brackets
 
 
@@ -91,7 +93,7 @@ class Sample(Struct, frozen=True, eq=False, dict=True):
         if first:
             sequence.fast_forward(first)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # scipy warns unless the number of points is a power of 2
+            warnings.simplefilter("ignore", UserWarning)  # scipy warns if the number of points is not a power of 2
             return np.asarray(sequence.random(last - first + 1)[number - first])
 
     @cached_property
@@ -102,7 +104,10 @@ class Sample(Struct, frozen=True, eq=False, dict=True):
 
 
 Factor = ListedValues | EvenValues | Sample
-"""Values of one number, or joint values of several numbers. A sweep consists of all combinations of its factors."""
+"""Values of one input, or joint values of several inputs.
+
+A sweep computes all combinations of the values of all factors.
+"""
 
 
 class Plan(Struct, frozen=True, eq=False):
@@ -113,7 +118,7 @@ class Plan(Struct, frozen=True, eq=False):
     Attributes
     ----------
     paths, units
-        Paths of the varied inputs, such as "sections.bar.depth", and the SI units.
+        Paths and SI units of the varied inputs. An example of a path is "sections.bar.depth".
     factors
         Factors of the sweep. Each factor contains the values of one or several inputs.
     """
@@ -142,14 +147,15 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     Parameters
     ----------
     scene
-        Document, or tables of a file.
+        Document of a scene, or tables of a scene file.
     folder
-        Folder of the scene file. The table of designs is read from this folder.
+        Folder of the scene file. If the sweep names a CSV file with designs, the file is read from this folder.
 
     Raises
     ------
     SceneError
-        There is no sweep, a path, unit or range is invalid, keys conflict, or a table cannot be read.
+        The scene has no sweep. A path, unit or range is invalid. Keys conflict, or a CSV file with designs cannot be
+        read.
 
     Examples
     --------
@@ -196,7 +202,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
 
 
 def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, float, float]]) -> Sample:
-    """Return joint samples of all inputs that have a range without a count."""
+    """Return samples of all inputs for which the sweep gives a range but no count."""
     if sweep.method == "grid":
         if drawn:
             path = drawn[0][0].variable.path
@@ -216,7 +222,7 @@ def _sample(sweep: tables.SweepTable, drawn: Sequence[tuple[variables.Place, flo
 
 
 def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Place], Reals]:
-    """Return the locations and values of inputs from a CSV text, shape (designs, varied inputs).
+    """Read a CSV text; return the locations of the inputs, and their values, shape (designs, varied inputs).
 
     The headings are the paths of the inputs, with units in brackets.
     """
@@ -241,7 +247,7 @@ def _table(table: SceneTable, name: str, text: str) -> tuple[list[variables.Plac
 
 
 def _cell(text: str, unit: str) -> float | str:
-    """Return the content of a cell. If it is a number without a unit, add the unit of the column."""
+    """Return the content of a cell. If the content is a number without a unit, add the unit of the column."""
     try:
         bare = float(text)
     except ValueError:

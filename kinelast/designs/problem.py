@@ -52,12 +52,12 @@ def tolerance_task(document: Document) -> ToleranceTask:
 
 
 class SensitivityStep(Struct, frozen=True):
-    """Change in an input value for which the sensitivity study reports the change in the results.
+    """Assumed change in an input value, for which a sensitivity study reports the change in the results.
 
     Attributes
     ----------
     size
-        Size of the change in the SI unit of the input value; 0 for a change in per cent if the input value is 0.
+        Size of the change in the SI unit of the input value; 0 if the change is 1 % of an input value that is 0.
     kind
         `TOLERANCE` for a tolerance, `ABSOLUTE` for a length or an angle, `PER_CENT` for 1 % of the input value.
     """
@@ -67,18 +67,20 @@ class SensitivityStep(Struct, frozen=True):
 
 
 TOLERANCE, ABSOLUTE, PER_CENT = "tolerance", "absolute", "per cent"
-MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}  # [m] largest change of a length by length unit (default: 1 mm)
-MIN_STEPS = 10  # minimum of (length) / (change of the length)
+# [m] Maps the length unit of a file to the largest change of a length. For other units, the largest change is 1 mm.
+MAX_STEP_LENGTHS = {"in": 0.01 * PER_LENGTH["in"]}
+MIN_STEPS = 10  # minimum of (length) / (change of this length)
 
 
 def steps_of(document: Document, variables: Sequence[Variable]) -> list[SensitivityStep]:
-    """Return the change in each input value for which the change in the results is reported.
+    """Return the change in each input value that a sensitivity study assumes, see `SensitivityStep`.
 
-    The change is the tolerance if the input value has one. Otherwise it is 1 degree for an angle, 1 mm for a length
-    (0.01 in if the file uses inches), and 1 % for other input values.
+    If an input value has a tolerance, the change is the tolerance. Otherwise the change is 1 degree for an angle, 1 mm
+    for a length (0.01 in if the file uses inches), and 1 % for other input values.
 
-    The change of a length is at most a tenth of the length: if 1 mm is more, the change is 0.1 mm, 0.01 mm, and so on.
-    For a coordinate of a point, the largest coordinate in [points] is used as the length if it is larger.
+    The change of a length is at most a tenth of the length. For short lengths, the change is therefore 0.1 mm, 0.01 mm,
+    and so on, instead of 1 mm. For a coordinate of a point, the length is the coordinate or the largest coordinate in
+    [points], whichever is larger.
     """
     table = document.table
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0)
@@ -164,7 +166,7 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
 
 
 def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Limit]:
-    """Return limits with the units of the limited figures.
+    """Return copies of limits, in which each limit has the unit of the limited figure.
 
     Raises
     ------
@@ -190,9 +192,10 @@ def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     return limits
 
 
-GRADIENT_STEP = 2.0**-14  # step of difference quotients for scaled variables (0 to 1); up to twice as large at a bound
-MIN_RATIO = 10.0  # the scale of a variable is logarithmic if (upper bound) / (lower bound) is at least this value
-RESERVE = 1e-7  # relative margin kept to each limit: a design computed again must meet the limit despite round-off
+# Largest offset of a scaled variable (0 to 1) in difference quotients; near a bound, the largest offset is twice this.
+GRADIENT_STEP = 2.0**-14
+MIN_RATIO = 10.0  # the scale of a variable is logarithmic if 0 < MIN_RATIO * (lower bound) <= (upper bound)
+RESERVE = 1e-7  # designs keep this relative margin to each limit, so that round-off does not cause a violation
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,12 +272,12 @@ class DesignProblem:
         return dataclasses.replace(self, limits=tuple(replace(limit, bound=bound) for limit, bound in moved))
 
     def judged(self, shares: np.ndarray) -> Judged:
-        """Evaluate designs with the scaled variables `shares`, shape (designs, variables)."""
+        """Return the cost and margins of designs with the scaled variables `shares`, shape (designs, variables)."""
         self.counted.append(len(shares))
         return self.judged_by(self.figures_of(self.values(shares)).columns)
 
     def judged_by(self, columns: Mapping[str, np.ndarray]) -> Judged:
-        """Return the cost and margins of designs from the figures of the designs."""
+        """Return the cost and margins of designs. `columns` contains the figures of these designs."""
         sign = -1.0 if self.largest else 1.0
         margins = [limit.margin(np.asarray(columns[limit.figure], float)) - RESERVE for limit in self.limits]
         cost = sign * np.asarray(columns[self.figure], float)
@@ -293,8 +296,8 @@ class Judged(Struct, frozen=True):
     margin
         Relative margin to each limit minus `RESERVE`, shape (limits, designs).
     parts
-        The cost is the sum of the squares of these figures, shape (parts, designs). There are no rows if the cost is
-        not a sum of squares.
+        Figures, shape (parts, designs). The cost is the sum of the squares of these figures. If the cost is not a sum
+        of squares, the shape is (0, designs).
     """
 
     cost: Reals
@@ -323,7 +326,7 @@ class Linear(Struct, frozen=True):
     shares
         Scaled variables of the design, shape (variables,).
     cost, margin, parts
-        See `Judged`, without the axis of designs.
+        Values for one design, see `Judged`. The axis of designs is left out.
     cost_slope, margin_slope, parts_slope
         Derivatives with respect to the scaled variables, shape (..., variables).
     """
@@ -351,7 +354,7 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
 def linearized(problem: DesignProblem, several: Sequence[np.ndarray]) -> list[Linear]:
     """Linearise a problem at several designs with a single evaluation.
 
-    Derivatives are difference quotients of fourth order, from four displaced designs for each variable.
+    Each derivative is a difference quotient of fourth order, computed from four displaced designs.
     """
     pairs = [_displaced(np.clip(shares, 0.0, 1.0)) for shares in several]
     found = problem.judged(np.concatenate([designs for _, designs in pairs]))
@@ -394,7 +397,8 @@ def _linear(shares: np.ndarray, offsets: np.ndarray, values: np.ndarray, limits:
 def _offsets(shares: np.ndarray) -> np.ndarray:
     """Return four offsets for each variable, shape (4, variables).
 
-    The offsets go to both sides of the design. Near a bound, all offsets go away from the bound.
+    Two offsets are negative, and two offsets are positive. Near a bound of the variable, all four offsets point away
+    from the bound.
     """
     middle = np.array([-1.0, -0.5, 0.5, 1.0])[:, None] * GRADIENT_STEP
     inward = np.array([0.5, 1.0, 1.5, 2.0])[:, None] * GRADIENT_STEP

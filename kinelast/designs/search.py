@@ -29,9 +29,10 @@ def batched(
 ) -> list[Result]:
     """Run jobs in parallel, and evaluate the requests of all jobs in batches.
 
-    Each job is called with a function as its argument. The job calls this function to request an evaluation. Once every
-    running job has a pending request, a single call of `answers` evaluates all requests in the order of the jobs. This
-    call runs in the thread of the caller. The result therefore does not depend on timing.
+    Each job receives a function as argument. The job passes a request to this function, which returns the reply. When
+    every running job waits for a reply, a single call of `answers` evaluates all waiting requests, sorted by job.
+    `answers` runs in the thread that called `batched`. Results therefore do not depend on the order in which requests
+    arrive.
 
     An exception in a job or in `answers` ends all jobs.
     """
@@ -68,7 +69,7 @@ def batched(
         except BaseException:
             for _, _, reply in waiting:
                 reply.cancel()
-            while running:  # cancel requests that a running job still sends
+            while running:  # wait for the running jobs, and cancel their further requests
                 if event := events.get():
                     event[2].cancel()
                 else:
@@ -77,19 +78,23 @@ def batched(
     return [each.result() for each in results]
 
 
-SAMPLES_PER_VARIABLE = 64  # number of sampled designs per variable, from which the starts of searches are selected
+SAMPLES_PER_VARIABLE = 64  # number of sampled designs per variable; the best samples are the starts of local searches
 MAX_SAMPLES = 1024
 STARTS = 8
-MIN_START_DISTANCE = 0.1  # smallest distance between starts, relative to the diagonal of the unit cube
-# Maximum number of iterations of a local search, and of further iterations of the best search if it did not converge.
+MIN_START_DISTANCE = 0.1  # (smallest distance between two starts) / (diagonal of the unit cube of scaled variables)
+# Maximum number of iterations of a local search. If the best local search has not converged, this search continues with
+# at most MAX_FURTHER_ITERATIONS iterations.
 MAX_ITERATIONS, MAX_FURTHER_ITERATIONS = 40, 200
-PRECISION = 1e-13  # sequential quadratic programming ends when (change in cost) / (cost at the start) is below this
-POPULATION, GENERATIONS = 15, 400  # population size per variable; maximum number of generations
-ITERATION_LIMIT_STATUS = 9  # status of scipy for a search that reaches the maximum number of iterations
-# Replaces unknown values of (cost) / (cost at the start) and of -(relative margin) in local searches. In a differential
-# evolution, larger violations are reduced to this value.
+PRECISION = 1e-13  # sequential quadratic programming ends when (change in cost) / (cost at the start) < PRECISION
+# Differential evolution: (population size) / (number of variables), maximum number of generations.
+POPULATION, GENERATIONS = 15, 400
+ITERATION_LIMIT_STATUS = 9  # status that scipy returns if a search reaches the maximum number of iterations
+# Local searches use PENALTY if (cost) / (cost at the start) is unknown, and -PENALTY if a relative margin is unknown. A
+# differential evolution replaces violations above PENALTY by PENALTY.
 PENALTY = 1e3
-INFEASIBLE = 1e50  # the cost of an infeasible design is INFEASIBLE * (1 + violation), more than for any feasible design
+# A differential evolution uses the cost INFEASIBLE * (1 + violation) for infeasible designs, to exceed all feasible
+# costs.
+INFEASIBLE = 1e50
 
 
 class LocalOptimum(Struct, frozen=True):
@@ -100,7 +105,7 @@ class LocalOptimum(Struct, frozen=True):
     start, end
         Scaled variables of the design at the start and of the best design, shape (variables,).
     cost
-        Cost of the best design. The search minimises the cost.
+        Cost of the best design, i.e. the value that the search minimises.
     violation
         Sum of the relative limit violations of the best design.
     converged
@@ -115,7 +120,7 @@ class LocalOptimum(Struct, frozen=True):
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Key for sorting. The best local search has the smallest key."""
+        """Sort key of a local search. The best local search has the smallest key."""
         return self.violation, self.cost
 
 
@@ -129,7 +134,7 @@ def from_many_starts(
     seed
         Seed of the random generator.
     first
-        Additional start as scaled variables, shape (variables,).
+        Scaled variables of an additional start, shape (variables,).
     """
     return local_searches(problem, _starts(problem, seed, first), progress)
 
@@ -178,7 +183,7 @@ def local_searches(
 ) -> list[LocalOptimum]:
     """Run local searches from several starts in parallel; return the results, best first.
 
-    If the best local search has not converged, it gets up to `MAX_FURTHER_ITERATIONS` further iterations.
+    If the best local search has not converged, this search continues with at most `MAX_FURTHER_ITERATIONS` iterations.
     """
     optima = _run_together(problem, starts, MAX_ITERATIONS, progress)
     if optima and not optima[0].converged and np.isfinite(optima[0].violation):
@@ -208,8 +213,9 @@ def _local_search(
 ) -> LocalOptimum:
     """Run a local search from one start.
 
-    A sum of squares is minimised by least squares. If there are limits, sequential quadratic programming follows. Other
-    goals are minimised by sequential quadratic programming only.
+    If the cost is a sum of squares, a least-squares method minimises the cost without limits. If there are limits,
+    sequential quadratic programming then continues from the best design. Any other cost is minimised by sequential
+    quadratic programming only.
     """
     known: dict[bytes, Linear] = {}
 
@@ -236,7 +242,7 @@ def _local_search(
 
 
 def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:
-    """Minimise a sum of squares. Return True if the search converges."""
+    """Minimise a sum of squares without limits. Return True if the search converges."""
     unit = float(np.linalg.norm(at(start).parts)) or 1.0
     result = least_squares(
         lambda shares: _finite(at(shares).parts / unit, PENALTY), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),

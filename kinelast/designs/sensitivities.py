@@ -14,8 +14,8 @@ from rigid.arrays import Flags, Reals
 RATIO = 2.0  # ratio of successive steps
 FIRST_EXPONENT, LEVELS = 4, 18  # (step) / (scale of the variable) goes from 2^-4 to 2^-21
 DEPTH = 6  # maximum number of successive extrapolations
-NOISE_DEPTH = 3  # after this number of extrapolations, values from small steps differ only by round-off
-NOISE_FACTOR = 4.0  # safety factor on the estimated round-off, because the estimate uses few differences
+NOISE_DEPTH = 3  # after NOISE_DEPTH extrapolations, values from small steps are assumed to differ only by round-off
+NOISE_FACTOR = 4.0  # safety factor on the round-off error, which is estimated from few differences
 
 
 class Extrapolation(Struct, frozen=True):
@@ -47,11 +47,14 @@ def steps(scale: np.ndarray) -> np.ndarray:
 
 
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
-    """Extrapolate difference quotients with steps that decrease by the factor `RATIO` (Richardson).
+    """Extrapolate difference quotients to a step of zero (Richardson).
 
-    The extrapolation with the smallest estimated error is selected. The truncation error is estimated by the larger
-    difference between an extrapolation and the two values from which the extrapolation is computed (Ridders). The
-    round-off error follows from `noise`. It is increased if the values from neighbouring small steps differ by more.
+    Each step is the previous step divided by `RATIO`.
+
+    The extrapolation with the smallest estimated error is selected. Each extrapolated value is computed from two other
+    values. The estimated truncation error is the larger difference between the extrapolated value and the two other
+    values (Ridders). The round-off error is computed from `noise`. The round-off error is increased if values from
+    neighbouring small steps differ by more than `noise` explains.
 
     Parameters
     ----------
@@ -60,7 +63,8 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
     noise
         Error of each quotient due to round-off, shape (levels, ...).
     order
-        The truncation error is a power series in step^order: 2 for central differences, 1 for one-sided differences.
+        Exponent such that the truncation error is a power series in step^order. The exponent is 2 for central
+        differences, and 1 for one-sided differences.
 
     References
     ----------
@@ -89,19 +93,19 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation
 def _noise_ratio(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
     """Return (estimated round-off) / (assumed round-off), at least 1, shape (...).
 
-    The estimate uses the differences between values from neighbouring small steps, which have negligible truncation
-    errors.
+    The round-off is estimated from the differences between values from neighbouring steps. Only small steps are used,
+    because their truncation errors are negligible.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
     known = np.isfinite(jumps)
-    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # the five smallest usable steps
+    last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # use only the five smallest usable steps
     return np.asarray(np.maximum(1.0, NOISE_FACTOR * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))
 
 
 ROUND_OFF = 4 * np.finfo(float).eps  # assumed relative round-off error of a figure
-KINK_ERRORS = 3.0  # at a kink, the one-sided slopes differ by more than KINK_ERRORS * (sum of the errors of the slopes)
-MIN_KINK = 1e-6  # at a kink, the one-sided slopes differ by more than MIN_KINK * (steeper slope)
+KINK_ERRORS = 3.0  # no kink if the one-sided slopes differ by at most KINK_ERRORS * (sum of the errors of both slopes)
+MIN_KINK = 1e-6  # no kink if the one-sided slopes differ by at most MIN_KINK * (steeper slope)
 
 
 FiguresOf = Callable[[np.ndarray], Designs]
@@ -126,12 +130,12 @@ class Sensitivities(Struct, frozen=True):
     below, above
         One-sided derivatives.
     kink
-        True if the one-sided derivatives differ. This happens if the largest value occurs at two locations, or if the
-        figure is a magnitude and is zero.
+        True if the one-sided derivatives differ. Examples: the largest value occurs at two locations, or the figure is
+        the magnitude of a quantity that is zero.
     valid_range
-        Largest change (divided by the scale of the variable) that keeps the location of the largest value in both
-        directions. A larger change may move the largest value to another link or position. The range is 0 at a kink,
-        and nan if a figure has no location.
+        Largest change of the variable for which the largest value stays at its location, divided by the scale of the
+        variable. An increase and a decrease by this change must both keep the location. A larger change may move the
+        largest value to another link or position. The range is 0 at a kink, and nan if a figure has no location.
     """
 
     figures: tuple[str, ...]
@@ -162,8 +166,8 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     at
         Values of the variables, shape (variables,).
     scale
-        Magnitude of each variable, shape (variables,). The default is the absolute value, or 1 if the value is 0. The
-        largest step is 1/16 of the scale.
+        Magnitude of each variable, shape (variables,). The default is the absolute value of the variable, or 1 if the
+        variable is 0. The largest step is scale / 16.
 
     Raises
     ------
@@ -189,7 +193,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Return designs in which one variable is displaced, shape (sides, levels, displaced variables, variables)."""
+    """Return designs that differ from `at` in one variable, shape (sides, levels, displaced variables, variables)."""
     levels, count = step.shape
     moved = np.broadcast_to(at, (2, levels, count, count)).copy()
     own = np.arange(count)
@@ -199,14 +203,15 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 class _DisplacedDesigns(Struct, frozen=True):
-    """Figures of a design and of displaced designs, in which one variable is changed.
+    """Figures of an original design, and of displaced designs in which one variable is changed.
 
     Attributes
     ----------
     own, own_place
         Figures of the original design, and locations of the largest values, shape (figures,).
     value, place
-        Figures of the displaced designs, and locations, shape (figures, sides, levels, variables).
+        Figures of the displaced designs, and locations of the largest values, shape (figures, sides, levels,
+        variables).
     move
         Signed changes of the variables, shape (sides, levels, variables).
     """
@@ -219,22 +224,25 @@ class _DisplacedDesigns(Struct, frozen=True):
 
     @property
     def smooth(self) -> np.ndarray:
-        """True if a figure is smooth up to a displacement, shape (figures, sides, levels, variables).
+        """True for each displacement up to which a figure is smooth, shape (figures, sides, levels, variables).
 
-        For this displacement and all smaller displacements on the same side, the figure must be finite and the location
-        of the largest value must be equal.
+        A figure is smooth up to a displacement if this displacement and all smaller displacements on the same side meet
+        two conditions: the figure is finite, and the largest value stays at one location.
         """
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """True if the smallest displacement does not change the location, shape (figures, sides, variables)."""
+        """True if the smallest displacement keeps the place of the largest value, shape (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _unmoved_range(tried: _DisplacedDesigns, scale: np.ndarray) -> np.ndarray:
-    """Return the largest (change / `scale`) that keeps the location in both directions, shape (figures, variables)."""
+    """Return the largest (change / `scale`) that keeps the location of the largest value, shape (figures, variables).
+
+    An increase and a decrease by this change must both keep the location.
+    """
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
@@ -252,9 +260,10 @@ def _sensitivities_from(
 ) -> Sensitivities:
     """Compute derivatives from the figures of displaced designs.
 
-    If two locations always have equal values, round-off selects one location at random. An example is a cycle in which
-    a mechanism moves back and forth. Therefore, differences between values at different locations are also computed,
-    and the more accurate derivative is selected.
+    The largest value may occur at two locations in every design, e.g. if a mechanism moves back and forth. Round-off
+    then selects one of the two locations at random. Therefore, each derivative is computed twice: from displaced
+    designs that keep the location, and from all displaced designs. The derivative with the smaller estimated error is
+    selected.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
     tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
@@ -266,7 +275,7 @@ def _sensitivities_from(
     one_side = np.isnan(below.value) | np.isnan(above.value)
     slope = np.where(kink | one_side, (below.value + above.value) / 2, middle.value)
     error = np.where(kink | one_side, (below.error + above.error) / 2, middle.error)
-    for side in (below, above):  # if only one side is known
+    for side in (below, above):  # use a one-sided derivative if the figure is known on one side only
         error = np.where(np.isnan(slope), side.error, error)
         slope = np.where(np.isnan(slope), side.value, slope)
     return Sensitivities(

@@ -1,7 +1,8 @@
 """Studies of a scene (a mechanism with its motion): sensitivities, tolerances and optimization.
 
 A study varies input values of the scene and computes results, called figures, e.g. the largest stress. Most figures are
-quasi-static. A full answer contains the figures by the theory chosen in the scene, with errors.
+computed by quasi-statics, i.e. without vibration. A full answer contains the figures of one design, computed by the
+theory that the scene names, with errors.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,16 +36,18 @@ from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Integers
 
-# Tables of a scene without input values that describe the machine.
+# These tables of a scene do not describe the machine. By default, a sensitivity study does not vary their input values.
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")
 NOT_FIGURES = ("reach", judge.LIMITS_KEPT, judge.LIMITS_MARGIN, "condition")  # no meaningful derivatives
-MAX_ROUNDS = 6  # maximum number of rounds of an optimization, each with a full answer and adjusted bounds
-GROWTH = 16.0  # after the third round, each round multiplies the extra margin (`SPARE`) to the limits by this factor
-MAX_SPARE = 0.01  # if the full answer has a larger relative margin to an active limit, a further round follows
-SCREENED_DESIGNS = 16  # number of sampled designs that show which limits depend on the variables
-MAX_CONSTANT_CHANGE = 1e-9  # a figure that varies relatively less between designs is independent of the variables
+MAX_ROUNDS = 6  # maximum number of rounds of an optimization; each round computes a full answer and adjusts the bounds
+GROWTH = 16.0  # from the fourth round on, each round multiplies `SPARE`, the extra margin to the limits, by this factor
+# A further round follows if the full answer keeps a relative margin above MAX_SPARE to an active limit.
+MAX_SPARE = 0.01
+SCREENED_DESIGNS = 16  # number of sampled designs, computed to find limited figures that do not depend on the variables
+# A figure does not depend on the variables if (largest - smallest value) / (largest magnitude) is at most this value.
+MAX_CONSTANT_CHANGE = 1e-9
 # Number of designs per batch: BATCH if all input values can be arrays, SMALL_BATCH if some can be arrays, otherwise 1.
-# Progress is reported for each batch.
+# Progress is reported before each batch.
 BATCH, SMALL_BATCH = 512, 64
 
 
@@ -57,7 +60,7 @@ def _figures_of(
 ) -> Callable[[np.ndarray], Designs]:
     """Return a function that computes the figures of designs in batches.
 
-    The argument of the function contains the input values at `paths`, shape (designs, paths).
+    The returned function takes the input values at `paths`, shape (designs, paths).
     """
     base = base_of(document, paths, figures)
     part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
@@ -102,13 +105,13 @@ def _nominal_figures(document: Document, figures: Sequence[str | Figure] | None)
 def sensitivity_study(
     scene: Document | Tables, requested: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
-    """Return the sensitivities of results (figures) to input values, these input values, and the units of the figures.
+    """Return sensitivities of results (figures) to input values, the varied input values, and the units of the figures.
 
     Parameters
     ----------
     requested
-        Paths of the input values. By default, these are the paths in [sensitivities]. If [sensitivities] has no paths,
-        these are all input values that describe the machine.
+        Paths of the input values to vary. If `requested` is empty, the paths in the table [sensitivities] are used. If
+        the table has no paths, all input values that describe the machine are varied.
 
     Raises
     ------
@@ -129,7 +132,7 @@ def sensitivity_study(
 
 
 def _machine_paths(table: SceneTable) -> list[str]:
-    """Return the paths of all input values that describe the machine. Limits do not describe the machine."""
+    """Return the paths of all input values that describe the machine. Input values that set a limit are left out."""
     paths = [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
     return [path for path in paths if not sets_limit(path)]
 
@@ -216,7 +219,7 @@ class PosedProblem(Struct, frozen=True, eq=False):
     Attributes
     ----------
     task, problem
-        The problem as read from the tables, and the problem as a function of scaled variables.
+        The optimization task as read from the tables, and the problem for the search, with variables scaled to 0...1.
     before, units
         Figures of the nominal scene, and units of the figures, by name.
     quasi_static
@@ -236,7 +239,7 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     Raises
     ------
     SceneError
-        The tables are invalid, or there is no goal.
+        The tables are invalid, or [optimize] names no figure to be minimised or maximised.
     """
     document = document_of(given)
     table, scene = document.table, document.scene
@@ -260,8 +263,8 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     Raises
     ------
     SceneError
-        The tables are invalid, there is no goal, no design can meet the limits, or the search finds no design with the
-        required figures.
+        The tables are invalid, or [optimize] names no figure to be minimised or maximised. No design can meet the
+        limits, or the search finds no design with the required figures.
     """
     document = document_of(scene)
     posed = problem_of(document)
@@ -281,9 +284,10 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
 
 
 def _require_feasible(scene: Scene, posed: PosedProblem, first: np.ndarray) -> None:
-    """Raise SceneError if a limit is violated and the limited figure is equal in several sampled designs.
+    """Raise SceneError if a figure violates a limit and does not depend on the variables.
 
-    In this case, no choice of the variables can meet the limit.
+    No values of the variables can then meet the limit. A figure counts as independent of the variables if all sampled
+    designs have equal values of the figure.
     """
     task, problem = posed.task, posed.problem
     cube = qmc.Sobol(len(first), rng=np.random.default_rng(task.seed)).random(SCREENED_DESIGNS)
@@ -311,15 +315,15 @@ class _FullyJudged(Struct, frozen=True, eq=False):
 
     @property
     def judgements(self) -> tuple[Judgement, ...]:
-        """Judgements of all limits by the full answer; empty if there is no full answer."""
+        """For each limit, the outcome of comparing the full answer with the limit; empty if there is no full answer."""
         return self.answer.judgements if self.answer else ()
 
     @property
     def settled(self) -> bool:
-        """True if a search with other bounds would not help.
+        """True if no further search with adjusted bounds is needed.
 
-        In this case, no limit is violated or too close to decide, and the full answer has no margin larger than
-        `MAX_SPARE` to an active limit.
+        The full answer must clearly meet every limit. In addition, the relative margin of the full answer to every
+        active limit must be at most `MAX_SPARE`.
         """
         if any(each.outcome in (judge.TOO_NEAR, judge.BROKEN) for each in self.judgements):
             return False
@@ -332,11 +336,12 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
     """Search for the best design that meets all limits with its full answer and errors.
 
     The quasi-static search leaves no reserve for vibration and errors. Therefore, each round computes the full answer
-    of the best design, adjusts the bounds accordingly, and continues the search. The result is
-    the last design that meets all limits, or the last design if all designs violate a limit.
+    of the best design, adjusts the bounds on quasi-static figures, and continues the search. The result is the last
+    design with a full answer that meets all limits. If there is no such design, the result is the design of the last
+    round.
 
-    If there are no limits, the bounds cannot be adjusted. A single full answer is then computed, but only if the goal
-    depends on the deflection.
+    If there are no limits, there are no bounds to adjust. A single full answer is then computed if the figure to be
+    optimized depends on the deflection. Otherwise no full answer is computed.
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
     worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)
@@ -357,7 +362,8 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
         each_before = before or (None,) * len(known)
         rows = zip(now.judgements, known, each_before, strict=True)
-        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)  # the next design has other errors
+        # Keep an extra margin, because the error in the next design differs from the error in this design.
+        spare = judge.SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)
         problem = now.problem.held_to(
             [judge.adjusted_bound(judged, value, other, spare) for judged, (value, _), other in rows]
         )
@@ -369,7 +375,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
 def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
     """Return all figures that a limit or goal may use.
 
-    Figures that are computed only on request are included if a limit or the goal names them.
+    A figure that is computed only on request is included if a limit or the goal names this figure.
     """
     limits = (limit.figure for limit in limits_of(scene))
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits, *limits}

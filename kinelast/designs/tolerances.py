@@ -1,7 +1,8 @@
 """Scatter of results due to the tolerances of input values, and figures of the output error.
 
-Results are called figures, e.g. the largest stress. Each machine that is made has other input values within the
-tolerances. A full answer contains the figures by the theory chosen in the scene, with errors.
+Results are called figures, e.g. the largest stress. The input values of a manufactured machine differ from the nominal
+values within the tolerances. A full answer contains the figures of one machine, computed by the theory that the scene
+names, with errors.
 """
 
 import math
@@ -26,11 +27,11 @@ from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 
-REPEATS = 8  # number of independent sample sets; each set is a Sobol sequence with another random scrambling
+REPEATS = 8  # number of independent sample sets; each set is a Sobol sequence with its own random scrambling
 DESIGNS = 2048  # default number of samples, summed over all sets
 QUANTILES = (0.025, 0.5, 0.975)
-NORMAL_DEVIATIONS = 3.0  # (tolerance) / (standard deviation of the normal distribution)
-INDEX_SAMPLE = 256  # the Sobol indices need INDEX_SAMPLE * (number of variables + 2) designs
+NORMAL_DEVIATIONS = 3.0  # (tolerance) / (standard deviation), if an input value has a normal distribution
+INDEX_SAMPLE = 256  # Sobol indices are computed from INDEX_SAMPLE * (number of variables + 2) designs
 
 
 class Tolerance(Struct, frozen=True):
@@ -68,7 +69,8 @@ class FirstOrder(Struct, frozen=True):
     deviation
         Standard deviation of each figure, shape (figures,).
     worst
-        Largest deviation of each figure, shape (figures,). Every input value is at one end of the tolerance range.
+        Largest deviation of each figure, shape (figures,): every input value is at the end of the tolerance range that
+        increases the deviation.
     share
         Fraction of the variance of a figure that an input value causes, shape (figures, variables); nan if the figure
         does not scatter.
@@ -104,8 +106,8 @@ class Scatter(Struct, frozen=True):
     least, largest
         Smallest and largest value in the sample.
     error
-        Standard errors of mean, deviation, low, median and high, shape (5,). They are estimated from the differences
-        between sample sets.
+        Standard errors of mean, deviation, low, median and high, shape (5,). These errors are estimated from the
+        differences between the sample sets, see `REPEATS`.
     known
         Fraction of the designs in which the figure is known. The statistics use only these designs.
     """
@@ -134,7 +136,7 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIG
 def points_for(designs: int) -> int:
     """Return the number of points in each sample set.
 
-    It is the smallest power of two for which all sets together contain at least `designs` points.
+    The number is the smallest power of two for which all sample sets together contain at least `designs` points.
     """
     return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
@@ -156,7 +158,10 @@ def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray
 def scatter(
     figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
 ) -> dict[str, Scatter]:
-    """Return the distributions of all figures within tolerances by name. The sampled designs are evaluated together."""
+    """Return the distribution of each figure over designs sampled within tolerances, by name of the figure.
+
+    A single call of `figures_of` evaluates all sampled designs.
+    """
     tried = sample(tolerances, at, designs, seed)
     found = figures_of(tried.reshape(-1, tried.shape[-1]))
     return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
@@ -215,7 +220,7 @@ def kept_share(
     columns
         Quasi-static values of the limited figures by name, shape (machines,).
     judgements
-        Judgement of each limit by the full answer of the nominal machine.
+        For each limit, the outcome of comparing the full answer of the nominal machine with the limit.
     full
         Limited figures of all machines by name, extended from full answers of some machines.
     output
@@ -271,7 +276,7 @@ class ToleranceResult(Struct, frozen=True, eq=False):
     nominal
         Sensitivities of the nominal design.
     first
-        First-order scatter of the figures in `nominal.figures`.
+        First-order scatter of the figures that `nominal.figures` names.
     sampled
         Sampled distributions by name of the figure.
     shares
@@ -298,9 +303,10 @@ class ToleranceResult(Struct, frozen=True, eq=False):
     kept: KeptShare | None = None
 
 
-GEOMETRIC, WHOLE = "geometric_error", "whole_error"  # keys of the figures of `accuracy_figures`
-FARTHEST, SQUARES = "path_error", "path_squares"  # keys of figures of `path_figures`
-PART = "path["  # prefix of the keys of the distance components: the figure SQUARES is the sum of the squared components
+GEOMETRIC, WHOLE = "geometric_error", "whole_error"  # keys of the two figures that `accuracy_figures` returns
+FARTHEST, SQUARES = "path_error", "path_squares"  # keys of two figures that `path_figures` returns
+# Prefix of the keys of the x and y distances, e.g. "path[1].x"; the figure SQUARES is the sum of their squares.
+PART = "path["
 
 
 def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
@@ -342,15 +348,15 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
-    """Return figures (results) that compare the path of a point with target points. The links are rigid.
+    """Return figures (results) that compare the path of a point with target points.
 
-    The figures are the largest distance from the target points, the sum of the squared distances, and the x and y
-    components of all distances.
+    The path is computed with rigid links. The figures are the largest distance from the target points, the sum of the
+    squared distances, and the x and y components of all distances.
 
     Parameters
     ----------
     output
-        The point that moves.
+        Moving point, and the link with this point.
     places
         Target point for each position as a complex number x + i y [m].
     """

@@ -87,7 +87,7 @@ def structure_text(subject: Mechanism | Scene, contacts: Iterable[topology.Conta
     Parameters
     ----------
     contacts
-        Cams and slipping gears, at the drawn position.
+        Contacts between links (cams and slipping gears) in the drawn position of the mechanism.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def _mobility(mechanism: Mechanism, joints: Sequence[topology.Pair], contacts: S
 
 
 def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[str]:
-    """Return lines that list the groups in the order of solution, or the reason why there are no groups."""
+    """Return lines that list the groups of links, in the order of solution, or the reason why there are no groups."""
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
@@ -174,7 +174,10 @@ def _groups(mechanism: Mechanism, contacts: Sequence[topology.Contact]) -> list[
 
 
 def _bars(graph: Graph) -> list[str]:
-    """Return lines with the bars, their nodes, and the incidence and loop matrices. Wide matrices are left out."""
+    """Return lines with the bars, their nodes, and the incidence and loop matrices.
+
+    A matrix wider than `LINE_WIDTH` is left out.
+    """
     rows = [(f"{number}", bar.name, f"{bar.start} -> {bar.end}") for number, bar in enumerate(graph.branches, 1)]
     lines = table_lines(rows)
     heads = [row[0] for row in rows]
@@ -235,7 +238,7 @@ def _input_output_laws(
 ) -> list[str]:
     """Return lines with all joint rates relative to the first nonzero rate.
 
-    If there is no degree of freedom, or more than one, return a message instead.
+    If the number of degrees of freedom is not 1, return a message instead.
     """
     if rates.shape[1] == 0:
         return ["no motion"]

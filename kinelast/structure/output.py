@@ -36,7 +36,7 @@ class StructureScene(Struct, frozen=True, eq=False):
     Attributes
     ----------
     name, title, source, path
-        See `Scene`.
+        As in the class `Scene`.
     mechanism, contacts
         Planar mechanism (None for a spatial chain), and its contacts (cams and slipping gears).
     joints, fixed
@@ -59,7 +59,7 @@ def read_structure(path: str | Path) -> StructureScene:
     Raises
     ------
     SceneError
-        The file is invalid. An immobile mechanism is valid.
+        The file is invalid. An immobile mechanism does not raise this error.
     """
     if not isinstance(path, str | Path):
         raise TypeError(f"expected the path of a scene file, got {shown(path)}")

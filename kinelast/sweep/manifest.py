@@ -20,7 +20,7 @@ from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
 
 NAME = "manifest.json"
-MAX_VALUE_CHARACTERS = 60  # maximum number of characters of a value in a message
+MAX_VALUE_CHARACTERS = 60  # a message shows at most this number of characters of each value
 
 
 class ChunkChecksum(Struct, frozen=True):
@@ -32,7 +32,7 @@ class ChunkChecksum(Struct, frozen=True):
 
     @classmethod
     def of(cls, rows: int, content: bytes) -> ChunkChecksum:
-        """Return the checksum of a chunk that contains `rows` designs."""
+        """Return the checksum of a chunk with the given content and `rows` designs."""
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
@@ -43,7 +43,7 @@ class ChunkChecksum(Struct, frozen=True):
 class Manifest(Struct, frozen=True):
     """State of a sweep.
 
-    A chunk is complete if the content matches the stored checksum.
+    A chunk is complete if the content of the chunk's file matches the stored checksum.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Manifest(Struct, frozen=True):
     store
         Name of the file or folder that contains the designs.
     columns
-        Units by column name, in the order of the columns; empty until the first chunk is complete.
+        Dictionary that maps each column name to a unit, in the order of the columns; empty until a chunk is complete.
     failed
-        Reasons why chunks failed, by index of the chunk.
+        Dictionary that maps the index of each failed chunk to the reason for the failure.
     kept
         Checksums of all chunks if the sweep is complete, otherwise empty.
     complete
@@ -89,7 +89,7 @@ class Manifest(Struct, frozen=True):
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of all software on which the last digits of results and the bytes of files depend."""
+    """Return the versions of the software that affects the last digits of results or the bytes of files."""
     found = {"kinelast": __version__, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -150,7 +150,10 @@ def require_same(kept: Manifest, requested: Manifest, folder: Path) -> None:
 
 
 def _flat(manifest: Manifest) -> dict[str, Any]:
-    """Return the entries of a manifest that must be equal to resume a sweep, by dotted name."""
+    """Return the entries of a manifest that must not change if a sweep is resumed.
+
+    The result maps names to entries. The name of a nested entry contains dots, e.g. "versions.numpy".
+    """
     flat: dict[str, Any] = {"designs": manifest.designs, "chunk": manifest.chunk, "store": manifest.store}
     waiting: list[tuple[str, Any]] = list(json.loads(json_bytes(dict(manifest.identity))).items())
     while waiting:

@@ -39,18 +39,20 @@ from rigid import counted
 
 MIN_ANNOUNCED = 10.0  # [s] if a sweep is expected to last longer, the expected duration is printed
 TRIAL_DESIGNS = 200  # maximum number of designs that are timed to estimate the duration of the sweep
-MAX_PAGED = 1_000_000  # maximum number of designs on one page
+MAX_PAGED = 1_000_000  # no HTML pages are written if a sweep has more designs
 MIN_DESIGN_TIME = 1e-7  # [s] smallest assumed time per design; avoids a division by zero
-CHUNK_TIME = 1.0  # [s] time per chunk on one core; each core loses at most one chunk if a run is stopped
-MAX_TRIAL = 0.3  # [s] if timing one design takes longer, no further designs are timed
+CHUNK_TIME = 1.0  # [s] planned computing time per chunk; if a run is stopped, each core loses at most one chunk
+MAX_TRIAL = 0.3  # [s] no further designs are timed if the first design takes longer than this
 ADVICE = "positions or --jobs"
-MAX_REASONS = 20  # maximum number of reasons for missing figures in the summary, most frequent first
+MAX_REASONS = 20  # the summary contains at most this number of reasons for missing figures, most frequent first
 ERROR_UNKNOWN = "designs are computed without vibration; only full answers have an error"
-MAX_SHOWN = 3  # maximum number of input values of the best design in the last line printed
+MAX_SHOWN = 3  # the last printed line shows at most this number of input values of the best design
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute all designs of a sweep and write the results to a folder. Errors are returned in the outcome.
+    """Compute all designs of a sweep and write the results to a folder.
+
+    An error is not raised, but reported in the returned outcome.
 
     Parameters
     ----------
@@ -154,7 +156,7 @@ def _duration(evaluation: Evaluation) -> float:
     evaluation(0, 1)  # warm-up
     count, took = 0, 0.0
     for count in (1, min(TRIAL_DESIGNS, evaluation.plan.count)):
-        begin = time.process_time()  # independent of other processes on this machine
+        begin = time.process_time()  # processor time, which does not depend on other processes
         evaluation(0, count)
         took = time.process_time() - begin
         if took > MAX_TRIAL:
@@ -163,11 +165,12 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """Return the number of designs per chunk. A chunk takes about `CHUNK_TIME`.
+    """Return the number of designs per chunk, so that computing a chunk takes about `CHUNK_TIME`.
 
-    If a sweep is resumed from `folder`, return the number in the manifest. `each` is the time per design [s].
+    If `folder` contains a sweep to be resumed, the result is the number in the manifest of this sweep. `each` is the
+    computing time per design [s], and `count` the number of designs.
     """
-    with suppress(RequestError):  # `run_plan` reads the manifest again and raises the error
+    with suppress(RequestError):  # ignore an unreadable manifest: `run_plan` raises this error later
         if folder and (kept := read_manifest(folder)):
             return kept.chunk
     return min(count, max(1, int(round_down(CHUNK_TIME / max(each, MIN_DESIGN_TIME)))))
@@ -176,8 +179,8 @@ def _chunk(folder: Path | None, each: float, count: int) -> int:
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
     """Return all inputs on which the results of a sweep depend.
 
-    These are checksums of the scene file, of listed input values and of further files, the names of the figures, and
-    the number of positions.
+    The inputs are the names of the figures, the number of positions, and checksums. The checksums are computed from the
+    scene file, from listed input values, and from other files that the scene uses.
     """
     drawn = hashlib.sha256()
     for factor in plan.factors:

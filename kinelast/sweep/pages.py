@@ -22,15 +22,16 @@ from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 
-MAX_GRID = 1000  # the page of a design has a slider if the sweep has at most this number of designs
+MAX_GRID = 1000  # pages of single designs have a slider if the sweep has at most this number of designs
 FOLDER = "designs"  # subfolder of the results
-"""Subfolder with a folder for each selected design, named by the index of the design."""
+"""The subfolder contains a folder for each selected design. The name of this folder is the index of the design."""
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
-    """Return the indices of the designs that get a page.
+    """Return the indices of the designs for which pages are written.
 
-    These are the best design, and designs that are evenly distributed on the Pareto front.
+    The selected designs are the best design, and designs that are evenly distributed on the Pareto front of two
+    columns.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
     best
         Index of the best design, or None.
     most
-        Maximum number of designs that get a page.
+        Maximum number of selected designs.
 
     Examples
     --------
@@ -68,7 +69,7 @@ def write_pages(
 ) -> tuple[int, str]:
     """Write the page of all designs, and a folder for each selected design.
 
-    The page of all designs is written first, so that it exists even if a folder cannot be written.
+    The page of all designs is written first, so that this page exists even if a folder cannot be written.
 
     Parameters
     ----------
@@ -79,13 +80,13 @@ def write_pages(
     tally
         Summary of the sweep, which must contain all designs.
     positions
-        Number of positions for a single design. With None, it is the number of positions of the scene.
+        Number of positions at which the selected designs are computed. None means the number of positions in the scene.
     batch
         Options: number of designs with pages, and whether existing pages are reused.
 
     Returns
     -------
-    Exit status, and error messages for pages that could not be written. They do not affect the stored designs.
+    Exit status, and error messages for pages that could not be written. These errors do not affect the stored designs.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
     columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
@@ -122,10 +123,10 @@ def write_pages(
 
 
 def what_if(evaluation: Evaluation, columns: Mapping[str, Any], reasons: Sequence[str], number: int) -> dict[str, Any]:
-    """Return the data for a slider that changes the varied input value, under the key `what_if`.
+    """Return a dictionary in which `what_if` contains the data for a slider that changes the varied input value.
 
-    The result is empty if several input values vary, or if the sweep has more than `MAX_GRID` designs. In the result,
-    the designs are sorted by the input value, and `here` is the place of design `number` in this order.
+    The dictionary is empty if several input values vary, or if the sweep has more than `MAX_GRID` designs. The data are
+    sorted by increasing input value. The entry `here` is the index of design `number` in the sorted data.
     """
     path, *others = evaluation.plan.paths
     if others or len(reasons) > MAX_GRID:
@@ -152,7 +153,7 @@ def _folders(
 ) -> tuple[list[int], int, str]:
     """Write the folders of the selected designs. If a file cannot be written, write no folder.
 
-    The pages show results by the theory chosen in the scene.
+    The results on the pages are computed by the theory that the scene names.
 
     Returns
     -------
@@ -173,7 +174,7 @@ def _folders(
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
                 outcome = try_scene(request, False, Task(path, folder, f"page of design {number}", extra[number]))
-                if outcome.interrupted:  # the results of an interrupted integration are incomplete
+                if outcome.interrupted:  # stop, because the results of an interrupted integration are incomplete
                     raise KeyboardInterrupt
                 if outcome.unwritten:  # discard all pages, so that --resume writes them again
                     raise RequestError(outcome.line.replace(str(part), str(target)))

@@ -1,8 +1,9 @@
 """Execution of a sweep of any size. Chunks of designs are computed in parallel, and stored when complete.
 
 Chunks are computed by processes, or by the workers of a dask scheduler. A worker receives the scene and the plan once,
-when it connects. After that, it receives only the indices of chunks. If a worker is lost, dask assigns its chunks to
-other workers. Only a few chunks per worker are queued, so that the memory does not grow with the size of the sweep.
+when the worker connects. Afterwards, the worker receives only the indices of chunks. If a worker is lost, dask assigns
+its chunks to other workers. Only a few chunks per worker are queued, so that the memory does not grow with the size of
+the sweep.
 """
 
 import secrets
@@ -26,7 +27,7 @@ from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
 
-MAX_TRIES = 3  # maximum number of attempts to compute a chunk if the process dies
+MAX_TRIES = 3  # maximum number of attempts to compute a chunk; a new attempt is made if the process dies
 MAX_NAMED = 5  # maximum number of chunks named in a message
 MAX_FAILED = 10  # number of failed chunks after which a run stops
 
@@ -46,7 +47,8 @@ class Compute(Protocol):
 
         Returns
         -------
-        Columns of shape (last - first,), and the reason for nan values for each design (empty for no nan).
+        Columns by name, each of shape (last - first,), and a text for each design. The text is the reason for nan
+        values, or empty if the design has no nan values.
         """
 
 
@@ -67,16 +69,16 @@ class Chunk(Struct, frozen=True):
 
 
 class ChunkWork(Struct, frozen=True):
-    """Callable object that computes and encodes a chunk. It works in any process."""
+    """Callable object that computes and encodes a chunk. The object can be sent to other processes."""
 
     compute: Compute
     manifest: Manifest
 
     def __call__(self, number: int) -> Chunk | str:
-        """Return the chunk, or the reason why it failed."""
+        """Return the chunk with the index `number`, or the reason why computing the chunk failed."""
         first, last = self.manifest.span(number)
         try:
-            with stops_kept(), np.errstate(all="ignore"):  # nan is a missing value
+            with stops_kept(), np.errstate(all="ignore"):  # no numpy warnings, because nan marks a missing value
                 columns, reasons = self.compute(first, last)
             content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
         except MemoryError:
@@ -109,7 +111,7 @@ def run_plan(
     compute
         Callable object that computes designs, see `Compute`. The results of a design must depend only on its index.
     identity
-        Inputs on which the results depend, as JSON data. The versions of the software are added.
+        Inputs on which the results depend, as JSON data. `run_plan` adds the versions of the software.
     chunk
         Number of designs per chunk. A chunk should take about one second.
     jobs
@@ -117,7 +119,7 @@ def run_plan(
     scheduler
         Address of a dask scheduler, such as "tcp://host:8786", whose workers compute the chunks.
     progress
-        Progress callback. If the run is interrupted, it also reports the number of stored designs.
+        Progress callback. If the run is interrupted, the callback also reports the number of stored designs.
     resume
         Whether to continue a sweep that is already stored in the folder.
 
@@ -149,7 +151,10 @@ def run_plan(
 
 
 def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
-    """Prepare a folder for a sweep; return the stored manifest if the sweep is resumed, otherwise `requested`."""
+    """Prepare a folder for a sweep; return the manifest of the sweep.
+
+    If the sweep is resumed, the result is the manifest stored in the folder. Otherwise the result is `requested`.
+    """
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
@@ -202,7 +207,7 @@ def _computed(
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute and store the missing chunks, beginning with damaged chunks; return the manifest with failed chunks."""
+    """Compute and store the missing chunks, damaged chunks first; return the manifest with the failed chunks."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(
@@ -241,7 +246,7 @@ def _chunk_results(
 
 
 def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
-    """Return the chunk if it has the columns in the manifest, otherwise an error message."""
+    """Return a computed chunk if its columns agree with the manifest, otherwise return an error message."""
     if isinstance(answer, Lost):
         return f"its process ended {MAX_TRIES} times ({answer.how}); if memory ran out, use smaller chunks"
     if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
@@ -250,7 +255,7 @@ def _checked_columns(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | 
 
 
 def _finished(store: Store, manifest: Manifest) -> Manifest:
-    """Complete the store if it contains all chunks; return the final manifest."""
+    """Write the final files of a sweep if all chunks are stored; return the final manifest."""
     if len(store.kept) < manifest.chunks:
         whole = replace(manifest, complete=False, kept=())
         store.note(whole)
@@ -264,7 +269,9 @@ def _finished(store: Store, manifest: Manifest) -> Manifest:
 
 
 def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepState:
-    """Write `cells`, given by index of the design and column name, to the files of a complete sweep.
+    """Write new values to the files of a complete sweep.
+
+    `cells` maps the index of a design to a dictionary that maps column names to new values.
 
     Raises
     ------
@@ -285,7 +292,7 @@ def _not_written(error: OSError, folder: Path) -> str:
 
 
 CHUNKS_PER_THREAD = 3  # number of running or queued chunks per thread of the workers
-COUNT_INTERVAL = 5.0  # [s] time between two counts of the threads of all workers
+COUNT_INTERVAL = 5.0  # [s] the threads of all workers are counted again after this time
 TIMEOUT = "10s"  # time limit for the connection to a scheduler
 A = TypeVar("A")
 
@@ -295,13 +302,14 @@ def cluster_answers(
 ) -> Generator[tuple[int, A | Lost], None, None]:
     """Compute chunks by the workers of a dask scheduler; yield the index and the result of each chunk.
 
-    The results are yielded in the order of arrival. If a chunk ends its worker too often, the result is `Lost`.
+    The results are yielded in the order of arrival. If workers repeatedly die during the computation of a chunk, the
+    result of this chunk is `Lost`.
 
     Raises
     ------
     RequestError
-        Dask is not installed, there is no scheduler at the address, or its workers cannot load kinelast or use other
-        software versions.
+        Dask is not installed. There is no scheduler at the address. The workers cannot load kinelast, or have other
+        software versions than this computer.
     ConnectionError
         The connection to the scheduler is lost.
     """
@@ -322,7 +330,7 @@ def cluster_answers(
             progress.tell(f'--scheduler: "{shown}" has no workers yet, start one: dask worker {shown}')
         yield from _results(client, name, numbers)
     finally:
-        with suppress(Exception):  # the scheduler may be gone
+        with suppress(Exception):  # ignore errors, because the scheduler may have stopped
             client.unregister_worker_plugin(name)
         client.close(timeout=1)
 

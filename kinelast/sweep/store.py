@@ -1,8 +1,9 @@
 """Storage of the designs of a sweep: one file per chunk, written completely or not at all.
 
-A sweep of at most `MAX_CSV` designs is finally joined to a single CSV file. A larger sweep is a Parquet data set: a
-folder with one file per chunk, which any Parquet reader opens as one table. Without pyarrow, every sweep is a CSV file.
-The bytes of the files depend neither on the processes nor on the order in which the chunks are computed.
+When a sweep of at most `MAX_CSV` designs is complete, all chunks are joined to a single CSV file. A larger sweep is a
+Parquet data set: a folder with one file per chunk, which any Parquet reader opens as one table. Without pyarrow, every
+sweep is a CSV file. The bytes of the files depend neither on the processes nor on the order in which the chunks are
+computed.
 """
 
 import os
@@ -21,12 +22,12 @@ from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_b
 from kinelast.sweep.manifest import NAME, ChunkChecksum, Manifest, manifest_bytes
 from kinelast.tasks.request import RequestError
 
-MAX_CSV = 100_000  # maximum number of designs in a CSV store
+MAX_CSV = 100_000  # sweeps with more designs are stored as Parquet data sets
 CSV, PARQUET = "designs.csv", "designs.parquet"
 JOURNAL = "kept.txt"  # file with the checksums of complete chunks; removed when all chunks are complete
 NUMBER, REASON = "design", "reason"  # names of the first and last column of every sweep
-THEORY, VERDICT = "theory", "verdict"  # names of columns for full answers
-TEXTS = THEORY, VERDICT  # columns with text, in addition to REASON
+THEORY, VERDICT = "theory", "verdict"  # names of two columns that describe full answers
+TEXTS = THEORY, VERDICT  # names of the columns with text; the column REASON contains text, too
 
 Columns = Mapping[str, Any]
 
@@ -66,7 +67,7 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
 
 
 def decoded(store: str, content: bytes, names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Decode the content of a chunk's file; return the columns by name, and the reasons, see `encoded`."""
+    """Decode the content of a chunk's file; return columns by name, and reasons for missing figures, see `encoded`."""
     if store == PARQUET:
         import pyarrow.parquet
 
@@ -115,9 +116,9 @@ class Store:
         return self.parts / f"{number:010}{self._end}"
 
     def _require_own(self, manifest: Manifest) -> None:
-        """Raise RequestError if the folder of the chunks contains another file.
+        """Raise RequestError if the folder of the chunks contains a file that is not a chunk.
 
-        A Parquet reader would treat the file as part of the data set.
+        A Parquet reader would treat such a file as part of the data set.
         """
         with suppress(OSError):
             for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
@@ -126,7 +127,7 @@ class Store:
                     raise RequestError(f"{entry.path} does not belong to this sweep: move it")
 
     def _journal_entries(self) -> dict[int, ChunkChecksum]:
-        """Read the checksums in the journal, by index of the chunk. Incomplete lines are ignored."""
+        """Return the checksums in the journal by index of the chunk. Incomplete lines of the journal are ignored."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
             with suppress(ValueError):
@@ -166,7 +167,7 @@ class Store:
                 raise RequestError(f"{self.folder / name} does not belong to a sweep: move it, or choose another -o")
 
     def clear(self) -> None:
-        """Remove all files of a sweep, the manifest last."""
+        """Remove all files of a sweep. The manifest is removed last."""
         for name in (CSV, PARQUET, f"{CSV}.parts", JOURNAL, NAME):
             path = self.folder / name
             if path.is_dir():
@@ -201,14 +202,16 @@ class Store:
         put(self.folder / NAME, manifest_bytes(manifest))
 
     def join(self, manifest: Manifest) -> None:
-        """Join the chunks to a single CSV file. For a Parquet data set, there is nothing to do."""
+        """Join the chunks to a single CSV file. A Parquet data set is not changed."""
         if self.name == CSV:
             put(self.folder / CSV, _csv_header(manifest), *map(self._place, range(manifest.chunks)))
 
     def fill(self, manifest: Manifest, cells: Mapping[int, Mapping[str, Any]]) -> Manifest:
-        """Write `cells`, given by index of the design and column name, to a complete store; return the new manifest.
+        """Write new values to a complete store; return the new manifest.
 
-        Files that do not change are not written.
+        `cells` maps the index of a design to a dictionary that maps column names to new values.
+
+        A file is not written if its content does not change.
         """
         kept = list(manifest.kept)
         csv_parts = list(self.contents(manifest)) if self.name == CSV else []

@@ -1,7 +1,7 @@
 """Summary (tally) of the designs of a sweep, and full answers for the best designs.
 
 The results of a design are called figures, e.g. the largest stress. A sweep computes quasi-static figures. A full
-answer contains the figures of one design by the theory chosen in the scene, with errors.
+answer contains the figures of one design, computed by the theory that the scene names, with errors.
 """
 
 from __future__ import annotations
@@ -28,10 +28,13 @@ from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
 
-MAX_LEADING = 1000  # maximum number of acceptable and of unacceptable designs that are candidates for a full answer
+# Candidates for a full answer are at most MAX_LEADING designs that meet all limits, and at most MAX_LEADING designs
+# that violate a limit.
+MAX_LEADING = 1000
 SHORTLIST = 8  # maximum number of full answers for the best designs
 MAX_NEAR = 4  # maximum number of further full answers, for designs close to a limit or close to the best design
-MIN_MARGIN = -0.5  # a design with a smaller relative margin to its limits is no candidate for a full answer
+# A design is no candidate for a full answer if its smallest relative margin to a limit is below MIN_MARGIN.
+MIN_MARGIN = -0.5
 IN_FULL, ERROR = " in full", " error"  # suffixes of column names
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # numbers in reasons
 
@@ -51,9 +54,9 @@ class Aim(Struct, frozen=True):
 class Rows(Struct, frozen=True, dict=True):
     """Callable object that computes the rows of the table of a sweep, see `kinelast.sweep.running.Compute`.
 
-    Each row belongs to a design. It contains input values and quasi-static figures in the display units of the scene,
-    and cells for a full answer: theory, figures with errors, and verdict. The cells for a full answer are empty at
-    first. For selected designs, `cells` returns the content.
+    Each row contains the input values and quasi-static figures of a design, in the display units of the scene. A row
+    also has cells for a full answer: theory, figures with errors, and verdict. These cells are empty at first. For
+    designs with a full answer, `cells` returns the content of these cells.
     """
 
     evaluation: Evaluation
@@ -116,7 +119,7 @@ class Rows(Struct, frozen=True, dict=True):
 
 @dataclass
 class Tally:
-    """Summary of a sweep. A design is stored as a row: values by column name.
+    """Summary of a sweep. Each design is stored as a dictionary that maps column names to values.
 
     Attributes
     ----------
@@ -125,17 +128,18 @@ class Tally:
     designs
         Number of designs.
     reasons
-        Number of designs for each reason why figures are missing. Numbers in reasons are replaced by "...".
+        Number of designs for each reason why figures are missing. Numbers in reasons are replaced by "...", so that
+        reasons that differ only in numbers are counted together.
     limits_kept
-        Number of designs that meet all limits with quasi-static figures; None if there are no limits.
+        Number of designs that meet all limits according to quasi-static figures; None if there are no limits.
     ranges
         Smallest and largest value by column name.
     leading
-        The best designs that meet all limits with quasi-static figures, best first.
+        The best designs that meet all limits according to quasi-static figures, best first.
     short
-        Designs that violate a limit with quasi-static figures, beginning with the smallest violation.
+        Designs that violate a limit according to quasi-static figures, designs with the smallest violation first.
     best
-        Best design. If full answers meet all limits, only designs with such a full answer are compared.
+        Best design. If the full answers of one or more designs meet all limits, the best of these designs.
     answered
         Full answers by index of the design, in the order of computation.
     near
@@ -187,7 +191,7 @@ class Tally:
 def _merged_rows(
     rows: list[dict[str, float]], columns: Mapping[str, Any], order: Any, key: str, sign: float
 ) -> list[dict[str, float]]:
-    """Add designs with finite `order` to `rows`, sort by `sign` * column `key`, and return up to `MAX_LEADING` rows."""
+    """Add designs with finite `order` to `rows`; return at most `MAX_LEADING` rows, sorted by `sign` * column `key`."""
     some = np.argsort(order, kind="stable")[: min(MAX_LEADING, int(np.count_nonzero(np.isfinite(order))))].tolist()
     more = [{name: float(values[at]) for name, values in columns.items()} for at in some]
     return sorted([*rows, *more], key=lambda row: sign * row[key])[:MAX_LEADING]
@@ -207,12 +211,14 @@ def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim,
 class FullAnswers:
     """Computation of full answers for selected designs of a sweep.
 
-    A prediction selects the designs. It assumes that the ratio (figure of the full answer) / (quasi-static figure) is
-    equal for all designs, see `adjusted_bound`. The ratio is taken from the last full answer.
+    The designs are selected by predicting whether their full answers meet the limits. The prediction assumes that the
+    ratio (figure of the full answer) / (quasi-static figure) is equal for all designs, see `adjusted_bound`. The last
+    computed full answer gives this ratio.
 
-    First, full answers are computed for the best designs that are predicted to meet all limits, until no better design
-    is left. Then follow designs for which the prediction differs from the quasi-static outcome, and designs that may be
-    better than the best design within the error.
+    First, full answers are computed for designs that are predicted to meet all limits, best designs first. This step
+    ends if a full answer meets all limits and no other design is better. Second, full answers are computed for designs
+    for which the prediction and the quasi-static figures disagree about the limits. The second step includes designs
+    that may be better than the best design within the error.
     """
 
     rows: Rows
@@ -224,7 +230,7 @@ class FullAnswers:
         self.document, self.paths = self.rows.evaluation.document, plan.paths
         self.designs = [*tally.leading, *tally.short]
         self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
-        self.in_full = np.full(len(self.designs), np.nan)  # values of the aim from full answers
+        self.in_full = np.full(len(self.designs), np.nan)  # values of the figure to be minimised, from full answers
         limits = list(dict.fromkeys(limit.figure for limit in judge.limits_of_items(self.document.scene)))
         self.known: Mapping[str, Any] = {}
         if limits and self.designs:
@@ -238,7 +244,8 @@ class FullAnswers:
     def __call__(self) -> None:
         """Compute the full answers, and update the tally."""
         tally = self.tally
-        if not self.rows.elastic_figures and not self.known:  # no figure depends on the theory
+        # Nothing to compute, because no figure depends on the theory.
+        if not self.rows.elastic_figures and not self.known:
             return
         if not tally.leading and tally.short:
             self._answer(0, "full answer of the design closest to its limits", 0, 1)
