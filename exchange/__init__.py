@@ -1,4 +1,4 @@
-"""Import and export of mechanisms of other programs and of DXF drawings, SVG output, and import of CSV columns."""
+"""Import and export of mechanisms as files of other programs or DXF drawings, SVG output, and import of CSV files."""
 
 from exchange.columns import Columns, columns_of
 from exchange.dxf import DrawnLink, dxf_text, section_of_dxf

@@ -10,8 +10,9 @@ from msgspec.structs import replace
 
 from exchange.foreign_mechanism import ExchangeError
 
-SEPARATORS = ";\t,"  # separators of columns in order of preference; a comma is last, because it may be a decimal comma
-UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")  # examples: "angle [deg]", "angle (deg)", "angle / deg"
+SEPARATORS = ";\t,"  # possible column separators; the comma is tried last, because it may be a decimal comma
+# unit in a heading, such as "angle [deg]", "angle (deg)", "angle / deg"
+UNIT = re.compile(r"\[(.*)\]|\((.*)\)\s*$|/\s*(.+)$")
 NUMBER = re.compile(r"[-+]?\.?\d")  # start of a number
 COMMENT = "#%"  # characters that start a comment
 
@@ -23,7 +24,7 @@ class Columns(Struct, frozen=True):
     ----------
     headings
         Line number (from 1) and cells of each heading line before the first row of numbers. If several heading lines
-        contain a unit for a column, the last of them counts.
+        contain a unit for a column, `heading` returns the unit in the last of these lines.
     rows
         Line number and cells of each row of numbers, with decimal points instead of decimal commas.
     titles
@@ -35,9 +36,10 @@ class Columns(Struct, frozen=True):
     titles: tuple[tuple[int, str], ...] = ()
 
     def heading(self, column: int) -> tuple[int, str]:
-        """Return line number and unit from the heading of a column, or from a line of units below the heading.
+        """Return the unit of a column, preceded by the number of the heading line that contains the unit.
 
-        Return (0, "") if there is no unit.
+        A unit stands in brackets or after a slash. If a column has no such unit, the last of several heading lines is
+        taken as a line of units. If there is only one heading line, return (0, "").
         """
         for line, cells in reversed(self.headings):
             found = UNIT.search(cells[column])
@@ -50,10 +52,10 @@ class Columns(Struct, frozen=True):
 
 
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
-    r"""Return the first columns of a CSV text, one for each of `names`.
+    r"""Return the first `len(names)` columns of a CSV text.
 
-    Columns may be separated by commas, semicolons or tabs. Further columns are ignored if they are empty, or if they
-    have headings and the first columns have units.
+    Columns may be separated by commas, semicolons or tabs. All columns after these are ignored if they are empty. They
+    are also ignored if they have headings and the first `len(names)` columns have units.
 
     Parameters
     ----------
@@ -103,10 +105,10 @@ def columns_of(text: str, names: tuple[str, ...]) -> Columns:
 
 
 def _heading(texts: list[str], line: str, count: int) -> list[str]:
-    """Return the cells of a heading line, or [] if there are fewer than `count` cells.
+    """Return the cells of a heading line, or [] if no separator gives at least `count` cells.
 
-    `texts` are the cells with the separator of the file. If `texts` has too few cells, try all separators. Each of the
-    first `count` cells must then contain a unit.
+    `texts` contains the cells of the line, split at the column separator of the file. If there are too few cells, the
+    line is split at each other separator. Such a split counts only if each of its first `count` cells contains a unit.
     """
     while texts and not texts[-1]:  # spreadsheets append empty cells
         texts.pop()
@@ -120,8 +122,8 @@ def _heading(texts: list[str], line: str, count: int) -> list[str]:
 
 
 def _cells(line: int, texts: list[str], names: tuple[str, ...], named: int) -> tuple[str, ...]:
-    """Return the cells of a row in the columns `names`. Cells in further columns must be empty or have a heading."""
-    width = max(number for number, cell in enumerate(texts, 1) if cell)  # each row of numbers has a non-empty cell
+    """Return the cells of a row in the columns `names`. All other cells of the row must be empty or have a heading."""
+    width = max(number for number, cell in enumerate(texts, 1) if cell)  # never empty: each row has a non-empty cell
     if not len(names) <= width <= named and not (width < len(names) <= len(texts)):
         raise ExchangeError(_miscounted(line, width, names))
     for name, cell in zip(names, texts, strict=False):

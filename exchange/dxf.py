@@ -16,18 +16,18 @@ from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # unit of length, by the code $INSUNITS in a DXF file
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}  # length of each unit [m]
-# layers and line types that are not part of a section
+# lines on layers with these names, or of these line types, do not belong to a drawn section
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
 CHORD = 1e-4  # largest distance between an arc and the chords that replace it, divided by the size of the section
 SAME = 1e-4  # ends of lines count as one point if their distance is at most SAME * (size of the drawing)
-TURN = "60 rpm"  # assumed speed of driven links
-FIXED = 1.0  # radius of the circle at a fixed point, in the unit of the drawing
+TURN = "60 rpm"  # speed of driven links, assumed because a drawing contains no speed
+FIXED = 1.0  # radius of the circle that marks a fixed point in an exported drawing, in the unit of the drawing
 CRANKS = "CRANKS"  # layer on which the program pylinkage draws driven joints
 AXIS = "axis "  # prefix of the layers on which kinelast draws the axes of links
 
 
 class DrawnLink(Struct, frozen=True):
-    """Link of an exported drawing.
+    """Link as it is drawn in an exported drawing.
 
     Attributes
     ----------
@@ -76,13 +76,13 @@ def dxf_text(
 ) -> str:
     """Return a DXF drawing with a layer for the outline and holes of each link.
 
-    Axes, fixed points, paths and curves are on further layers. The outline of a beam ends in a semicircle about each
-    end point. `of_dxf` reads only the axes and the fixed points of such a drawing.
+    Axes of links, fixed points, paths and curves have layers of their own. The outline of a beam ends in a semicircle
+    about each end point. `of_dxf` reads only the axes and the fixed points of a drawing that this function wrote.
 
     Parameters
     ----------
     fixed
-        Points of the ground.
+        Position of each point of the ground, by point name.
     paths
         Successive positions of moving points, by name.
     unit
@@ -130,14 +130,15 @@ def _xy(place: complex) -> tuple[float, float]:
 def of_dxf(path: Path, title: str) -> ForeignMechanism:
     """Return the mechanism in a DXF drawing. Each line is a link, and each polyline is a link with several points.
 
-    Blocks are exploded. Coincident ends are pinned together. Ends and circles on a layer with "ground", "fixed" or
-    "base" in its name are fixed.
+    Blocks are exploded. Coincident ends are pinned together. Ends of lines and centres of circles are fixed points if
+    the name of their layer contains "ground", "fixed" or "base".
 
     A circle on the layer "CRANKS" marks the end of a driven link. Each link between such a circle and a fixed point is
-    driven. Without such a link, the first link at a fixed point is driven.
+    driven. If no link connects such a circle to a fixed point, the first link at a fixed point is driven.
 
     If no point is fixed, or if there are circles on "CRANKS", each end that belongs to only one link is also fixed.
-    This rule excludes ends at these circles. The notes count all entities that are not used.
+    Ends at circles on "CRANKS" are not fixed by this rule. The notes of the mechanism list the numbers of unused
+    entities.
 
     Raises
     ------
@@ -165,20 +166,20 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
 
 
 class _SortedOut:
-    """Entities of a drawing, sorted by their meaning.
+    """Entities of a drawing, grouped by their role in the mechanism.
 
     Attributes
     ----------
     chains
         Corners of each line or polyline that is a link.
     marks
-        Positions of fixed joints: corners and circle centres on layers of the ground.
+        Positions of fixed joints: corners and circle centres on layers with "ground", "fixed" or "base" in their names.
     cranks
         Centres of circles on the layer `CRANKS`.
     circles
-        Centres of all other circles.
+        Centres of the circles on all other layers.
     left
-        Numbers of unused entities, by kind.
+        Number of unused entities of each kind.
     """
 
     def __init__(self) -> None:
@@ -192,7 +193,7 @@ class _SortedOut:
         corners, kind, layer = _corners(entity), entity.dxftype(), entity.dxf.layer
         if re.search("ground|fixed|base", layer, re.IGNORECASE):
             self.marks += corners or ([_place(entity.dxf.center)] if kind == "CIRCLE" else [])
-        elif layer == CRANKS:  # symbols that pylinkage draws at driven joints
+        elif layer == CRANKS:  # pylinkage draws a circle and other symbols at each driven joint
             self.cranks += [_place(entity.dxf.center)] if kind == "CIRCLE" else []
         elif kind == "CIRCLE":
             self.circles.append(_place(entity.dxf.center))
@@ -224,7 +225,7 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
     lone = {n for n in range(len(points)) if sum(n in chain for chain in ends) == 1}
     if not fixed:
         notes.append("no layer named ground, fixed or base: ends that belong to only one line are taken as fixed")
-    if not fixed or tips:  # pylinkage marks all driven joints, but only some fixed points
+    if not fixed or tips:  # drawings of pylinkage mark all driven joints, but only some fixed points
         fixed |= lone - tips
     entities.left["circle"] += sum(all(abs(place - each) > near for place in points) for each in entities.circles)
     if left := _listed(+entities.left, ""):
@@ -247,13 +248,13 @@ def _linked(entities: _SortedOut, axes: Sequence[str], unit: str, title: str) ->
 
 
 def _listed(left: Counter[str], before: str) -> str:
-    """Return `before` and the numbers of unused entities as text, such as "2 arcs, 1 text"."""
+    """Return `before` and a list of unused entities, such as "2 arcs, 1 text"; "" if there are none."""
     words = [f"{number} {kind}{'s' * (number > 1)}" for kind, number in left.items() if number]
     return before + ", ".join(words) if words else ""
 
 
 def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]]]:
-    """Return lists of corners (x, y) [m] of a drawn section: first of the outline, then of each hole.
+    """Return the corners (x, y) [m] of a drawn section: one list for the outline, then one list for each hole.
 
     Arcs are replaced by chords, and blocks are exploded. Layers and line types for centre lines, hidden edges and
     dimensions are ignored.
@@ -283,7 +284,7 @@ def section_of_dxf(text: str, unit: str = "mm") -> list[list[tuple[float, float]
     paths = []
     for entity in recursive_decompose(drawing.modelspace()):
         if not AUXILIARY.search(f"{entity.dxf.layer} {entity.dxf.get('linetype', '')}"):
-            with suppress(TypeError):  # raised for an entity without a path, such as a text or a point
+            with suppress(TypeError):  # make_path rejects texts, points and other entities without a path
                 paths.append(make_path(entity))
     box = bbox(paths)
     if not box.has_data:

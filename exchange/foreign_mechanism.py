@@ -1,4 +1,4 @@
-"""Mechanism of another program: points, links, joints, drives, masses and forces."""
+"""Mechanism for import or export: points, links, joints, drives, masses and forces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ExchangeError(ValueError):
 
 
 class ForeignLink(Struct, frozen=True):
-    """Link of a mechanism of another program.
+    """Link of an imported or exported mechanism.
 
     Attributes
     ----------
@@ -26,14 +26,13 @@ class ForeignLink(Struct, frozen=True):
     mass
         Mass [kg], or None if unknown.
     center
-        Centre of mass in the coordinates of the drawing; None for the centre of uniform bars.
+        Centre of mass in the coordinates of the drawing; None if the link consists of uniform bars.
     inertia
-        Moment of inertia about the centre of mass [kg m^2]; None for the inertia of uniform bars.
+        Moment of inertia about the centre of mass [kg m^2]; None if the link consists of uniform bars.
     rigid
         True if the link is rigid.
     braces
-        Additional beams, as pairs of point names. A link that can bend also has a beam from each point to the next
-        point.
+        Pairs of point names, each for a beam. Further beams go from each point of `points` to the next point.
     """
 
     points: tuple[str, ...]
@@ -44,7 +43,7 @@ class ForeignLink(Struct, frozen=True):
     braces: tuple[tuple[str, str], ...] = ()
 
     def with_beam(self, start: str, end: str) -> ForeignLink:
-        """Return the link with a beam between two points. A slot between these points needs this beam."""
+        """Return the link with a beam between two of its points, for example along a slot."""
         neighbours = abs(self.points.index(start) - self.points.index(end)) == 1
         known = neighbours or {(start, end), (end, start)} & {*self.braces}
         return self if known else replace(self, braces=(*self.braces, (start, end)))
@@ -54,7 +53,8 @@ class Slot(Struct, frozen=True):
     """Straight slot in the link `on`. The pin at `point` of `link` moves in the slot.
 
     `direction` is the direction of the slot in the coordinates of the drawing. `travel` contains the smallest and
-    largest displacement of the pin from its drawn position along the slot, or (0, 0) if unknown.
+    largest displacement of the pin along the slot, measured from the drawn position of the pin. It is (0, 0) if
+    unknown.
     """
 
     point: str
@@ -67,7 +67,8 @@ class Slot(Struct, frozen=True):
 class ForeignSlider(Struct, frozen=True):
     """Slider: `link` slides on the link `on` along a straight line, without relative rotation.
 
-    The line passes through the point `through` in `direction`. For `travel` see `Slot`.
+    The line passes through the point `through` in the direction `direction`. `travel` contains the smallest and largest
+    displacement of `link` along the line, measured from its drawn position. It is (0, 0) if unknown.
     """
 
     link: str
@@ -78,19 +79,20 @@ class ForeignSlider(Struct, frozen=True):
 
 
 class Drive(Struct, frozen=True):
-    """Motion of a driven joint, at constant speed or by a law that repeats.
+    """Motion of a driven joint: a constant speed, or a motion law that is repeated.
 
     Attributes
     ----------
     joint
-        The driven joint, with the keys of a drive in a scene file: `link`, `on` and `at` for a pin, `slider` for a
-        slider.
+        The driven joint as in a scene file: a pin has the keys `link`, `on` and `at`, a slider has the key `slider`.
     speed
         Speed with its unit, such as "30 rpm", or None if there is a law.
     law
-        Segments of the law as in a scene file, with the keys curve, duration and by. A dwell has no `by`.
+        Segments of the motion law as in a scene file, with the keys `curve`, `duration` and `by` (the stroke). A dwell
+        has no key `by`.
     start
-        Initial angle, such as "0 deg". A wheel needs it: a wheel is a single point, so its angle is not drawn.
+        Initial angle, such as "0 deg". A wheel with a single point needs this angle, because the drawing does not show
+        it.
     """
 
     joint: Mapping[str, str]
@@ -100,7 +102,7 @@ class Drive(Struct, frozen=True):
 
     @property
     def strokes(self) -> list[float]:
-        """Strokes of the law, without dwells, in the unit of the key `by`."""
+        """Strokes of the motion law without its dwells, in the unit of the key `by`."""
         return [float(segment["by"].split()[0]) for segment in self._moving]
 
     @property
@@ -110,7 +112,7 @@ class Drive(Struct, frozen=True):
 
     @property
     def mean_speed(self) -> float:
-        """Constant speed, or mean speed of the strokes of the law with the sign of the first stroke.
+        """Constant speed, or (sum of |stroke|) / (duration of all strokes) with the sign of the first stroke.
 
         A constant speed is in the unit of `speed`. The mean speed of a law is in rpm if the strokes are in degrees, and
         otherwise in (unit of the strokes) per second. The mean speed of a law without strokes is 0.
@@ -125,7 +127,7 @@ class Drive(Struct, frozen=True):
 
 
 class ForeignGear(Struct, frozen=True):
-    """Gear between two wheels, given by the joints `driver` and `follower` of the wheels.
+    """Gear between two wheels, which turn about the joints `driver` and `follower`.
 
     `ratio` is (angle of the follower) / (angle of the driver). `teeth` is True if the wheels mesh with teeth, and False
     for a chain or an ideal gear.
@@ -164,7 +166,7 @@ class ForeignMechanism(Struct, frozen=True):
     drives, gears, loads
         Drives, gears and loads in the order of the file.
     traced
-        Point with a traced path, or "".
+        Name of the point with a drawn path; "" if there is none.
     masses
         Point masses [kg] at joints, by point name.
     gravity
@@ -190,13 +192,16 @@ class ForeignMechanism(Struct, frozen=True):
     notes: tuple[str, ...] = ()
 
 
-MIN_HEIGHT = 1e-3  # a link is straight if its points are within MIN_HEIGHT * (chord length) of its longest chord
+# a link is straight if each point is at most MIN_HEIGHT * L from the line of length L between its first and farthest
+# point
+MIN_HEIGHT = 1e-3
 
 
 def with_closed_frames(drawing: ForeignMechanism) -> ForeignMechanism:
     """Return the mechanism with closed frames: add a beam from the last to the first point of each non-straight link.
 
-    Other programs draw such a link as a plate. A note lists the links with an added beam.
+    Other programs draw a link with several points as a plate. A note of the mechanism names the links with an added
+    beam.
     """
     links = dict(drawing.links)
     for name, body in drawing.links.items():
@@ -220,7 +225,8 @@ class Names:
     def __call__(self, key: object, wanted: str = "") -> str:
         """Return the unique name for `key`.
 
-        The first call with a key derives the name from `wanted`, or from the key if `wanted` is empty.
+        The first call with a key derives the name from `wanted`, or from the key if `wanted` is empty. All later calls
+        with this key return the same name.
         """
         known = str(key)
         if known not in self._names:
@@ -239,7 +245,9 @@ def link_with(links: Mapping[str, ForeignLink], *points: str) -> str | None:
 
 
 def to_and_fro(strokes: Iterable[float], speed: float, unit: str) -> tuple[dict[str, str], ...]:
-    """Return the segments of a drive law. Each stroke starts and ends at rest; zero strokes are left out.
+    """Return the segments of a motion law with the given strokes.
+
+    Each stroke starts and ends at rest. Zero strokes are left out.
 
     `speed` is the mean speed of each stroke, in `unit` per second.
     """

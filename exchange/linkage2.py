@@ -1,4 +1,4 @@
-"""Mechanisms of Linkage, versions 2 and 3 (.linkage2), stored as XML with connectors, links and ratios."""
+"""Import of mechanisms from the program Linkage, versions 2 and 3: XML files (.linkage2) with connectors and links."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,12 +25,13 @@ from exchange.foreign_mechanism import (
 
 SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
-DRAWN_ONLY = 1 << 0  # flag of the layer for drawings and dimensions, which are not part of the mechanism
-TURNS = 15.0  # [rpm or cycles per minute] default speed in Linkage
+DRAWN_ONLY = 1 << 0  # bit of a layer number: drawings and dimensions, which are not part of the mechanism
+TURNS = 15.0  # default speed of a rotating input [rpm] and of an actuator [cycles per minute] in Linkage
 MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot, divided by the length of the slot
 MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot, divided by the radius of the slot
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
-TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')  # Linkage, unlike XML, allows attributes without a space between
+# an attribute that touches the next one, which Linkage allows but XML does not
+TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')
 
 
 class Connector(Struct, frozen=True):
@@ -40,8 +41,8 @@ class Connector(Struct, frozen=True):
     input with a `swing` [deg] oscillates by this angle. The motion starts `offset` [deg] after the beginning of the
     first stroke. If `offset` exceeds `swing`, the motion starts in the return stroke.
 
-    `limits` are the numbers of the connectors at both ends of the slot, or empty without a slot. `radius` is the radius
-    of a curved slot, or 0 for a straight slot.
+    If the connector slides in a slot, `limits` contains the numbers of the connectors at both ends of the slot;
+    otherwise, `limits` is empty. `radius` is the radius of a curved slot, or 0 for a straight slot.
     """
 
     name: str
@@ -59,7 +60,8 @@ class Connector(Struct, frozen=True):
 class _LinkageReading:
     """State of the import: connectors of the file by number, and parts of the mechanism.
 
-    Each link of the file has a key. `members` contains the connectors of each link by key, and `link_of` the new name.
+    Each link of the file has a key. For each key, `members` contains the connectors of the link, and `link_of` contains
+    the name of the link in the scene file.
     """
 
     connectors: dict[str, Connector]
@@ -115,7 +117,7 @@ def of_linkage2(text: str, title: str) -> ForeignMechanism:
 
 
 def _moves(each: ElementTree.Element) -> bool:
-    """Return whether a connector or link belongs to the mechanism."""
+    """Return whether a connector or link belongs to the mechanism, and not to a drawing or dimension."""
     return not int(each.get("layer") or 0) & DRAWN_ONLY and each.get("measurementelement") != "true"
 
 
@@ -145,7 +147,7 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
         if connectors and _moves(each):
-            key = f"{each.get('id')} {number}"  # some files use the same number for two links
+            key = f"{each.get('id')} {number}"  # with position in the file, because two links may have the same number
             read.members[key] = connectors
             (actuators if each.get("actuator") == "true" else elements)[key] = each
     for keys, grounded in _fastened(read, elements):
@@ -165,7 +167,7 @@ def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -
     """Return the groups of fastened links, and whether each group is fastened to the ground.
 
     The first link of each group is the link with the most connectors. In Linkage, an input (driven pin) turns all links
-    at the pin. These links therefore also form a group.
+    at the pin. All links at a driven pin therefore also form a group.
     """
     groups = {key: [key] for key in elements}
     grounded = set()
@@ -194,7 +196,11 @@ def _fastened(read: _LinkageReading, elements: dict[str, ElementTree.Element]) -
 
 
 def _read_slot(read: _LinkageReading, key: str) -> None:
-    """Read the slot of a connector, if any. The slot guides a pin of a moving link, or moves along a fixed pin."""
+    """Read the slot of a connector, if the connector slides.
+
+    Either the slot guides the connector, which is a pin of a moving link, or the connector is a fixed pin, and the slot
+    moves.
+    """
     pin = read.connectors[key]
     if len(pin.limits) != 2:
         return
@@ -232,7 +238,7 @@ def _read_straight(read: _LinkageReading, pin: Connector, start: Connector, end:
 
 
 def _read_arc(read: _LinkageReading, pin: Connector, start: Connector, end: Connector, on: str) -> None:
-    """Replace a curved slot by a link from the centre of the slot to the pin. The motion of the pin does not change."""
+    """Replace a curved slot by a link from the centre of the arc to the pin. The motion of the pin does not change."""
     half, radius = (end.place - start.place) / 2, abs(pin.radius)
     if not half or abs(half) > radius * (1 + MAX_ARC_OFFSET):
         read.notes.append(f"left out: the curved slot of {pin.name}, because no arc of its radius joins its ends")
@@ -274,9 +280,10 @@ def _turning(read: _LinkageReading) -> Iterator[Drive]:
 
 
 def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
-    """Return three strokes that form a cycle. The cycle starts `offset` after the beginning of the first stroke.
+    """Return the three strokes of a cycle that moves to and fro by `stroke` and does not start at an end.
 
-    If `offset` exceeds the size of `stroke`, the cycle starts in the return stroke.
+    The cycle starts at the distance `offset` from the beginning of the stroke. If `offset` exceeds |`stroke`|, the
+    cycle starts in the return stroke.
     """
     done = offset if stroke > 0 else -offset
     if offset <= abs(stroke):
@@ -285,9 +292,10 @@ def _strokes(stroke: float, offset: float) -> tuple[float, float, float]:
 
 
 def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Drive:
-    """Add barrel, rod and slider of an actuator, and return its drive.
+    """Add the barrel, rod and slider of an actuator to the mechanism, and return the drive of the slider.
 
-    The rod extends by the throw and returns. If the attribute `cpm` (cycles per minute) is negative, it retracts first.
+    The rod extends by the attribute `throw` and returns. If the attribute `cpm` (cycles per minute) is negative, the
+    rod retracts first.
     """
     first, last = (read.connectors[number] for number in (read.members[key][0], read.members[key][-1]))
     name = read.called(key, f"cylinder_{key.split(maxsplit=1)[0]}")
@@ -307,7 +315,10 @@ def _cylinder(read: _LinkageReading, key: str, each: ElementTree.Element) -> Dri
 
 
 def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[ForeignGear]:
-    """Yield the gears. Both wheels turn on the same link (the carrier) or on the ground. Their sizes give the ratio."""
+    """Yield the gears.
+
+    Both wheels turn on the same link (the carrier) or on the ground. The sizes of the wheels give the ratio.
+    """
     for ratio in root.iterfind("ratios/ratio"):
         wheels = [_wheel(read, each) for each in ratio.findall("link")]
         if len(wheels) != 2 or any(not name or size <= 0 for name, _, size in wheels):
@@ -331,9 +342,9 @@ def _gears(read: _LinkageReading, root: ElementTree.Element) -> Iterator[Foreign
 
 
 def _driven_first(gears: list[ForeignGear], driven: Sequence[Mapping[str, str]]) -> tuple[ForeignGear, ...]:
-    """Order the gears, and swap driver and follower if necessary.
+    """Sort the gears so that a drive or an earlier gear moves the driver of each gear, if possible.
 
-    A drive or an earlier gear then moves each driver, if possible.
+    Driver and follower of a gear are swapped if a drive or an earlier gear moves only the follower.
     """
     moved, left, ordered = [dict(joint) for joint in driven], gears, []
     while left:

@@ -6,13 +6,13 @@ from xml.etree import ElementTree
 from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignGear, ForeignMechanism, Slot
 from exchange.linkage2 import SOURCE
 
-# unit of length in Linkage, and factor to this unit, by the unit of the drawing
+# maps the unit of the mechanism to the unit of the exported file, and to the factor for the conversion of lengths
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # extension of a slot beyond the travel of its pin at each end, divided by the travel
+MARGIN = 0.05  # at each end, a slot is longer than the travel of its pin by MARGIN * travel
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
-    """Return the mechanism as a file of Linkage, with connectors, links, slots, inputs and ratios.
+    """Return the text of a Linkage file with the connectors, links, slots, inputs and ratios of the mechanism.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
     places, fixed = dict(drawing.points), {*drawing.ground}
     for joint in (joint for gear in drawing.gears for joint in (gear.driver, gear.follower)):
         axle, points = joint.get("at", ""), members.get(joint.get("link", ""), [])
-        if axle in points:  # in Linkage, a wheel turns about its first connector
+        if axle in points:  # the axle is the first point, because in Linkage a wheel turns about its first connector
             members[joint["link"]] = [axle, *(point for point in points if point != axle)]
     suns = _fixed_wheels(drawing, members)
     limits = _slot_limits(drawing, members, places, fixed)
@@ -47,7 +47,8 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
         connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    first = {drive.joint["link"] for drive in drives}  # written first, because an input drives the first link at a pin
+    # driven links come first in the file, because in Linkage an input drives the first link at its pin
+    first = {drive.joint["link"] for drive in drives}
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():
         fastened = {"fastenconnector": number[suns[name]]} if name in suns else {}
@@ -67,12 +68,15 @@ def _decimal(value: float) -> str:
 
 
 def _rolls_on_ground(gear: ForeignGear) -> bool:
-    """Return whether the driver of a gear is the carrier of the follower. The follower then rolls on a fixed wheel."""
+    """Return whether the follower of a gear rolls on a fixed wheel. The driver is then the carrier of the follower."""
     return gear.driver.get("on", GROUND) == GROUND and gear.follower.get("on") == gear.driver.get("link")
 
 
 def _fixed_wheels(drawing: ForeignMechanism, members: dict[str, list[str]]) -> dict[str, str]:
-    """Add links for each fixed wheel and its anchor to `members`. Return the anchor (a fixed point) of each wheel."""
+    """Add two links to `members` for each fixed wheel: the wheel, and an anchor at a fixed point.
+
+    Return this point for each wheel, by the name of the wheel.
+    """
     anchors = {}
     for axle in (gear.driver["at"] for gear in drawing.gears if _rolls_on_ground(gear)):
         anchor = next((point for point in drawing.ground if point != axle), axle)

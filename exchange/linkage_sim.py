@@ -10,20 +10,21 @@ from msgspec import Struct
 from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink, ForeignMechanism, ForeignSlider, Names
 
 SOURCE = "linkage_sim"
-DEFAULT_SPEED = "60 rpm"  # assumed if the file has no driver
+DEFAULT_SPEED = "60 rpm"  # speed of the drive that is assumed if the file has no driver
 SUPPORTED_JOINTS = ("revolute", "fixed", "prismatic")
 TRIES = 60  # number of random starting positions in the search for an assembly
 MAX_GAP = 1e-9  # [m] a joint is closed if its gap is below MAX_GAP * max(1, size of the largest body / 1 m)
-MAX_STEPS, MAX_RESIDUAL = 50, 1e-10  # limits of the solver in linkage_sim: number of steps, norm of the residual
-# Step of difference quotients: in rad for angles, divided by the size of the largest body for lengths. In addition,
-# singular values below DIFFERENCE * (largest singular value) count as zero.
+# as in linkage_sim: largest number of Newton steps, and allowed norm of the residual
+MAX_STEPS, MAX_RESIDUAL = 50, 1e-10
+# Step of difference quotients: DIFFERENCE rad for angles, DIFFERENCE * (size of the largest body) for lengths. Newton's
+# method also treats singular values below DIFFERENCE * (largest singular value) as zero.
 DIFFERENCE = 1e-6
 
 Place = tuple[complex, float]  # origin [m] and angle [rad] of a body
 
 
 class JointPair(Struct, frozen=True):
-    """Joint between a point of one body and a point of another body, each in the axes of its body.
+    """Joint between two bodies. `at_first` and `at_second` are the joined points, each in the axes of its own body.
 
     `axis` is the direction of a slider in the axes of the first body, or None for a pin. `turn` is the angle of the
     second body relative to the first body if this angle is constant, otherwise None.
@@ -156,8 +157,8 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
 def _links_of_bodies(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     """Return, for each body, the name of the body that represents its link.
 
-    Bodies that fixed joints connect form one link. The representative is the ground if it is one of these bodies, and
-    otherwise the first body.
+    Bodies that fixed joints connect form one link. If the ground is one of the connected bodies, the ground represents
+    the link; otherwise, the first body does.
     """
     link_of_body = {body: body for body in local}
     for each in joints.values():
@@ -169,7 +170,7 @@ def _links_of_bodies(local: Mapping[str, Any], joints: Mapping[str, Mapping[str,
 
 
 def _shared(joints: Mapping[str, Mapping[str, Any]]) -> dict[tuple[str, str], str]:
-    """Return one name for all points that pins or fixed joints hold together, by body and point."""
+    """Return a name for each pair (body, point) at a pin or fixed joint. Joined points have the same name."""
     of: dict[tuple[str, str], str] = {}
     for each in joints.values():
         if each["type"] != "prismatic":
@@ -185,9 +186,9 @@ def _assembled(
 ) -> tuple[dict[str, Place], bool]:
     """Return the initial positions of all bodies, and whether linkage_sim would find the same positions.
 
-    A file contains no positions. All joints must close, with the drivers at their initial angles. Like linkage_sim,
-    this function starts Newton's method with every body at the origin. If Newton's method fails, the search continues
-    from random positions.
+    A file of linkage_sim contains no positions. In the returned positions, all joints are closed, and all drivers have
+    their initial angles. Like linkage_sim, this function starts Newton's method with every body at the origin. If
+    Newton's method fails, the search continues from random positions.
     """
     moving = [body for body in bodies if body != GROUND]
     if not moving:
@@ -221,7 +222,7 @@ def _assembled(
 
 
 def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
-    """Solve for zero gaps by Newton's method with minimum-norm steps. Return None if the method does not converge."""
+    """Find positions with closed joints by Newton's method with minimum-norm steps. Return None without convergence."""
     steps = DIFFERENCE * np.diag(np.tile([size, size, 1.0], len(x) // 3))
     for _ in range(MAX_STEPS):
         gap = gaps(x)
@@ -233,7 +234,7 @@ def _newton(gaps: Callable[[Any], Any], x: Any, size: float) -> Any:
 
 
 def _searched(gaps: Callable[[Any], Any], bodies: int, size: float) -> Any:
-    """Solve for zero gaps by least squares from random starting positions."""
+    """Find positions with closed joints by least squares, starting from random positions."""
     from scipy.optimize import least_squares
 
     random, scale = np.random.default_rng(0), np.tile([size, size, np.pi], bodies)

@@ -1,4 +1,4 @@
-"""Models of mec2, stored as JSON with nodes and constraints, in a file or in the <mec-2> element of a page."""
+"""Import of models of mec2: JSON with nodes and constraints, from a file or from the <mec-2> element of a web page."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from typing import Any
 from exchange.foreign_mechanism import Drive, ForeignLink, ForeignMechanism, ForeignSlider, Names, Slot
 
 SOURCE = "mec2"
-# name of a curve in a scene file, by its name in mec2
+# maps the mec2 name of each curve to its name in a scene file
 CURVES = {
     "linear": "constant-speed", "quadratic": "constant-acceleration", "harmonic": "harmonic", "sinoid": "cycloidal",
     "poly5": "polynomial-345", "const": "dwell",
@@ -83,10 +83,10 @@ def of_mec2(data: Mapping[str, Any], title: str) -> ForeignMechanism:
 def _with_blocks(
     slides: Mapping[str, ForeignSlider], slots: Mapping[str, Slot], links: dict[str, ForeignLink], link_names: Names
 ) -> tuple[dict[str, ForeignSlider], dict[str, Slot]]:
-    """Return the sliders and slots with their links.
+    """Return the sliders and slots, each with the name of the link that slides.
 
-    Each slider gets a new link: a block with a single point. Each slot gets the first link at the pin of the slot. A
-    slot is left out if there is no link at the pin, or if a slider moves the pin.
+    The link of a slider is new: a block with a single point. The link of a slot is the first listed link that contains
+    the pin of the slot. A slot is left out if no link contains its pin, or if a slider moves its pin.
     """
     driven = {slide.through for slide in slides.values()}
     blocks = {}

@@ -1,4 +1,4 @@
-"""Import of mechanisms of PMKS+, from web links or saved files. Both contain the same text."""
+"""Import of mechanisms of PMKS+, from web links or saved files. Web links and files have the same text format."""
 
 import cmath
 from urllib.parse import parse_qs, urlsplit
@@ -32,13 +32,13 @@ from exchange.pmks_code import (
 )
 
 SOURCE = "PMKS+"
-# units of mass [kg], inertia [kg m^2] and force [N] in a file of PMKS+, by the unit of length of the file
+# units of mass [kg], inertia [kg m^2] and force [N] that PMKS+ uses together with each unit of length
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
 DEFAULT_MASS = 1.0  # default mass and default inertia of a link in PMKS+, in the units of the file
-MAX_OFFSET = 0.005  # report a pin that is moved into its slot by more than MAX_OFFSET * (length of the slot)
-BODY_DOCUMENT = "pmks2:"  # start of a file that the body editor of PMKS+ saved
+MAX_OFFSET = 0.005  # a note names each pin that is moved into its slot by more than MAX_OFFSET * (length of the slot)
+BODY_DOCUMENT = "pmks2:"  # files that were saved with the body editor of PMKS+ start with this text
 
 
 def of_pmks(text: str, title: str) -> ForeignMechanism:
@@ -94,7 +94,7 @@ class _PmksReading:
         self.saved, self.title = saved, title
         self.joints = {joint.key: joint for joint in saved.joints}
         self.notes: list[str] = []
-        self.with_default_mass: list[str] = []  # names of links and sliders
+        self.with_default_mass: list[str] = []  # names of links and sliding pins
         names, called = Names(), Names([GROUND])
         self.point = {joint.key: names(joint.key, joint.name) for joint in saved.joints}
         self.places = {self.point[joint.key]: joint.place for joint in saved.joints}
@@ -108,7 +108,7 @@ class _PmksReading:
         self.slides: dict[str, ForeignSlider] = {}
         sliding = [joint for joint in saved.joints if joint.has(SLIDES)]
         moved = {joint.key for joint in sliding}
-        # a slot that ends at another sliding pin comes last, because that pin may first be moved into its own slot
+        # slots that end at a sliding pin are added last, because this pin may be moved when its own slot is added
         for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):
             self._add_slot(joint)
 
@@ -132,7 +132,7 @@ class _PmksReading:
         return part.mass * MASS[unit], part.center, inertia
 
     def _add_slot(self, joint: PmksJoint) -> None:
-        """Add the slot of a pin, or a slider if the link at the pin slides without rotation."""
+        """Add the slot of a pin, or a slider if the link at the pin slides without rotation relative to the slot."""
         point = self.point[joint.key]
         on = self.link_of.get(joint.carrier, GROUND) if joint.carrier else GROUND
         riders = [name for name, body in self.links.items() if point in body.points and name != on]
@@ -146,7 +146,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # move the pin into the slot: positions are rounded
+            self.places[point] -= 1j * across * direction  # onto the slot: the file contains rounded positions
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn outside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
@@ -156,7 +156,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
-            if on != GROUND and not low <= 0.0 <= high:  # the beam along the slot ends before the pin
+            if on != GROUND and not low <= 0.0 <= high:  # pin beyond the end of the beam along the slot
                 self.links[on] = replace(self.links[on], rigid=True)
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):
@@ -167,8 +167,8 @@ class _PmksReading:
     def _drive(self, joint: PmksJoint) -> Drive:
         """Return the drive at a joint.
 
-        A drive at a sliding joint moves the slider or pin. At a fixed joint, the drive turns the first link. At any
-        other joint, the drive turns the second link relative to the first link.
+        A drive at a sliding joint moves the slider or pin. A drive at a fixed joint turns the first link at this joint.
+        A drive at any other joint turns the second link at this joint relative to the first one.
         """
         point, unit = self.point[joint.key], self.saved.unit
         if joint.has(SLIDES):

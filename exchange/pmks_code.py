@@ -12,17 +12,19 @@ from exchange.foreign_mechanism import ExchangeError
 
 Record = TypeVar("Record")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # digits of base 64
-CHECKS = DIGITS[:62]  # digits of the length check and of the hash
-UNITS = ("in", "cm", "m")  # units of length; a file contains an index of this tuple
-HEAD = 4  # number of records before the joints: switches, decimals, integers, units
+CHECKS = DIGITS[:62]  # digits and letters, used in the length check and in the hash
+UNITS = ("in", "cm", "m")  # units of length; a file contains the index of its unit in this tuple
+HEAD = 4  # number of records before the first joint: one record each for switches, decimals, integers and units
 CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # bits of the switches
 SHOWN = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 7  # switches of a new drawing in PMKS+: show grids, names and forces
 SLIDES, DRIVEN, FIXED, WELDED, TRACED, SEALED = (1 << bit for bit in range(6))  # flags of a joint
-# The mark of a link states its shape, and whether the user entered the inertia and the centre of mass.
+# The mark of a link is one character. It states the shape of the link, and whether the user entered the inertia and the
+# centre of mass.
 LINK_MARKS = "YAMG0123"  # marks of links that are not part of a welded link
 PART_MARKS = "NamgN4567"  # marks of the parts of a welded link
 OWN_INERTIA, OWN_CENTER = "YGNg0347", "YMNm0246"  # marks of links with entered inertia, and with entered centre
-CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")  # exact value of a number with over 3 decimals
+# exact values of numbers that are rounded to 3 decimals
+CORRECTION = re.compile(r"P([JLF])([^~,.]*)~(\d+)~([-+.\deE]+)")
 DIGEST = re.compile(r"\*[0-9A-Za-z]{6}$")  # hash at the end of the text
 
 
@@ -30,7 +32,7 @@ class PmksJoint(Struct, frozen=True):
     """Joint of PMKS+.
 
     `marks` is a sum of flags, such as `FIXED`. A pin in a fixed slot slides in the direction `angle` [rad]. A moving
-    slot is in the link `carrier`, between the two joints `slot`. A `speed` of 0 means the default speed of the file.
+    slot is in the link `carrier`, between the two joints in `slot`. A `speed` of 0 means the default speed of the file.
     """
 
     key: str
@@ -51,8 +53,8 @@ class PmksJoint(Struct, frozen=True):
 class PmksPart(Struct, frozen=True):
     """Link of PMKS+.
 
-    `whole` is False for a part of a welded link. `parts` are the keys of the parts if the link is welded. In older
-    files, `piston` marks the block of a slider.
+    If the link is welded, `parts` contains the keys of its parts. `whole` is False for such a part. In older files,
+    `piston` is True for the block of a slider.
     """
 
     key: str
@@ -79,7 +81,10 @@ class PmksForce(Struct, frozen=True):
 
 
 class Saved(Struct, frozen=True):
-    """Records of a file. `turns` [rpm] and `slides` [unit/s] are the default speeds of rotating and sliding drives."""
+    """Contents of a file of PMKS+.
+
+    `turns` [rpm] and `slides` [unit/s] are the default speeds of rotating and sliding drives.
+    """
 
     unit: str
     joints: tuple[PmksJoint, ...]
@@ -99,7 +104,7 @@ def integer(text: str) -> int:
 
 
 def coded(value: float) -> str:
-    """Encode 1000 times a number in base 64, with a leading 0 if the number is negative."""
+    """Encode round(1000 * value) in base 64, with a leading 0 if the value is negative."""
     left, text = abs(round(1000 * value)), ""
     while left or not text:
         left, digit = divmod(left, 64)
@@ -125,7 +130,7 @@ def decoded(text: str) -> Saved:
     lists += [[], []]
     joints = tuple(_read("joint", word, exact, _joint) for word in lists[0])
     parts = tuple(_read("link", word, exact, _part) for word in lists[1])
-    # early files of version 2 have a checksum after the forces; the checksum contains no commas, unlike a force
+    # skip the checksum after the forces in early files of version 2: unlike a force, the checksum contains no commas
     forces = tuple(_read("force", word, exact, _force) for word in lists[2] if "," in word)
     _require_known(joints, parts)
     switches, decimals, integers, units = words[:HEAD]
@@ -146,7 +151,11 @@ def _read(
     exact: Mapping[tuple[str, str, int], float],
     reader: Callable[[list[str], Callable[[int, str], float]], Record],
 ) -> Record:
-    """Read a record. `exact` contains numbers with more than three decimals, by kind of record, key and field."""
+    """Read a record.
+
+    `exact` contains the numbers with more than three decimals. The keys of `exact` are (kind of record, key of the
+    record, index of the number).
+    """
     fields = word.split(",")
     mark = 2 if kind == "link" else 1
     key = fields[0][mark:]
@@ -204,7 +213,7 @@ def _require_known(joints: tuple[PmksJoint, ...], parts: tuple[PmksPart, ...]) -
 
 
 def folded(saved: Saved) -> Saved:
-    """Convert each slider of older files (joint, pin and block) to the single joint of the current format."""
+    """Replace each slider of an older file (joint, pin and block) by a single joint, as in the current format."""
     known = {joint.key: joint for joint in saved.joints}
     merged: dict[str, str] = {}
     blocks = set()

@@ -8,18 +8,19 @@ from exchange.foreign_mechanism import GROUND, ExchangeError, ForeignLink, Forei
 from exchange.pmks import FORCE, INERTIA, MASS, SOURCE
 from exchange.pmks_code import DRIVEN, FIXED, SLIDES, TRACED, WELDED, PmksForce, PmksJoint, PmksPart, Saved, encoded
 
-# unit of length in PMKS+, and factor to this unit, by the unit of the drawing
+# maps the unit of the mechanism to the unit of the exported file, and to the factor for the conversion of lengths
 WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in", 1.0)}
-KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"  # keys of joints; a link is named by these letters
+# possible keys of joints; the key of a link consists of the keys of its joints
+KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
 ON_LINE = 1e-6  # a point is on the line of a slot if its distance from the line is below ON_LINE * (drawing size)
-SPARE = 0.1  # extension of a slot beyond the travel of its pin at each end, divided by the size of the drawing
+SPARE = 0.1  # at each end, a slot is longer than the travel of its pin by SPARE * (size of the drawing)
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
     """Return the mechanism in the current format of PMKS+: the query of a web link, or the text of a file.
 
-    An oscillating drive is written with its mean speed: a drive of PMKS+ reverses only at the limits of the mechanism.
-    PMKS+ rounds lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
+    An oscillating drive is written with its mean speed, because a drive of PMKS+ reverses only at the limits of the
+    mechanism. PMKS+ rounds lengths to 0.001 cm or in, directions to 0.001 rad, and speeds to 0.001 rpm.
 
     Raises
     ------
@@ -60,7 +61,7 @@ class _Writing:
         """Store a slot or slider under the name of its pin.
 
         In PMKS+, a moving slot lies between two joints of a link. If the link does not have two points on the line of
-        the slot, add two points.
+        the slot, add two points to the link.
         """
         pin = slot.point if isinstance(slot, Slot) else self._own_pin(name, slot)
         if pin in self.slots:
@@ -105,7 +106,10 @@ class _Writing:
         )
 
     def _drives(self) -> dict[str, tuple[float, tuple[str, ...]]]:
-        """Return the speed and the links of every drive, by name of the pin. A driven slider has no links here."""
+        """Return the speed and the links of every drive, by name of the pin.
+
+        The tuple of links is empty for a driven slider.
+        """
         pin_of = {id(slot): pin for pin, slot in self.slots.items()}
         pins = {name: pin_of[id(slot)] for name, slot in self.drawing.slots.items()}
         pins |= {name: pin_of[id(slide)] for name, slide in self.drawing.slides.items()}

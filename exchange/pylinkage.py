@@ -1,4 +1,4 @@
-"""Mechanisms of pylinkage (package `mechanism`), stored as JSON with joints and links."""
+"""Import of mechanisms from the program pylinkage (its package `mechanism`): JSON with joints and links."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,8 @@ from typing import Any
 from exchange.foreign_mechanism import Drive, ForeignLink, ForeignMechanism, Names, Slot, link_with
 
 SOURCE = "pylinkage"
-TURN = "60 rpm"  # assumed speed, because pylinkage stores the angle per step without the duration of a step
+# assumed speed of a driven link, because pylinkage stores the angle per step without the duration of a step
+TURN = "60 rpm"
 
 
 def of_pylinkage(data: Mapping[str, Any], title: str) -> ForeignMechanism:

@@ -1,6 +1,6 @@
 """Reading and writing of files of other programs.
 
-When a file is read, its content determines the program. Only DXF drawings are recognised by the file extension.
+The content of a file shows which program wrote the file. Only DXF drawings are recognised by the file extension.
 """
 
 import json
@@ -28,7 +28,7 @@ MAX_SIZE = 20_000_000  # [bytes] largest size of a text file that is read
 
 
 def written(drawing: ForeignMechanism, kind: str) -> str:
-    """Return the text of a file for another program; the file extension `kind` determines the program.
+    """Return a mechanism as text of a file for another program. The file extension `kind` selects the program.
 
     Raises
     ------

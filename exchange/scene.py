@@ -20,12 +20,13 @@ from exchange.foreign_mechanism import (
 
 SLENDERNESS = 20  # length of the longest beam divided by the depth of the assumed section
 MATERIAL, DENSITY = "S235", 7850.0  # assumed material, and its density [kg/m^3]
-MIN_SLENDERNESS = 4  # a link becomes rigid if a bar with the mass of the link has length / depth < MIN_SLENDERNESS
+# a link becomes rigid if length / depth < MIN_SLENDERNESS for a bar with the length and mass of the link
+MIN_SLENDERNESS = 4
 BLOCK = "100 g"  # assumed mass of a link with a single point
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # length of each unit [m]
 MAX_OFFSET, MAX_EXCESS = (
-    0.02,  # largest deviation of the centre of mass from uniform bars, divided by the total length of the bars
-    0.05,  # largest deviation of the inertia from uniform bars, divided by the inertia of the uniform bars
+    0.02,  # of a link of uniform bars: allowed offset of the centre of mass / total length of the bars
+    0.05,  # of a link of uniform bars: allowed difference of the inertia / inertia of the bars
 )
 POSITIONS = 180  # number of positions per run in the scene file
 
@@ -44,7 +45,7 @@ def scene_text(drawing: ForeignMechanism) -> str:
         raise ExchangeError("the file has no moving link")
     if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
         raise ExchangeError("a point of the file has no finite position")
-    if not drawing.ground:  # a ground with slots may have no points, but the scene file needs one
+    if not drawing.ground:  # the ground of a scene file needs a point, but an imported ground with slots may have none
         origin = Names(drawing.points)("origin")
         place = next(iter(drawing.points.values()))
         drawing = replace(drawing, points={origin: place, **drawing.points}, ground=(origin,))
@@ -77,10 +78,11 @@ def scene_text(drawing: ForeignMechanism) -> str:
 
 
 def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
-    """Return the mechanism without the mass data that would make links rigid, so that these links are elastic.
+    """Return the mechanism without the mass data that would make links rigid, so that these links can bend.
 
-    Such a link loses its centre of mass and inertia. If a bar with the mass of the link would be too thick, the link
-    also loses its mass. A note for each link lists the lost data. A link with the attribute `rigid` stays rigid.
+    For each of these links, the centre of mass and the inertia from the file are left out. If a bar with the mass of
+    the link would be too thick, the mass is also left out. A note names the link and the data that are left out. A link
+    with the attribute `rigid` stays rigid.
     """
     links, notes = dict(drawing.links), list(drawing.notes)
     for name, body in drawing.links.items():
@@ -142,7 +144,10 @@ class _Link:
         )
 
     def _inertia(self) -> dict[str, Any]:
-        """Return mass, centre (in link axes) and inertia from the file. Values of uniform bars replace missing ones."""
+        """Return mass, centre (in link axes) and inertia from the file.
+
+        Uniform bars give the values that the file does not contain.
+        """
         center, inertia = self.uniform()
         given = self.body.center if self.body.center is not None else center
         own = (given - self.points[self.body.points[0]]) * _own_axis(self.drawing, self.body).conjugate()
@@ -168,7 +173,8 @@ def _longest(drawing: ForeignMechanism) -> float:
 def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
     """Return the table of a rectangular section. The width is half of the depth.
 
-    `why` is the reason for the depth, for a comment. If `why` starts with "of", the depth is rounded to one digit.
+    `why` is the reason for the depth, which the table contains as a comment. If `why` starts with "of", the depth is
+    rounded to one digit.
     """
     depth = float(f"{depth:.1g}") if why.startswith("of") else depth
     sizes = {"depth": f"{depth:.6g} {drawing.unit}", "width": f"{depth / 2:.6g} {drawing.unit}"}
@@ -178,7 +184,7 @@ def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
 
 
 def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
-    """Return a TOML table. `remarks` are comments behind the entries, by key."""
+    """Return a TOML table. `remarks` contains the comment after each entry, by key."""
     import tomlkit
 
     table = tomlkit.table()
@@ -241,7 +247,7 @@ def _gear(gear: ForeignGear) -> dict[str, Any]:
 
 def _load(drawing: ForeignMechanism, load: ForeignLoad) -> dict[str, Any]:
     axes, force = {}, load.force
-    if load.turning:  # in the scene file, a force that rotates with the link is in link axes
+    if load.turning:  # the scene file gives a force that rotates with its link in the axes of the link
         axes = {"axes": "turning"}
         force *= _own_axis(drawing, drawing.links[load.link]).conjugate()
     parts = [f"{part:.12g} N" for part in (force.real, force.imag)]

@@ -6,8 +6,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 from exchange.dxf import AXIS, FIXED, DrawnLink
 
-MARGIN = 0.02  # width of the margin, relative to the size of the drawing
-At = Callable[[complex], str]  # converts a position to coordinates of the SVG file
+MARGIN = 0.02  # (width of the margin) / (size of the drawing)
+At = Callable[[complex], str]  # function that converts a position to coordinates in the SVG file
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 
 
@@ -18,12 +18,12 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return an SVG drawing with the layers of `dxf_text`. The drawing is printed at full size.
+    """Return an SVG drawing with the same layers as a drawing from `dxf_text`. Its scale is 1:1 in print.
 
     Parameters
     ----------
     fixed
-        Points of the ground.
+        Position of each point of the ground, by point name.
     paths
         Successive positions of moving points, by name.
     unit

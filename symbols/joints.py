@@ -15,17 +15,20 @@ POINTS = ("pin", "weld", "dot")
 """Mark kinds at points."""
 JOINTS = (*POINTS, "support", "ground", BLOCK, "rail")
 """All mark kinds that this file defines."""
-PIN_RADIUS, DOT_RADIUS = 0.55, 0.3  # the constants of this file are in symbol sizes
+# radii of a pin and of a dot; all lengths from here to SHORT_RAIL are in symbol sizes
+PIN_RADIUS, DOT_RADIUS = 0.55, 0.3
 PEDESTAL = np.array([0.0, -1.3 - 2.0j, 1.3 - 2.0j])
 """Corners of the triangle under a fixed pin (complex, in symbol sizes)."""
 SQUARE = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
 BLOCK_CORNERS = 1.6 * np.array([-1 - 0.62j, 1 - 0.62j, 1 + 0.62j, -1 + 0.62j])
 """Corners of a slider's block (complex, in symbol sizes)."""
 BASE = 2.1  # half the length of the ground line under a fixed pin
-STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector of a stroke, and approximate spacing
-RAIL_OFFSET, RAIL_OVERHANG, SHORT_RAIL = 1.15, 3.0, 5.0  # rails: distance from the centre, overhang, half length
+STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector along a stroke, and approximate distance between two strokes
+# of rails: distance from the centre line, length beyond each end of the travel, and half of the length of a short rail
+RAIL_OFFSET, RAIL_OVERHANG, SHORT_RAIL = 1.15, 3.0, 5.0
 
-NO_LENGTH = np.zeros(2, complex)  # `offset` [m] of both ends of a line that has a constant size in the picture
+# `offset` [m] in `hatched` and `rails` if both ends of a line have no offset in metres
+NO_LENGTH = np.zeros(2, complex)
 
 
 def pin(at: Anchor) -> Mark:
@@ -60,7 +63,7 @@ def hatched(ends: Complexes, sizes: float, offset: Complexes) -> Line:
     ends, offset
         Positions of both ends, as the sum of `ends` [symbol sizes] and `offset` [m].
     sizes
-        Approximate length of the line in symbol sizes. It determines the number of strokes.
+        Approximate length of the line in symbol sizes. This length determines the number of strokes.
     """
     count = max(3, round(sizes / STROKE_GAP))
     share = np.concatenate([[0.0], np.repeat((np.arange(count) + 0.7) / count, 3), [1.0]])
@@ -98,9 +101,10 @@ def rails(at: Anchor, on: str, direction: complex, offset: Complexes = NO_LENGTH
     at, on, direction
         Position, guiding link, and sliding direction in the axes of the guiding link.
     offset
-        Both ends of the travel relative to `at` [m]. They are complex numbers: the real axis is the sliding direction.
+        Both ends of the travel relative to `at` [m]. The two values are complex numbers, with the real axis in the
+        sliding direction.
     sizes
-        Approximate travel in symbol sizes. If it is 0, the rail is short, and its centre is at `at`.
+        Approximate travel in symbol sizes. If `sizes` is 0, the rail is short, and its centre is at `at`.
     """
     half = RAIL_OVERHANG if sizes else SHORT_RAIL
     ends = np.array([-half, half], complex)

@@ -1,6 +1,6 @@
-"""Scene and first run of an imported mechanism.
+"""Convert an imported mechanism to a scene, and check in a first run whether the mechanism moves.
 
-A drive oscillates between two limits if it moves a slider or cannot make a full turn.
+If a drive moves a slider or cannot make a full turn, the drive is changed to oscillate between two limits.
 """
 
 from __future__ import annotations
@@ -24,12 +24,14 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism
 
-MARGIN = 0.01  # distance of an oscillating drive from the stops of the mechanism / range between the stops
-MIN_RANGE = 1e-6  # a drive cannot move if its range < MIN_RANGE * full turn (slider: size of the mechanism)
-MAX_LIMIT_DIFFERENCE = 0.05  # largest allowed change of a drive's limit by the export / range of the drive
-MAX_DIFFERENCE_IN_STEP = 2e-3  # value of `MAX_LIMIT_DIFFERENCE` if several drives must keep in step
-STEPS, ROUNDS = 360, 2  # positions in a search for the limit of a drive; number of successively finer searches
-DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # value of each unit of angular speed in deg/s
+# (distance between a limit of an oscillating drive and the stop of the mechanism) / (range between both stops)
+MARGIN = 0.01
+MIN_RANGE = 1e-6  # a drive counts as stuck if its range < MIN_RANGE * (full turn; for a slider: size of the mechanism)
+MAX_LIMIT_DIFFERENCE = 0.05  # (largest allowed change of a drive's limit by the export to PMKS+) / (range of the drive)
+MAX_DIFFERENCE_IN_STEP = 2e-3  # replaces `MAX_LIMIT_DIFFERENCE` if there are several drives, which must keep in step
+# number of positions per search for the limit of a drive; number of searches, each finer than the one before
+STEPS, ROUNDS = 360, 2
+DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # maps each unit of angular speed to its value in deg/s
 MAX_REASON = 300  # maximum number of characters of `Imported.reason`
 VERDICT = """For a verdict:
   1. replace the values marked "assumed" by your own
@@ -54,7 +56,8 @@ class Imported(Struct, frozen=True):
     reason
         Reason why the mechanism does not move; empty if it moves.
     rigid
-        Names of rigid links with a given moment of inertia. These links could be imported as elastic links.
+        Names of rigid links with a moment of inertia from the file. The option --elastic can import them as elastic
+        links.
     no_cycle
         Reason why the motion never repeats, otherwise empty.
     """
@@ -68,7 +71,7 @@ class Imported(Struct, frozen=True):
 
     @property
     def result(self) -> str:
-        """Words about the motion in the first run."""
+        """Message that states whether the mechanism moved in the first run, and whether the motion repeats."""
         if self.reason:
             return f"it does not move yet: {self.reason}"
         return (
@@ -78,9 +81,9 @@ class Imported(Struct, frozen=True):
         )
 
     def advice(self, path: str, source: str) -> str:
-        """Return instructions for the user: how to add limits to the scene at `path` and run it.
+        """Return instructions for the user: how to add limits to the scene file `path`, and how to run the scene.
 
-        The text is empty if the mechanism does not move. `source` is the imported file.
+        Return an empty text if the mechanism does not move. `source` is the name of the imported file.
         """
         bend = TO_BEND.format(links=", ".join(self.rigid), source=source) if self.rigid else ""
         return "" if self.reason else bend + VERDICT.format(path=path)
@@ -92,7 +95,7 @@ def imported(drawing: ForeignMechanism) -> Imported:
     Raises
     ------
     ExchangeError
-        The drawing is not a mechanism.
+        If the drawing has no moving link, or a point without a finite position.
     """
     resting = replace(drawing, drives=tuple(map(_resting, drawing.drives)))
     try:
@@ -113,12 +116,12 @@ def imported(drawing: ForeignMechanism) -> Imported:
 
 
 def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> None:
-    """Raise ExchangeError if an oscillating drive would have different limits in PMKS+.
+    """Raise ExchangeError if an oscillating drive would have other limits in PMKS+ than in the scene.
 
     Parameters
     ----------
     drawing, text
-        Mechanism of the scene as exported, and text of the exported file.
+        Exported mechanism, and text of the exported file.
     """
     if not any(drive.law for drive in drawing.drives):
         return
@@ -133,28 +136,28 @@ def require_same_swing(scene: Scene, drawing: ForeignMechanism, text: str) -> No
 
 
 def _swings(drives: tuple[Drive, ...]) -> np.ndarray:
-    """Return the sorted limits of the oscillating drives, shape (drives, 2).
+    """Return both limits of each oscillating drive, sorted by the lower limit, shape (drives, 2).
 
-    The limits of a drive are its lowest and highest coordinate minus its coordinate at the start.
+    The limits are the lowest and the highest coordinate of the drive, measured from its coordinate at the start.
     """
     levels = [np.cumsum([0.0, *drive.strokes]) for drive in drives if drive.law]
     return np.array(sorted((level.min(), level.max()) for level in levels))
 
 
 def _resting(drive: Drive) -> Drive:
-    """Return a copy of a drive that almost rests.
+    """Return a copy of a drive with almost no motion.
 
-    The mechanism is first built with such drives, because the limits of the drives are not known yet.
+    A mechanism is first built with these copies, because the limits of its drives are not known yet.
     """
     unit = "m" if "slider" in drive.joint else "rad"
     return replace(drive, speed=None, law=to_and_fro((1e-9, -1e-9), 1e-9, unit))
 
 
 def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.ndarray) -> ForeignMechanism:
-    """Make each drive oscillate that moves a slider or cannot make a full turn.
+    """Return the mechanism with oscillating drives, in place of drives that move a slider or cannot make a full turn.
 
-    The oscillating law replaces the constant speed of the drive. Drives that have a law, or that cannot move at all,
-    stay unchanged.
+    An oscillating motion law replaces the constant speed of such a drive. Drives that already have a motion law, and
+    drives that cannot move at all, stay unchanged.
 
     `starts` contains the drive coordinates [rad or m] of the drawn mechanism, shape (drives,).
     """
@@ -183,7 +186,7 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
         low, high = min(low + MARGIN * whole, 0.0) / per_unit, max(high - MARGIN * whole, 0.0) / per_unit
-        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # so that the rounded strokes in the text add up to zero
+        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # the rounded strokes must add up to zero
         strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
         law = to_and_fro(strokes, abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0), unit)
         drives[number] = replace(drive, speed=None, law=law)
@@ -195,9 +198,10 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return how far a drive can move from its start towards `target` while all other drives rest [rad or m].
+    """Return the travel [rad or m] of a drive from its start to the stop of the mechanism, in the direction of
+    `target`.
 
-    Return None if the drive reaches `target`.
+    All other drives rest. Return None if the drive reaches `target` before any stop.
     """
     passed, missed, start_shifts = 0.0, target, np.zeros(1)
     for _ in range(ROUNDS):

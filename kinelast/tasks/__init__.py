@@ -1,4 +1,4 @@
-"""Command-line options: definition of an option as a dataclass field, and functions that read the values."""
+"""Command-line options: definition of an option as a dataclass field, and functions that convert texts to values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field
@@ -12,12 +12,12 @@ MAX_SPEEDS = 10_000
 
 
 class OptionError(ValueError):
-    """An option has an invalid value."""
+    """Error for an option with an invalid value."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """A command-line option. The dataclass field of the option stores it as metadata.
+    """A command-line option, stored in the metadata of a dataclass field.
 
     Attributes
     ----------
@@ -26,19 +26,20 @@ class Option:
     help
         Description.
     metavar
-        Placeholder for the value in the help, such as "N". It is empty for a switch.
+        Placeholder for the value in the help, such as "N". The placeholder of a switch is empty.
     default
-        Value if the option is not given.
+        Value of the option if the command line does not contain the option.
     read
-        Function that converts the text of an argument to the value. It raises `OptionError` for an invalid text.
+        Function that converts the text of an argument to the value. The function raises `OptionError` for an invalid
+        text.
     flags
         Flags (default: "--" and the name of the field).
     choices
         Allowed values; empty if all values are allowed.
     belongs
-        Name of another option that must also be given, or empty.
+        Name of another option that the command line must contain together with this one; empty if there is none.
     bare
-        Value if the flag is given without a value.
+        Value of the option if its flag is given without a value.
     many
         True if the option can be repeated. The value of the option is then a tuple.
     writes
@@ -66,7 +67,7 @@ class Option:
 def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
     """Define a dataclass field as an option.
 
-    Without `metavar` and `choices`, the option is a switch, which is off by default.
+    An option without `metavar` and `choices` is a switch, which is off by default.
     """
     if default is MISSING:
         default = None if metavar or words.get("choices") else False
@@ -106,7 +107,7 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def are_checks(text: str) -> bool:
-    """Return True if a text is a list of checks. Otherwise, it may be the name of a scene."""
+    """Return True if the text after the option --check is a list of checks, and not the name of a scene."""
     return all(word.isdecimal() or word in CHECKS for word in text.split(","))
 
 
@@ -146,7 +147,7 @@ def _number_or_text(word: str) -> str | float:
 
 
 def share(text: str) -> float:
-    """Read a fraction or a percentage."""
+    """Read a fraction or a percentage, such as "0.02" or "2 %"."""
     from kinelast.scene.quantities import Share
 
     try:
@@ -198,6 +199,6 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # the message below lists the names
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # without the names: the message lists them
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

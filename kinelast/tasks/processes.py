@@ -1,4 +1,7 @@
-"""Parallel work in processes. A new process replaces a process that dies. All processes end with the main process."""
+"""Run tasks in parallel processes.
+
+If a process dies, a new process replaces it. All processes end with the main process.
+"""
 
 import multiprocessing
 import os
@@ -14,14 +17,17 @@ from typing import Any, TypeVar
 
 from kinelast.tasks.progress import ignored_interrupts, signals_held_back
 
-EXIT_DELAY = 2.0  # [s] time for a worker to end; after this time, it is killed
+EXIT_DELAY = 2.0  # [s] a worker process is killed if it has not ended after this time
 T = TypeVar("T")
 A = TypeVar("A")
 
 
 @dataclass(frozen=True)
 class Lost:
-    """Result of a task if the process that ran the task died. `how` is the signal or exit status of the process."""
+    """Result of a task after the process that ran the task has died.
+
+    `how` is the signal or exit status of the process.
+    """
 
     how: str
 
@@ -49,16 +55,16 @@ def map_surviving(
 ) -> Generator[tuple[T, A | Lost], None, None]:
     """Run tasks in parallel processes. Yield each task with its result as soon as the task is complete.
 
-    If a process dies, its task is repeated before new tasks start. A process receives its next task before the result
-    of its previous task is yielded. All processes end when the generator ends or is closed.
+    If a process dies, its task is repeated before new tasks start. Before a result is yielded, the process that
+    computed the result receives its next task. All processes end when the generator ends or is closed.
 
     Parameters
     ----------
     work
-        Function that runs a task. Every process receives this function once. The function, the tasks and the results
-        must be picklable. A task must not be None.
+        Function that runs a task. Each process receives the function once, when the process starts. The function, the
+        tasks and the results must be picklable. A task must not be None.
     tries
-        Maximum number of attempts at a task if its process dies. After the last attempt, the result is `Lost`.
+        Maximum number of attempts at a task. If the process dies in each attempt, the result of the task is `Lost`.
     """
     new, again, deaths, workers = iter(tasks), deque[T](), Counter[T](), list[_Worker]()
 
@@ -101,7 +107,9 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    resource_tracker.ensure_running()  # start the tracker before interrupts are blocked: its start unblocks them
+    # Start the resource tracker of multiprocessing first: its start would unblock the interrupts that are blocked
+    # below.
+    resource_tracker.ensure_running()
     with signals_held_back([signal.SIGINT]):
         process.start()
     there.close()
@@ -150,7 +158,7 @@ def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
     while True:
         try:
             task = line.recv()
-        except (EOFError, OSError):  # the connection is closed or broken
+        except (EOFError, OSError):  # raised if the connection is closed or broken
             return
         answer = work(task)
         with suppress(OSError):

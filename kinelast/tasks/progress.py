@@ -25,7 +25,7 @@ class Progress:
         """Print a message for the user."""
 
     def within(self, name: str) -> Progress:
-        """Return a callback that adds a name in front of each stage and message."""
+        """Return a callback that puts a name in front of each stage and message, and passes them to this callback."""
         return _NamedProgress(self, name)
 
 
@@ -54,7 +54,7 @@ def lasting(seconds: float) -> str:
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
-AGAIN = 0.5  # [s] after this time, a `StoppedError` is raised again if a library has suppressed it
+AGAIN = 0.5  # [s] if a library has suppressed a `StoppedError`, the error is raised again after this time
 _received: list[int] = []
 """Numbers of the signals received so far."""
 
@@ -71,8 +71,8 @@ class StoppedError(BaseException):
 def stoppable() -> Iterator[None]:
     """Raise `StoppedError` on signals that end the process, and KeyboardInterrupt on an interrupt.
 
-    Signals that the process ignores are still ignored. C libraries may replace or suppress an exception while they are
-    imported. After a stop signal, any exception is therefore converted to `StoppedError` or KeyboardInterrupt (see
+    Signals that the process already ignores stay ignored. The import of a C library may replace or suppress an
+    exception. After a stop signal, any exception is therefore converted to `StoppedError` or KeyboardInterrupt (see
     `stops_kept`). A suppressed `StoppedError` is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -119,7 +119,7 @@ def stoppable() -> Iterator[None]:
 def stops_kept() -> Iterator[None]:
     """Convert any exception after a stop signal to `StoppedError` or KeyboardInterrupt.
 
-    The reason is that libraries may replace the exception of the signal with another exception.
+    The conversion is needed because a library may replace the exception of the signal by another exception.
     """
     try:
         yield
@@ -152,7 +152,10 @@ def ignored_interrupts() -> Iterator[None]:
 
 @contextmanager
 def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNALS)) -> Iterator[None]:
-    """Block stop signals during steps that must not be interrupted. Processes started meanwhile inherit the block."""
+    """Block stop signals during steps that must not be interrupted.
+
+    Processes that start during these steps also block the signals.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -167,8 +170,8 @@ def signals_held_back(held: Collection[signal.Signals] = (signal.SIGINT, *SIGNAL
 def one_thread() -> Iterator[None]:
     """Limit linear algebra to one thread. This function is a context manager and also a decorator.
 
-    The command limits the threads by environment variables, which it sets before it imports numpy. In a Python session,
-    numpy may already be imported. The variables would then have no effect.
+    The command deflection-report limits the number of threads by environment variables, before it imports numpy. In a
+    Python session, numpy may already be imported, so that environment variables would have no effect.
     """
     if os.environ.get("OMP_NUM_THREADS") == "1":
         yield
@@ -182,8 +185,8 @@ def one_thread() -> Iterator[None]:
 def _controller(_: bool) -> ThreadpoolController | None:
     """Return the thread controller, or None if the package threadpoolctl is not installed.
 
-    The argument is True if scipy is loaded. Loading scipy adds a library for linear algebra, so that another controller
-    is necessary.
+    The argument is True if scipy is loaded, and serves only as the key of the cache. Loading scipy adds a library for
+    linear algebra, so that a new controller is necessary.
     """
     try:
         from threadpoolctl import ThreadpoolController

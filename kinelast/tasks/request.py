@@ -1,4 +1,4 @@
-"""Options of the command: `Request` contains the options for each scene, `Batch` those for the run over all scenes.
+"""Options of the command: `Request` has the options for each scene, `Batch` has the options for the whole run.
 
 Each field of these classes is an option of the command line.
 """
@@ -15,24 +15,24 @@ from kinelast.tasks import Option, at_least, checks, option, size, speeds
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-MAX_POSITIONS = 1_000_000  # same limit as for the key `positions` of [run]
+MAX_POSITIONS = 1_000_000  # largest value of --positions, and of the key `positions` under [run] in a scene file
 MAX_STATIONS = 10_001
 MAX_SAMPLES = 1_000_000
 STYLES = ("plain", "solid")
 FORMATS = ("mp4", "gif", "png")
 SHELLS = ("bash", "zsh", "fish")
 ALWAYS = ("report.html", "positions.csv")
-"""Files of every scene, in addition to summary.json."""
+"""Files in the results of every scene, in addition to summary.json."""
 SCENE, CHECKING, PICTURES, DESIGNS, RUNNING = GROUPS = ("scene", "checks", "pictures", "designs", "running")
 
 
 class RequestError(ValueError):
-    """A request cannot be fulfilled."""
+    """Error for a request that cannot be fulfilled."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Options for each scene. The options and the file of a scene determine its results."""
+    """Options for each scene. The results of a scene depend only on its file and on these options."""
 
     # fmt: off
     positions: int | None = option(SCENE, "number of positions over the cycle, instead of the number in the scene", "N",
@@ -121,7 +121,7 @@ class Request:
     def nonlinear(self) -> bool:
         """True if the nonlinear check is requested.
 
-        It computes the whole mechanism with vibration and displacements of any size.
+        The nonlinear check computes the whole mechanism with vibration and displacements of any size.
         """
         return "nonlinear" in self.checks
 
@@ -131,7 +131,7 @@ class Request:
         return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
-        """Return the theory and accuracy that the options request (default: as requested in the scene)."""
+        """Return the theory and accuracy that the options request. Without these options, return those of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
         from msgspec import structs

@@ -1,6 +1,6 @@
-"""Scene files from arguments, tasks with their outcomes, and the installed live editor.
+"""Find the scene files for command-line arguments, run a function for each scene, and find the live editor.
 
-An error in one scene does not stop the other scenes.
+An error in one scene does not stop the run for the other scenes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
             continue
         try:
             named = _paths(argument)
-        except (OSError, ValueError) as error:  # no permission, or invalid file name
+        except (OSError, ValueError) as error:  # missing permission, or invalid file name
             reason = getattr(error, "strerror", None) or str(error)
             problems.append(f'"{plain(argument, MAX_ARGUMENT)}" cannot be read: {reason.lower()}')
             continue
@@ -62,8 +62,8 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
 
 
 def _paths(argument: str) -> list[Path] | str:
-    """Return the files that an argument names, or an error message."""
-    if not argument.strip():  # an empty shell variable must not select the working folder
+    """Return the scene files that an argument selects, or an error message."""
+    if not argument.strip():  # Path("") is the working folder, which an unset shell variable must not select
         return "the name of a scene is empty: name a .toml file or a shipped scene, see --list"
     path, shown = Path(argument), plain(argument, MAX_ARGUMENT)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
@@ -105,9 +105,9 @@ def _inside(folder: Path) -> list[Path]:
 def result_names(paths: Sequence[Path]) -> list[Path] | str:
     """Return a unique name for the result folder of each scene.
 
-    The name is the file name of the scene without ".toml". If several scenes have the same file name, the folders of
-    each file precede the name. If a result folder would still be equal to another one or lie inside it, return an error
-    message instead.
+    The name is the file name of the scene without ".toml". If several scenes have the same file name, the name starts
+    with the path from their common folder. If two result folders would still be equal, or one would lie inside the
+    other, return an error message instead.
     """
     count = Counter(path.stem for path in paths)
     names = []
@@ -136,7 +136,7 @@ DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # maximum number of characters per line of a message
 # packages of this project, which pip cannot install separately
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
-TO_INSTALL = {  # package to install, by name of the missing module (default: the same name)
+TO_INSTALL = {  # maps a missing module to the package to install, if their names differ
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "shapely": "sectionproperties",
     "skfem": "scikit-fem",
@@ -145,7 +145,7 @@ TO_INSTALL = {  # package to install, by name of the missing module (default: th
 }
 
 
-PARTS_OF_OTHERS = ("shapely",)  # modules that are installed together with the package in `TO_INSTALL`
+PARTS_OF_OTHERS = ("shapely",)  # modules that pip installs as dependencies of the package in `TO_INSTALL`
 
 
 @dataclass(frozen=True)
@@ -195,9 +195,9 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
     Parameters
     ----------
     fewer
-        Words for the quantities that the user should reduce if memory runs out.
+        Quantities of which the user should request fewer if memory runs out, such as "positions" (for the message).
     place
-        Folder for the results. The message names this folder if a disk error contains no file name.
+        Folder for the results. If a disk error contains no file name, the message names this folder.
     """
     try:
         with stops_kept():
@@ -206,7 +206,7 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer {fewer}")
     except OSError as error:
         where = f"{error.filename or place}: " if error.filename or place else ""
-        missing = isinstance(error, SceneError)  # the file of the scene is missing
+        missing = isinstance(error, SceneError)  # this subclass of OSError means a missing scene file
         message = str(error) if missing else f"not written: {where}{(error.strerror or str(error)).lower()}"
         return Outcome(BAD_INPUT, f"{name}: {_printable(message)}", unwritten=not missing)
     except Exception as error:
@@ -242,7 +242,7 @@ class NoEditorError(LookupError):
 
 
 def installed_editor() -> Any:
-    """Return the module of the live editor. It contains the functions `serve` and `view`.
+    """Return the module of the live editor, which contains the functions `serve` and `view`.
 
     Raises
     ------

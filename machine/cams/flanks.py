@@ -1,7 +1,7 @@
 """Cam geometry, contact force and torque from the motion of the follower.
 
-A cam rotates with its shaft at constant speed about a fixed centre. The follower is a roller or a flat face of any
-link. The profile is the envelope of all follower positions in cam axes. Tangents and curvatures are computed from exact
+A cam rotates with its shaft at constant speed about a fixed centre. The follower is any link with a roller or a flat
+face. The profile is the envelope of all follower positions in cam axes. Tangents and curvatures are computed from exact
 velocities and accelerations, without numerical differentiation.
 """
 
@@ -26,7 +26,7 @@ class Cam(Struct, frozen=True, eq=False):
     Attributes
     ----------
     link, drive
-        Indices of the follower's link and of the drive coordinate that the cam moves.
+        Index of the link that follows the cam, and index of the drive coordinate that the cam moves.
     centre
         Centre of the camshaft in ground axes (complex) [m].
     speed
@@ -134,8 +134,8 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
     def pressure_angle(self) -> Reals:
         """Angle from -pi/2 to pi/2 between the normal and the direction in which the follower moves [rad].
 
-        The direction is that of `influence` instead of the velocity. The angle is therefore also defined in a dwell,
-        during which the velocity is zero. The angle is nan if `influence` is zero.
+        The direction comes from `influence`, because the velocity is zero in a dwell. The angle is nan if `influence`
+        is zero.
         """
         across, ahead = cross(self.influence, self.normal), self.lever
         across = np.where(np.abs(across) <= ROUND_OFF * np.abs(self.influence), 0.0, across)
@@ -165,7 +165,7 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
 
     def torque(self, force: Any) -> Reals:
         """Return the torque [N m] of the shaft on the cam that balances a contact force, positive counter-clockwise."""
-        with np.errstate(invalid="ignore"):  # infinite force * zero lever arm is nan
+        with np.errstate(invalid="ignore"):  # no warning for an infinite force with a zero lever arm
             return np.asarray(force * cross(self.contact, self.normal))
 
     @property
@@ -185,7 +185,7 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def face_margin(self) -> Reals:
-        """Distance from the contact to the nearer end of the face [m], negative off the face; nan for a roller."""
+        """Distance from the contact to the nearer end of the face [m], negative if off the face; nan for a roller."""
         if self.cam.face is None:
             return self.along
         start, end = self.cam.face
@@ -198,7 +198,7 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     Parameters
     ----------
     pace
-        (Speed of the cam in this motion) / (nominal speed `Cam.speed`); may differ between designs.
+        (Speed of the cam in this motion) / (nominal speed `Cam.speed`). The ratio may differ between designs.
     outer
         True for the flank of a ring and for the outer flank of a groove.
     """
@@ -259,9 +259,9 @@ def _of_face(motion: Motion, cam: Cam, speed: Any, turn: Any) -> CamFlank:
 def cut_depth(flank: CamFlank) -> Reals:
     """Return the depth to which the follower cuts into each point of the profile [m]: the maximum over all positions.
 
-    The result has the shape (positions,), because the profile has one point per position. The depth is zero if the cam
-    is feasible, within the resolution of the positions. The flank must be for a single design, over one turn of the
-    cam.
+    The result has the shape (positions,), because the profile has one point per position. The depth is zero if the
+    follower cuts into no point of the profile at any computed position. The flank must be for a single design, over one
+    turn of the cam.
     """
     profile, cam, centres = np.ravel(flank.profile), flank.cam, np.ravel(flank.pitch)
     lines = np.ravel(flank.normal * np.conj(flank.turn))

@@ -16,7 +16,8 @@ from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
 from rigid.plane import dot
 
-# the forces of n cams are undetermined if |det(levers)| <= MIN_DETERMINANT * (largest lever)^n
+# the forces of n cams count as undetermined if |det L| <= MIN_DETERMINANT * (largest |element of L|)^n, where L is the
+# matrix of the values of `_lever` for all pairs of a drive and a cam
 MIN_DETERMINANT = 1e-12
 HERTZ_RANGE = Range(
     "pressure of a cam", "pressure over yield stress", "Johnson, Contact Mechanics 1985, equation (6.4)", most=1.67,
@@ -28,7 +29,8 @@ HERTZ_RANGE = Range(
 class CamPush(Struct, frozen=True, eq=False):
     """Load on the followers of cams: contact forces replace the efforts of the drives that the cams move.
 
-    If a contact force has no lever at a position, the contact force is 0, and the drive keeps its effort.
+    At a position with a zero lever, a contact force cannot replace the effort of a drive. The contact force is then 0,
+    and the drive keeps its effort.
 
     Attributes
     ----------
@@ -36,7 +38,7 @@ class CamPush(Struct, frozen=True, eq=False):
         The cams with contact forces.
     laws
         Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The contact normals
-        depend on the rates. The rates come from these laws, so the normals are also known if the mechanism is at rest.
+        are computed from the rates that these laws return, and are therefore also known for a mechanism at rest.
     names
         Names of the cams.
     differ
@@ -76,7 +78,7 @@ class CamPush(Struct, frozen=True, eq=False):
         return [cam_flank(passed, cam, outer=cam.flanks[0]) for cam in self.cams]
 
     def _pressing(self, motion: Motion, flanks: Sequence[CamFlank]) -> Reals:
-        """Return the contact forces [N] with which the drives moved by the cams need no effort, from virtual work."""
+        """Return the contact forces [N] that replace the efforts of the drives moved by cams, from virtual work."""
         mechanism = _without(motion.mechanism, self)
         loads = link_loads(replace(motion, mechanism=mechanism))
         units = [motion.units[cam.drive] for cam in self.cams]
@@ -150,7 +152,8 @@ def line_pressure(force: Any, width: Any, curvature: Any, modulus: Any) -> Reals
 
     Examples
     --------
-    A cylinder on a plane of the same material, with Poisson's ratio 0.3. Roark gives the coefficient 0.591.
+    A cylinder lies on a plane of the same material with Poisson's ratio 0.3. Roark's Formulas give the coefficient
+    0.591:
 
     >>> modulus = contact_modulus(1.0, 0.3, 1.0, 0.3)
     >>> round(float(line_pressure(1.0, 1.0, 2.0, modulus)), 3)

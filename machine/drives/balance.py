@@ -1,4 +1,4 @@
-"""Counterweights and springs that balance a machine, by linear least squares over a cycle.
+"""Counterweights and springs that balance a machine, computed by linear least squares over a cycle.
 
 A counterweight on a link pinned to the ground adds to the link's first moment of mass. The shaking force and the effort
 due to gravity are linear in the first moment. The effort due to a torsion spring at the pin is linear in the stiffness
@@ -25,8 +25,8 @@ class Balance(Struct, frozen=True, eq=False):
     Attributes
     ----------
     amounts
-        Amount of each influence, in the minimum-norm solution, shape (influences,). The unit of an amount is (unit of
-        the quantity) / (unit of the influence).
+        Amount of each counterweight or spring, shape (influences,): the least-squares solution with the smallest norm.
+        The unit of an amount is (unit of the balanced quantity) / (unit of the influence).
     before, after
         The quantity before and after balancing (real or complex), shape (..., positions).
     """
@@ -43,13 +43,14 @@ class Balance(Struct, frozen=True, eq=False):
 
 
 def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | float = 1.0) -> Balance:
-    """Return the amounts of influences that minimize the mean square of a quantity.
+    """Return the amounts of counterweights or springs that minimize the mean square of a quantity.
 
     Parameters
     ----------
     quantity, influences
-        Real or complex arrays of shape (..., positions). The balanced quantity is `quantity` + sum of (amount *
-        influence). The amounts are real numbers.
+        Real or complex arrays of shape (..., positions). An influence is the change of the quantity due to a
+        counterweight or spring of amount 1. The balanced quantity is `quantity` + sum of (amount * influence). The
+        amounts are real numbers.
     weight
         Weight of each position in the mean, shape (positions,).
     """
@@ -87,7 +88,7 @@ def inertia_moment(motion: Motion) -> Reals:
 
 
 def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
-    """Return the shaking forces per first moment of a link along x', and along y' (complex) [N/(kg m)]."""
+    """Return the shaking forces due to a unit first moment of a link along x', and along y' (complex) [N/(kg m)]."""
     along = -motion.turning[link] * motion.direction[link]
     return along, 1j * along
 

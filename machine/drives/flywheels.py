@@ -22,8 +22,8 @@ def energy_fluctuation(effort: Any, coordinate: Any, travel: Any) -> Reals:
     Parameters
     ----------
     effort
-        Torque of the drive over one cycle [N m], shape (..., positions). The end of the cycle is not included, because
-        it equals the start.
+        Torque of the drive over one cycle [N m], shape (..., positions). The position at the end of the cycle is left
+        out, because it equals the position at the start.
     coordinate
         Coordinate of the drive [rad], shape (..., positions).
     travel
@@ -61,8 +61,8 @@ def flywheel_inertia(fluctuation: Any, unevenness: Any, speed: Any) -> Reals:
 def added_inertia(total: Any, machine: Any) -> Reals:
     """Return the inertia that must be added to a machine to reach a total inertia [kg m^2], at least 0, shape (...).
 
-    If the inertia of the machine varies, the smallest value is used, so that the speed fluctuation stays within the
-    limit.
+    If the inertia of the machine varies over the cycle, the smallest inertia counts, so that the speed fluctuation
+    stays within the limit.
 
     Parameters
     ----------

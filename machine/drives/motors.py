@@ -8,7 +8,7 @@ from msgspec import Struct
 from rigid.arrays import Real, Reals
 
 UNKNOWN = float("nan")
-MAX_DIFFERENCE = 1e-6  # two time steps count as equal if (difference) / (time step) is smaller
+MAX_DIFFERENCE = 1e-6  # two time steps count as equal if their difference is below MAX_DIFFERENCE * (time step)
 
 
 class Motor(Struct, frozen=True, eq=False):
@@ -57,8 +57,8 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
     """Return the effort of the drive including gearbox losses [N m or N].
 
     The effort is divided by the efficiency if the motor drives the load, and multiplied by the efficiency if the load
-    drives the motor. The result is not divided by the gear ratio. Range: the efficiency is the same in both directions,
-    and at any load and speed.
+    drives the motor. The result is the effort at the drive, not at the motor shaft. Range: the efficiency is the same
+    in both directions, and at any load and speed.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
     For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
     the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
     is at n^4 = A / C. The ratio is limited to the value at which the motor reaches the smaller of its rated and top
-    speeds. If the drive has no acceleration, the result is this limit. Range: the efficiency and the inertia of rotor
-    and gearbox do not depend on the ratio.
+    speeds. If the drive has no acceleration, the result is the ratio at this limit. Range: the efficiency and the
+    inertia of rotor and gearbox do not depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
@@ -148,7 +148,10 @@ def root_mean_square(values: Any, weight: Any = 1.0) -> Reals:
 
 
 def mean_positive(values: Any, weight: Any = 1.0) -> Reals:
-    """Return the weighted mean of max(values, 0). For a power, (this mean) * (duration) is the consumed energy."""
+    """Return the weighted mean of max(values, 0).
+
+    If `values` is a power, the mean times the duration is the consumed energy.
+    """
     return mean(np.where(np.isnan(values), np.nan, np.maximum(values, 0.0)), weight)
 
 

@@ -12,7 +12,7 @@ LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99:
 """Life factor a_1 by reliability (ISO 281:2007, table 12)."""
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}  # life exponent p, by kind of bearing
 MIN_LOADS = {"ball": 0.01, "roller": 0.02}
-"""Minimum load that prevents skidding of the rolling elements, relative to C (bearing makers)."""
+"""(Minimum load that prevents skidding of the rolling elements) / (dynamic load rating C), from bearing makers."""
 SHEAR_FACTOR = 4.0 / 3.0  # (largest shear stress) / (mean shear stress) of a solid round section
 BEARING_LIFE = "life of a rolling bearing"
 LOAD_RANGE = Range(
@@ -29,12 +29,12 @@ STATIC_RANGE = Range(
     BEARING_LIFE, "C0 over the largest load", "ISO 76:2006", least=1.0,
     outside="a larger load leaves dents in the raceways: choose a larger bearing",
 )  # fmt: skip
-"""Static rating / static load that ISO 76 requires."""
+"""(Static load rating C0) / (largest load) that ISO 76 requires."""
 OVERLAP_RANGE = Range(
     BEARING_LIFE, "swing over twice the angle between elements", "Harris and Kotzalas 2007, section 11.10", least=1.0,
     outside="a smaller swing wears the raceways (false brinelling): choose a plain bearing",
 )  # fmt: skip
-"""Swing / (4 pi/Z) for which the life formula applies."""
+"""Swing / (4 pi/Z) for which the life formula applies; Z is the number of rolling elements."""
 PIN_RANGE = Range(
     "stress of a pin", "yield stress over stress", "Roloff/Matek 2007, section 9.2.2: elastic beam", least=1.0,
     outside="the pin yields, and the formula no longer holds",
@@ -65,7 +65,7 @@ class Rolling(Struct, frozen=True, eq=False):
     kind
         "ball" or "roller".
     reliability
-        A key of `LIFE_FACTORS`.
+        Probability that a bearing reaches its computed life: a key of `LIFE_FACTORS`.
     condition
         Life factor a_ISO for lubrication and contamination.
     elements
@@ -81,7 +81,7 @@ class Rolling(Struct, frozen=True, eq=False):
 
     @property
     def exponent(self) -> float:
-        """Life exponent p, 3 or 10/3."""
+        """Life exponent p: 3 for balls, 10/3 for rollers."""
         return EXPONENTS[self.kind]
 
     def equivalent_load(self, history: JointHistory) -> Reals:
@@ -150,13 +150,16 @@ class Plain(Struct, frozen=True, eq=False):
         return np.asarray(np.abs(history.rate) * self.diameter / 2.0)
 
     def pressure_times_speed(self, history: JointHistory) -> Reals:
-        """Return the time average of pressure * speed [W/m^2], shape (...). Manufacturers state a limit for it."""
+        """Return the time average of pressure * speed [W/m^2], shape (...).
+
+        Manufacturers state a limit for this average.
+        """
         product = history.size / (self.diameter * self.width) * np.nan_to_num(self.speed(history))
         return history.mean(product)
 
 
 class Guide(Struct, frozen=True, eq=False):
-    """A guide for a block that can bear on both sides: length along the sliding direction, and width [m]."""
+    """A guide of a sliding block that can bear on both sides: length in the sliding direction, and width [m]."""
 
     length: Real
     width: Real
@@ -170,7 +173,7 @@ class Guide(Struct, frozen=True, eq=False):
         """Return the largest pressure [Pa], which is at an end of the block: F/(l b) + 6 M/(l^2 b), (..., positions).
 
         The pressure varies linearly along a rigid block. In terms of the eccentricity e = M/F, the largest pressure is
-        F/(l b) (1 + 6 e/l). If e exceeds l/6, one end bears on the opposite side.
+        F/(l b) (1 + 6 e/l). If e exceeds l/6, one end of the block bears on the opposite side of the guide.
 
         References
         ----------

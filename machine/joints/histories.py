@@ -13,7 +13,7 @@ from rigid.closures import displacements
 from rigid.plane import ZERO
 
 BALL_EXPONENT = 3.0  # life exponent of ball bearings
-MIN_TURNS = 0.5  # a joint with fewer net turns per run counts as swinging (oscillating)
+MIN_TURNS = 0.5  # a joint with fewer than MIN_TURNS net turns per run counts as swinging (oscillating)
 MIN_FORCE = 0.01  # contact counts as lost if the force is below MIN_FORCE * (largest force of the run)
 DIRECTIONS = 180  # number of directions in the search for the largest displacement of a point
 
@@ -71,7 +71,7 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
         return np.asarray(self.path.sum(axis=-1))
 
     def mean_force(self, exponent: float = BALL_EXPONENT) -> Reals:
-        """Return the constant force [N] with the same effect on the life of a bearing, shape (...).
+        """Return the constant force [N] that would give a bearing the same life as the varying force, shape (...).
 
         This force is the power mean over the covered angle or distance, or over time for a joint at rest.
 
@@ -158,7 +158,8 @@ def contact_losses(history: JointHistory, closed: bool) -> Flags:
     The force is interpolated linearly between positions. Contact is lost if the force falls below (`MIN_FORCE` *
     maximum force), or if the force direction changes by more than a right angle between the two positions. The pin then
     moves to the other side of the hole and knocks. The force direction is in ground axes, so a link that rotates under
-    a constant force does not lose contact. If `closed` is True, the first position follows the last.
+    a constant force does not lose contact. If `closed` is True, the first position follows the last one, because the
+    motion repeats.
     """
     now = history.force
     after = np.roll(now, -1, axis=-1)
@@ -173,7 +174,10 @@ def contact_losses(history: JointHistory, closed: bool) -> Flags:
 
 
 def knocks(lost: Flags, closed: bool) -> Integers:
-    """Return the number of contact losses, shape (...). Successive flags (see `contact_losses`) count as one loss."""
+    """Return the number of contact losses, shape (...).
+
+    Losses at successive positions count as one loss. `lost` is the result of `contact_losses`.
+    """
     before = np.roll(lost, 1, axis=-1)
     if not closed:
         before[..., 0] = False
@@ -192,17 +196,18 @@ def clearance_effects(
     Parameters
     ----------
     clearances
-        Hole diameter minus pin diameter [m], by joint index. The pin can move by half of this.
+        Hole diameter minus pin diameter [m], by joint index. The pin can move by half of this difference from the
+        centre of its hole.
     forces
-        Force on the child of each of these joints in ground axes [N], by joint index.
+        Force on the child link at each joint with clearance, in ground axes [N], by joint index.
     link, point
         Output link, and the point in its axes; None for the angle of the link.
 
     Returns
     -------
-    Two arrays of shape (..., positions). The first is the largest possible displacement. To find it, the largest
-    contributions of all pins are added in each direction, and the direction with the largest sum counts. The second is
-    the displacement if the joint forces press all pins against their holes.
+    Two arrays of shape (..., positions). The first is the largest possible displacement. For each direction, the
+    largest contributions of all pins are added; the largest of these sums is the result. The second is the displacement
+    if the joint forces press all pins against their holes.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():

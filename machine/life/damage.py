@@ -40,7 +40,7 @@ def cycles_of(stress: Any) -> Reals:
 def reversals(stresses: Any) -> Integers:
     """Return the number of turning points of repeating stresses along the last axis, shape (...)."""
     signs = np.sign(np.diff(stresses, axis=-1, append=stresses[..., :1]))
-    for _ in range(2):  # a constant interval takes the sign of the previous interval, cyclically
+    for _ in range(2):  # an interval of constant stress takes the sign of the interval before it
         at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
         last = np.maximum.accumulate(at, axis=-1)
         signs = np.take_along_axis(signs, last, -1)

@@ -17,7 +17,8 @@ SURFACES = {
     "as-forged": (272.0, -0.995),
 }
 """Coefficients (a, b) of Marin's surface factor of steel, k_a = a (S_ut / MPa)^b."""
-MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0  # [mm] smallest diameter in the size factor, and end of its first formula
+# [mm] smallest diameter for the size factor, and largest diameter for the first of its two formulas
+MIN_SIZE, MIDDLE_SIZE = 2.79, 51.0
 RELATIVE_SPREAD = 0.08  # (standard deviation) / (mean) of endurance limits
 SHIGLEY = "Shigley's Mechanical Engineering Design, 9th ed. 2011"
 SURFACE_RANGE = Range(
@@ -88,7 +89,7 @@ class FatigueStrength(Struct, frozen=True, eq=False):
 
         References
         ----------
-        Haibach, Betriebsfestigkeit, 3rd ed. 2006, section 3.2 (2 k - 1); FKM guideline as above.
+        Haibach, Betriebsfestigkeit, 3rd ed. 2006, section 3.2 (2 k - 1); FKM guideline, see `FatigueStrength`.
         """
         size = np.asarray(amplitude, float)
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
@@ -106,7 +107,8 @@ class FatigueStrength(Struct, frozen=True, eq=False):
 def equivalent_amplitude(amplitude: Any, mean: Any, strength: FatigueStrength, criterion: str = GOODMAN) -> Reals:
     """Return the amplitude of fully reversed stress [Pa] that is as damaging as a given amplitude and mean stress.
 
-    A compressive mean stress counts as zero. The result is infinite if the mean stress reaches the strength.
+    A compressive mean stress counts as zero. The result is infinite if the mean stress reaches the strength that
+    `of_mean` returns.
 
     References
     ----------
@@ -132,7 +134,7 @@ def endurance_safety(amplitude: Any, mean: Any, strength: FatigueStrength, crite
     References
     ----------
     Shigley's Mechanical Engineering Design, 9th ed. 2011, table 6-7 (Gerber) and equations (6-41), (6-46) for the
-    straight lines. Range: peak stress below the yield stress.
+    straight lines (Goodman, Soderberg). Range: peak stress below the yield stress.
 
     Examples
     --------
@@ -191,7 +193,7 @@ def size_factor(diameter: Any) -> Reals:
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
     """Return the diameter [m] of the rotating round bar that is equivalent to a section in bending.
 
-    In the bar and in the section, the same area has more than 95 % of the largest stress.
+    Bar and section are equivalent if the stress exceeds 95 % of its largest value over equal areas of both.
 
     Parameters
     ----------
@@ -220,6 +222,6 @@ def reliability_factor(reliability: float) -> float:
     >>> round(reliability_factor(0.99), 3)
     0.814
     """
-    from statistics import NormalDist  # slow to load and rarely needed
+    from statistics import NormalDist  # imported here, because it is slow to load and rarely needed
 
     return 1.0 - RELATIVE_SPREAD * NormalDist().inv_cdf(reliability)

@@ -13,7 +13,7 @@ from machine.life.damage import damage, reversals
 from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
 from rigid.arrays import Integers, Real, Reals
 
-STATIONS = np.linspace(0.0, 1.0, 21)  # stations along a beam, relative to its length
+STATIONS = np.linspace(0.0, 1.0, 21)  # (distance of each station from the start of a beam) / (length of the beam)
 
 
 class FatigueTask(Struct, frozen=True, eq=False):
@@ -26,9 +26,10 @@ class FatigueTask(Struct, frozen=True, eq=False):
     criterion
         "goodman", "gerber" or "soderberg".
     notches
-        Fatigue notch factors at the start and end of each beam, shape () or (designs, 1). They multiply the stress.
+        Fatigue notch factors at the start and end of each beam, shape () or (designs, 1). The stress at an end of a
+        beam is multiplied by the factor of this end.
     factors
-        Factors on the endurance limit of the material for each beam, by name.
+        For each beam: factors on the endurance limit of the material, by name of the factor.
     """
 
     strengths: tuple[FatigueStrength, ...]
@@ -53,8 +54,9 @@ class Fatigue(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     safety
-        Smallest safety factor over both fibres and all stations, shape (beams, ...). `row` is 0 for the left fibre and
-        1 for the right fibre. `position` is the index of the position with the largest stress.
+        Smallest safety factor over both fibres and all stations, shape (beams, ...), with its location. In the
+        location, `row` is 0 for the left fibre and 1 for the right fibre, and `position` is the index of the position
+        with the largest stress.
     amplitude, mean
         Amplitude and mean of the stress at the point with the smallest safety factor, including the notch factor [Pa],
         shape (beams, ...).
